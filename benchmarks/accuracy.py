@@ -62,9 +62,7 @@ REGIMES = (
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="fewer points, tolerances and rounds")
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     arguments = parser.parse_args()
@@ -84,28 +82,16 @@ def main() -> None:
         [
             "# Work and precision",
             where(machine),
-            f"{points} points a regime, median error over them; median of {rounds} interleaved "
-            f"timings.",
-            *(
-                _tables(regime, result, tolerances)
-                for regime, result in zip(REGIMES, measured, strict=True)
-            ),
+            f"{points} points a regime, median error over them; median of {rounds} interleaved timings.",
+            *(_tables(regime, result, tolerances) for regime, result in zip(REGIMES, measured, strict=True)),
             statistics,
-            "Not run:\n\n"
-            + (
-                "\n".join(f"- **{name}**: needs {why}." for name, why in absent.items())
-                or "- nobody."
-            ),
+            "Not run:\n\n" + ("\n".join(f"- **{name}**: needs {why}." for name, why in absent.items()) or "- nobody."),
         ]
     )
     write(
         arguments.out,
         text,
-        {
-            "machine": machine,
-            "regimes": dict(zip((r.name for r in REGIMES), measured, strict=True)),
-            "chaos": ends,
-        },
+        {"machine": machine, "regimes": dict(zip((r.name for r in REGIMES), measured, strict=True)), "chaos": ends},
     )
 
 
@@ -127,13 +113,9 @@ def _precision(
     exact = reference(problem.part(checked))
     state_scales = problem.state_scales[checked]
     ours = Nsdrill(8)
-    runners: dict[str, Any] = {
-        ours.name: lambda short, rtol: ours.run(work if short else timed, rtol)
-    }
+    runners: dict[str, Any] = {ours.name: lambda short, rtol: ours.run(work if short else timed, rtol)}
     for peer in peers:
-        runners[peer.name] = lambda short, rtol, peer=peer: peer.run(
-            problem if short else timed_problem, rtol
-        )
+        runners[peer.name] = lambda short, rtol, peer=peer: peer.run(problem if short else timed_problem, rtol)
     out: dict[str, Any] = {name: {"error": [], "worst": [], "seconds": []} for name in runners}
     for rtol in tolerances:
         for name, run in runners.items():
@@ -141,10 +123,7 @@ def _precision(
             error = np.where(np.isfinite(error), error, np.inf)
             out[name]["error"].append(float(np.median(error)))
             out[name]["worst"].append(float(np.max(error)))
-        taken = [
-            {name: run(False, rtol).cpu_seconds for name, run in runners.items()}
-            for _ in range(rounds)
-        ]
+        taken = [{name: run(False, rtol).cpu_seconds for name, run in runners.items()} for _ in range(rounds)]
         for name in runners:
             out[name]["seconds"].append(float(np.median([t[name] for t in taken])) / points / TIMED)
     return out
@@ -158,9 +137,7 @@ def time_at(level: float, errors: list[float], seconds: list[float]) -> float:
     e, s = e[good], s[good]
     for i in range(len(e) - 1):
         if e[i] >= np.log(level) >= e[i + 1] and e[i] > e[i + 1]:
-            return float(
-                np.exp(s[i] + (s[i + 1] - s[i]) * (e[i] - np.log(level)) / (e[i] - e[i + 1]))
-            )
+            return float(np.exp(s[i] + (s[i + 1] - s[i]) * (e[i] - np.log(level)) / (e[i] - e[i + 1])))
     return float("nan")
 
 
@@ -170,9 +147,7 @@ def _tables(regime: Regime, result: dict[str, Any], tolerances: tuple[float, ...
         ("error at rtol", *(f"{rtol:.0e}" for rtol in tolerances)),
         [(name, *(f"{e:.1e}" for e in one["error"])) for name, one in result.items()],
     )
-    own = {
-        level: time_at(level, result[base]["error"], result[base]["seconds"]) for level in LEVELS
-    }
+    own = {level: time_at(level, result[base]["error"], result[base]["seconds"]) for level in LEVELS}
     rows = []
     for name, one in result.items():
         ratios = [time_at(level, one["error"], one["seconds"]) / own[level] for level in LEVELS]
@@ -205,17 +180,8 @@ def _chaos(peers: list[Any], members: int) -> tuple[str, dict[str, Any]]:
     for name in MEANS:
         scores = [apart(base[name], others[rtol][name]) for rtol in others]
         data[name] = scores
-        rows.append(
-            (
-                name,
-                f"{np.mean(base[name]):.4g}",
-                f"{np.std(base[name]):.2g}",
-                *(f"{s:.1f}" for s in scores),
-            )
-        )
-    features = table(
-        ("feature", "mean", "spread", *(f"apart at {rtol:.0e}" for rtol in others)), rows
-    )
+        rows.append((name, f"{np.mean(base[name]):.4g}", f"{np.std(base[name]):.2g}", *(f"{s:.1f}" for s in scores)))
+    features = table(("feature", "mean", "spread", *(f"apart at {rtol:.0e}" for rtol in others)), rows)
 
     def seen(end: np.ndarray) -> np.ndarray:
         good = end[np.isfinite(end).all(axis=1)]

@@ -38,9 +38,7 @@ def main() -> None:
     state = setup.model.starts(setup.values(values, ("rotary_speed",)), 0)[0, :-1]
     fold = 2 * np.pi / 3
     for _ in range(40):  # let it settle
-        ends = flow.run(
-            Legs(state[None], np.zeros(1), np.array([25 * fold / SPEED]), values, np.zeros(1, bool))
-        )
+        ends = flow.run(Legs(state[None], np.zeros(1), np.array([25 * fold / SPEED]), values, np.zeros(1, bool)))
         state = rotated(flow.symmetry, ends.state[0], -25 * fold)
     problem = Periodic.at(flow, 1, values[0], state)
 
@@ -50,10 +48,7 @@ def main() -> None:
     point = advance(flow, {0: job()})[0]
     state = point.found.state
 
-    right_hand_side, rows = (
-        setup.model.right_hand_side(1, setup.variant),
-        setup.model.rows(setup.variant),
-    )
+    right_hand_side, rows = (setup.model.right_hand_side(1, setup.variant), setup.model.rows(setup.variant))
     buffer = np.zeros(rows.total)
     buffer[rows.parameter : rows.parameter + rows.parameters] = table[0]
     frame_rate = setup.model.frame_rates(table, setup.variant)[0]
@@ -74,9 +69,7 @@ def main() -> None:
             start = state.copy()
             if 0 < j < 17:
                 start[(j - 1) // 2] += (1 if j % 2 else -1) * 1e-3 * state_scales[(j - 1) // 2]
-            found = solve_ivp(
-                slopes, (0.0, fold / SPEED), start, "DOP853", rtol=1e-11, atol=1e-11 * state_scales
-            )
+            found = solve_ivp(slopes, (0.0, fold / SPEED), start, "DOP853", rtol=1e-11, atol=1e-11 * state_scales)
             ends.append(found.y[:, -1])
         return np.array(ends)
 

@@ -52,16 +52,12 @@ def nsdrill(*arguments: str) -> list[str]:
 def first_diagram(browser: Any, file: Path) -> float:
     """Seconds from the command to the diagram in a browser that is there."""
     begun = time.perf_counter()
-    with subprocess.Popen(
-        nsdrill("view", str(file), "--no-browser"), stdout=subprocess.PIPE, text=True
-    ) as process:
+    with subprocess.Popen(nsdrill("view", str(file), "--no-browser"), stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         page = browser.new_page(viewport={"width": 1280, "height": 900})
         page.goto(process.stdout.readline().strip())
         page.locator("body[data-ready='1']").wait_for()
-        page.evaluate(
-            "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
-        )
+        page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
         seconds = time.perf_counter() - begun
         page.close()
         process.terminate()
@@ -70,9 +66,7 @@ def first_diagram(browser: Any, file: Path) -> float:
 
 def answers(browser: Any, file: Path, count: int) -> dict[str, list[float]]:
     """Seconds until a click, a slider and a local diagram are drawn."""
-    with subprocess.Popen(
-        nsdrill("view", str(file), "--no-browser"), stdout=subprocess.PIPE, text=True
-    ) as process:
+    with subprocess.Popen(nsdrill("view", str(file), "--no-browser"), stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         page = browser.new_page(viewport={"width": 1280, "height": 900})
         page.add_init_script(WATCH)
@@ -110,18 +104,12 @@ def answers(browser: Any, file: Path, count: int) -> dict[str, list[float]]:
 def report(file: Path, folder: Path) -> tuple[float, int]:
     """Seconds for the command, and bytes of its page."""
     begun = time.perf_counter()
-    subprocess.run(
-        nsdrill("report", str(file), "-o", str(folder / "r.html"), "--overwrite"),
-        check=True,
-        stderr=-3,
-    )
+    subprocess.run(nsdrill("report", str(file), "-o", str(folder / "r.html"), "--overwrite"), check=True, stderr=-3)
     return time.perf_counter() - begun, (folder / "r.html").stat().st_size
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--clicks", type=int, default=25)
     parser.add_argument("--quick", action="store_true")
@@ -134,16 +122,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name, sync_playwright() as engine:
         folder = Path(name)
         (folder / "many.yaml").write_text(MANY)
-        browser = engine.chromium.launch(
-            executable_path=shutil.which("chromium"), args=["--no-sandbox"]
-        )
+        browser = engine.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         for label, study in (("figure 4", CONFIG), ("102,400 peaks", folder / "many.yaml")):
             file = folder / f"{study.stem}.h5"
             subprocess.run(nsdrill("run", str(study), "-o", str(file), "--quiet"), check=True)
             first_diagram(browser, file)
-            times = {
-                "command to first diagram": [first_diagram(browser, file) for _ in range(rounds)]
-            }
+            times = {"command to first diagram": [first_diagram(browser, file) for _ in range(rounds)]}
             times |= answers(browser, file, clicks)
             pages = [report(file, folder) for _ in range(rounds)]
             times["report"] = [seconds for seconds, _ in pages]
@@ -151,23 +135,12 @@ def main() -> None:
             for what, seen in times.items():
                 middle, least, most = np.median(seen), min(seen), max(seen)
                 rows.append(
-                    [
-                        label,
-                        what,
-                        str(len(seen)),
-                        f"{1e3 * middle:.0f}",
-                        f"{1e3 * least:.0f}",
-                        f"{1e3 * most:.0f}",
-                    ]
+                    [label, what, str(len(seen)), f"{1e3 * middle:.0f}", f"{1e3 * least:.0f}", f"{1e3 * most:.0f}"]
                 )
             rows.append([label, "size of the report", "1", f"{pages[0][1] / 1e6:.2f} MB", "", ""])
         browser.close()
     heads = ["file", "what", "times", "median ms", "least", "greatest"]
-    write(
-        arguments.out,
-        f"{where(machine)}\n\n{table(heads, rows)}\n",
-        {"machine": machine, "seconds": kept},
-    )
+    write(arguments.out, f"{where(machine)}\n\n{table(heads, rows)}\n", {"machine": machine, "seconds": kept})
 
 
 if __name__ == "__main__":

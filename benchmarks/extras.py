@@ -50,9 +50,7 @@ def seconds(work: Work) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     arguments = parser.parse_args()
@@ -63,13 +61,8 @@ def main() -> None:
         seconds(replace(work, simulation=replace(work.simulation, transient=0.0, observe=5.0)))
     times = np.array([[seconds(work) for work in works.values()] for _ in range(arguments.rounds)])
     ratios = times / times[:, :1]
-    rows = [
-        [name, f"{np.median(times[:, i]):.2f}", spread(ratios[:, i].tolist())]
-        for i, name in enumerate(works)
-    ]
-    text = (
-        f"{where(machine)}\n\n{table(['measured', 'processor seconds', 'times the first'], rows)}\n"
-    )
+    rows = [[name, f"{np.median(times[:, i]):.2f}", spread(ratios[:, i].tolist())] for i, name in enumerate(works)]
+    text = f"{where(machine)}\n\n{table(['measured', 'processor seconds', 'times the first'], rows)}\n"
     write(arguments.out, text, {"machine": machine, "times": times.tolist(), "ways": list(works)})
 
 

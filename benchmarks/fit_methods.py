@@ -27,23 +27,12 @@ def linear(z):
 
 
 def curved(z):
-    return np.stack(
-        [
-            z[:, 0] + 0.5 * z[:, 1] ** 2,
-            np.exp(0.5 * z[:, 1]),
-            z[:, 0] * z[:, 2],
-            2 * np.tanh(z[:, 2]),
-        ],
-        1,
-    )
+    return np.stack([z[:, 0] + 0.5 * z[:, 1] ** 2, np.exp(0.5 * z[:, 1]), z[:, 0] * z[:, 2], 2 * np.tanh(z[:, 2])], 1)
 
 
 def threshold(z):
     jump = 1 / (1 + np.exp(-20 * (z[:, 0] - 0.3)))
-    return np.stack(
-        [jump * (1 + 0.3 * z[:, 1]), z[:, 1] + 0.2 * jump, np.abs(z[:, 2]), z[:, 2] ** 2 + z[:, 0]],
-        1,
-    )
+    return np.stack([jump * (1 + 0.3 * z[:, 1]), z[:, 1] + 0.2 * jump, np.abs(z[:, 2]), z[:, 2] ** 2 + z[:, 0]], 1)
 
 
 def noisy(z):
@@ -59,9 +48,7 @@ def kalman(simulate, y, errors, seed, members=128, steps=5):
         found = simulate(z)
         away_z, away = z - z.mean(axis=0), found - found.mean(axis=0)
         inflated = steps * np.diag(errors**2)
-        gain = np.linalg.solve(
-            away.T @ away / (members - 1) + inflated, away.T @ away_z / (members - 1)
-        )
+        gain = np.linalg.solve(away.T @ away / (members - 1) + inflated, away.T @ away_z / (members - 1))
         z = z + (y + np.sqrt(steps) * errors * rng.standard_normal(found.shape) - found) @ gain
     return z, np.full(members, 1 / members), members * steps
 

@@ -33,17 +33,7 @@ from benchmarks.machine import alone, describe, spread, table, where, write
 LANES = 8
 # Operations a packed instruction makes for each number in it.
 WORK = {"fma": 2, "add": 1, "mul": 1, "div": 1, "sqrt": 1, "max/min": 1}
-KINDS = (
-    *WORK,
-    "compare",
-    "blend/mask",
-    "logic/integer",
-    "convert",
-    "shuffle",
-    "load/store/move",
-    "call",
-    "jump",
-)
+KINDS = (*WORK, "compare", "blend/mask", "logic/integer", "convert", "shuffle", "load/store/move", "call", "jump")
 PATTERNS = (
     ("fma", r"vf(n?m)(add|sub)"),
     ("add", r"v(add|sub)[ps]d"),
@@ -56,19 +46,14 @@ PATTERNS = (
     ("convert", r"vcvt"),
     ("shuffle", r"v(perm|shuf|unpck|pshuf|extract|insert|p?broadcast|pack|palign)"),
     ("load/store/move", r"v(p?mov|gather|pgather|scatter)"),
-    (
-        "logic/integer",
-        r"v(and|or|xor|pand|por|pxor|pternlog|psll|psra|psrl|padd|psub|pmul|pabs|rndscale|pmax|pmin)",
-    ),
+    ("logic/integer", r"v(and|or|xor|pand|por|pxor|pternlog|psll|psra|psrl|padd|psub|pmul|pabs|rndscale|pmax|pmin)"),
     ("call", r"call"),
     ("jump", r"j[a-z]+"),
 )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="short measurements")
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     parser.add_argument("--only-steps", type=float, metavar="S", help=argparse.SUPPRESS)
@@ -82,11 +67,7 @@ def main() -> None:
         os.environ["NUMBA_CACHE_DIR"] = cache
         functions = _functions()
         counted = {name: _count(function) for name, (function, _) in functions.items()}
-        timed = _times(
-            functions["right-hand side"][0],
-            3 if arguments.quick else 9,
-            0.05 if arguments.quick else 0.3,
-        )
+        timed = _times(functions["right-hand side"][0], 3 if arguments.quick else 9, 0.05 if arguments.quick else 0.3)
         perf = _perf()
     peak = timed.pop("peak")
     rows = []
@@ -104,9 +85,7 @@ def main() -> None:
                 _operations(packed),
             )
         )
-    by_part = {
-        name: _operations(counted[name]["packed"]) * calls for name, (_, calls) in functions.items()
-    }
+    by_part = {name: _operations(counted[name]["packed"]) * calls for name, (_, calls) in functions.items()}
     core = by_part["right-hand side"] + by_part["stepper"]
     per_step = {
         "right-hand sides": 6 * np.array(timed["right-hand side"]),
@@ -140,12 +119,7 @@ def main() -> None:
             core,
             spread(core / per_step["null"] / peak, "{:.0%}"),
         ),
-        (
-            "observer",
-            spread(per_step["whole"] - per_step["null"], "{:.0f}"),
-            f"up to {by_part['observer']}",
-            "-",
-        ),
+        ("observer", spread(per_step["whole"] - per_step["null"], "{:.0f}"), f"up to {by_part['observer']}", "-"),
         (
             "whole packed step",
             spread(per_step["whole"], "{:.0f}"),
@@ -163,19 +137,7 @@ def main() -> None:
             "instructions on single numbers, calls, accesses to the stack, jumps back (loops). "
             "Operations: of one "
             "call, all lanes.\n\n"
-            + table(
-                (
-                    "function",
-                    "calls a step",
-                    *KINDS[:-2],
-                    "scalar",
-                    "calls",
-                    "stack",
-                    "loops",
-                    "operations",
-                ),
-                rows,
-            ),
+            + table(("function", "calls a step", *KINDS[:-2], "scalar", "calls", "stack", "loops", "operations"), rows),
             f"## A packed step of {LANES} lanes\n\n"
             + table(("part", "ns", "operations", "of the peak, in the same round"), times)
             + f"\n\nA lane-step: {spread(per_step['whole'] / LANES, '{:.0f}')} ns with all "
@@ -207,11 +169,7 @@ def _functions() -> dict[str, tuple[Any, int]]:
     work = mixed(2, 2, 1.0, 1.0)
     parts = compiled_parts(LANES, work.variant)
     stepper = STEPPERS["tsitouras"].make(LANES, work.new_batch(LANES, 8).rows)
-    return {
-        "right-hand side": (parts.right_hand_side, 6),
-        "stepper": (stepper, 1),
-        "observer": (parts.observer, 1),
-    }
+    return {"right-hand side": (parts.right_hand_side, 6), "stepper": (stepper, 1), "observer": (parts.observer, 1)}
 
 
 def _count(function: Any) -> dict[str, Any]:
@@ -248,9 +206,7 @@ def _count(function: Any) -> dict[str, Any]:
         "call": calls,
         "spills": stack,
         "jumps back": back,
-        "width": max(
-            (w for w, mark in ((8, "zmm"), (4, "ymm"), (2, "xmm")) if mark in text), default=1
-        ),
+        "width": max((w for w, mark in ((8, "zmm"), (4, "ymm"), (2, "xmm")) if mark in text), default=1),
     }
 
 
@@ -269,13 +225,7 @@ def _times(right_hand_side: Any, rounds: int, seconds: float) -> dict[str, Any]:
     call = _caller(right_hand_side)
     in_turn = _caller(right_hand_side, in_turn=True)
     peak = _peak()
-    out: dict[str, list[float]] = {
-        "right-hand side": [],
-        "in turn": [],
-        "null observer": [],
-        "whole": [],
-        "peak": [],
-    }
+    out: dict[str, list[float]] = {"right-hand side": [], "in turn": [], "null observer": [], "whole": [], "peak": []}
     for turn in range(rounds + 1):
         rate = peak()
         calls = call(seconds), in_turn(seconds)
@@ -344,14 +294,10 @@ def _peak() -> Callable[[], float]:
     binary = Path(folder, "peak")
     flags = ["-std=c++17", "-O3", "-march=native", "-ffp-contract=fast"]
     source = Path(__file__).parent / "peers" / "peak.cpp"
-    wide = subprocess.run(
-        [compiler, *flags, "-mprefer-vector-width=512", source, "-o", binary], capture_output=True
-    )
+    wide = subprocess.run([compiler, *flags, "-mprefer-vector-width=512", source, "-o", binary], capture_output=True)
     if wide.returncode:
         subprocess.run([compiler, *flags, source, "-o", binary], check=True)
-    return lambda: float(
-        subprocess.run([binary], capture_output=True, text=True, check=True).stdout
-    )
+    return lambda: float(subprocess.run([binary], capture_output=True, text=True, check=True).stdout)
 
 
 def _busy(seconds: float) -> None:
@@ -389,10 +335,7 @@ def _perf() -> str:
     if not {"cycles", "instructions"} <= numbers.keys():
         return "perf is there, but this machine does not let it count cycles."
     rate = numbers["instructions"] / numbers["cycles"]
-    return (
-        f"{numbers['instructions']:.3g} instructions in {numbers['cycles']:.3g} cycles: "
-        f"{rate:.2f} a cycle."
-    )
+    return f"{numbers['instructions']:.3g} instructions in {numbers['cycles']:.3g} cycles: {rate:.2f} a cycle."
 
 
 if __name__ == "__main__":

@@ -158,9 +158,7 @@ def difference(a: np.ndarray | None, b: np.ndarray | None) -> tuple[str, str]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help="studies; default: all")
     parser.add_argument("--src", type=Path, help="folder with the package nsdrill to run")
     parser.add_argument("--keep", type=Path, help="new folder for the files that are made")
@@ -191,12 +189,8 @@ def main() -> int:
         digests = {n: {v: digest(x) for v, x in found.items()} for n, found in made.items()}
         versions = {"python": platform.python_version()} | {p: version(p) for p in PACKAGES}
         kept = json.loads(KEPT.read_text()) if KEPT.exists() else {"versions": {}, "digests": {}}
-        other = {
-            name: variables(arguments.against, name) if arguments.against else {} for name in names
-        }
-    print(
-        f"{sum(taken.values()):.0f} s of processor time, {sum(map(len, digests.values()))} variables"
-    )
+        other = {name: variables(arguments.against, name) if arguments.against else {} for name in names}
+    print(f"{sum(taken.values()):.0f} s of processor time, {sum(map(len, digests.values()))} variables")
     rows = []
     for name, found in digests.items():
         if arguments.against:
@@ -205,11 +199,7 @@ def main() -> int:
             before = kept["digests"].get(name, {})
         for key in sorted(found.keys() | before.keys()):
             if found.get(key) != before.get(key):
-                how = (
-                    ("", "")
-                    if not arguments.against
-                    else difference(other[name].get(key), made[name].get(key))
-                )
+                how = ("", "") if not arguments.against else difference(other[name].get(key), made[name].get(key))
                 rows.append((name, key, before.get(key, "-"), found.get(key, "-"), *how))
     if arguments.write:
         text = json.dumps({"versions": versions, "digests": digests}, indent=0, ensure_ascii=False)

@@ -52,21 +52,12 @@ STUDIES: dict[str, tuple] = {
         "window out.h5",
         "window out.h5 --json",
     ),
-    "same": (
-        "operation: {wob: 40 kN}\n" + RECORD,
-        run("sweep={depth: {from: 1000 m, to: 8000 m, points: 28}}"),
-    ),
+    "same": ("operation: {wob: 40 kN}\n" + RECORD, run("sweep={depth: {from: 1000 m, to: 8000 m, points: 28}}")),
     "dormand-prince": (SPEEDS, run("simulation.pair=dormand_prince")),
     "implicit": (STEEP + STEEP_WALL + SPEEDS + RECORD, run("simulation.method=implicit")),
-    "auto": (
-        "sweep: {bit.friction.smoothing: [100 s/rad, 1.0e+4 s/rad], rotary_speed: [2 rad/s, 7 rad/s]}\n",
-        run(),
-    ),
+    "auto": ("sweep: {bit.friction.smoothing: [100 s/rad, 1.0e+4 s/rad], rotary_speed: [2 rad/s, 7 rad/s]}\n", run()),
     "exponent": (EXPONENT.replace("exponent", "section: lobe, exponent"), run(f"sweep={DOWN}")),
-    "exponent-implicit": (
-        STEEP + STEEP_WALL + SPEEDS + EXPONENT,
-        run("simulation.method=implicit"),
-    ),
+    "exponent-implicit": (STEEP + STEEP_WALL + SPEEDS + EXPONENT, run("simulation.method=implicit")),
     "drives": ("drives_speed_67kN.yaml", run("sweep.rotary_speed=[2 rad/s, 4 rad/s]")),
     "soft-torque": (SPEEDS + EXPONENT + "drive: {kind: soft_torque}\n", run()),
     "soft-torque-implicit": (STEEP + SPEEDS + "drive: {kind: soft_torque}\n", run()),
@@ -83,10 +74,7 @@ STUDIES: dict[str, tuple] = {
     ),
     "laws": (
         STICK_SLIP + "operation: {wob: 66.72 kN}\n",
-        run(
-            "sweep={bit.friction.law: [hyperbolic, linear, exponential, rational], "
-            "rotary_speed: [2 rad/s, 6 rad/s]}"
-        ),
+        run("sweep={bit.friction.law: [hyperbolic, linear, exponential, rational], rotary_speed: [2 rad/s, 6 rad/s]}"),
     ),
     "rational": (SPEEDS + "bit: {friction: {law: rational}}\n", run()),
     "lateral": (
@@ -102,22 +90,15 @@ STUDIES: dict[str, tuple] = {
         run("simulation.method=implicit"),
     ),
     "axial-implicit": (
-        SPEEDS
-        + "initial: {x: 70 mm}\nwell: {axial_friction: true, friction: {smoothing: 1.0e+4 s/m}}\n",
+        SPEEDS + "initial: {x: 70 mm}\nwell: {axial_friction: true, friction: {smoothing: 1.0e+4 s/m}}\n",
         run("simulation.method=implicit"),
     ),
     "clearance": (
         "whirl_clearance.yaml",
         run("sweep.rotary_speed.points=4", "sweep.stabilizer.clearance=[0 mm, 12.7 mm]"),
     ),
-    "softening": (
-        SPEEDS + "drillstring: {lateral_softening: static, eccentric_mass: steel}\n",
-        run(),
-    ),
-    "ramp": (
-        "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [20 s, 8 rad/s], [40 s, 3 rad/s]]}}\n",
-        SIMULATE,
-    ),
+    "softening": (SPEEDS + "drillstring: {lateral_softening: static, eccentric_mass: steel}\n", run()),
+    "ramp": ("operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [20 s, 8 rad/s], [40 s, 3 rad/s]]}}\n", SIMULATE),
     "ramp-implicit": (
         STEEP
         + STEEP_WALL
@@ -136,11 +117,7 @@ STUDIES: dict[str, tuple] = {
     "verified-torsion": (STICK_SLIP + SPEEDS + RECORD, run("simulation.verify=true")),
     "uncertain": (
         "uncertain_window.yaml",
-        run(
-            "sweep.wob=[40 kN, 80 kN]",
-            "sweep.rotary_speed=[80 rpm, 120 rpm]",
-            "uncertain.samples=16",
-        ),
+        run("sweep.wob=[40 kN, 80 kN]", "sweep.rotary_speed=[80 rpm, 120 rpm]", "uncertain.samples=16"),
         "window out.h5",
         "sensitivity out.h5",
     ),
@@ -164,18 +141,12 @@ STUDIES: dict[str, tuple] = {
     ),
     "beam": (BEAM + SPEEDS + RECORD, run()),
     "beam-contact": ("beam_wob_contact.yaml", run("sweep.wob=[100 kN, 350 kN]")),
-    "beam-implicit": (
-        BEAM + STEEP + STEEP_WALL + SPEEDS + EXPONENT,
-        run("simulation.method=implicit"),
-    ),
+    "beam-implicit": (BEAM + STEEP + STEEP_WALL + SPEEDS + EXPONENT, run("simulation.method=implicit")),
     "beam-torque": (
         "model: beam\nbeam: {modes: 2, stations: [{at: 0.5}], torque: cy}\n" + SPEEDS + EXPONENT,
         run("drillstring.eccentricity_shape=uniform"),
     ),
-    "segments": (
-        SEGMENTS + EXPONENT + "sweep: {rotary_speed: [13 rad/s, 30 rad/s], procedure: down}\n",
-        run(),
-    ),
+    "segments": (SEGMENTS + EXPONENT + "sweep: {rotary_speed: [13 rad/s, 30 rad/s], procedure: down}\n", run()),
     "segments-implicit": (SEGMENTS + FAST + RECORD, run("simulation.method=implicit")),
     "segments-lqr": (
         SEGMENTS + FAST + "drive: {kind: lqr}\n",
@@ -184,9 +155,7 @@ STUDIES: dict[str, tuple] = {
     ),
     "segments-soft-torque": (SEGMENTS + FAST + "drive: {kind: soft_torque}\n", run()),
     "segments-ramp": (
-        SEGMENTS.replace(
-            "100 kN", "100 kN, rotary_speed: {ramp: [[0 s, 13 rad/s], [10 s, 30 rad/s]]}"
-        ),
+        SEGMENTS.replace("100 kN", "100 kN, rotary_speed: {ramp: [[0 s, 13 rad/s], [10 s, 30 rad/s]]}"),
         SIMULATE,
     ),
 }

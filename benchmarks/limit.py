@@ -24,13 +24,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 SMOOTHINGS = (1e1, 1e2, 1e3, 1e4, 1e5, 1e6)
 DEPTH, WOB, SPEED = 5000.0, 66.72e3, 1.0
 STUCK_BELOW = 0.5235987755982988  # rad/s, 5 rpm
-STICK_SLIP = (
-    "bit_speed_max",
-    "stuck_fraction",
-    "bit_torque_max",
-    "surface_torque_min",
-    "surface_torque_max",
-)
+STICK_SLIP = ("bit_speed_max", "stuck_fraction", "bit_torque_max", "surface_torque_min", "surface_torque_max")
 ROLLING = ("rolling_ratio", "whirl_ratio", "wall_force_max", "bit_speed_mean")
 
 
@@ -59,20 +53,11 @@ def filippov(depth: float = DEPTH, wob: float = WOB, speed: float = SPEED) -> di
     twist, cycle = -rest / float(k.k_t), {}
     for _ in range(2):  # the second begins where the first has ended, at break-away
         found = solve_ivp(
-            slip,
-            (0.0, 1e3),
-            [twist, 1e-9],
-            "DOP853",
-            events=[stands, slow],
-            rtol=1e-11,
-            atol=1e-12,
-            dense_output=True,
+            slip, (0.0, 1e3), [twist, 1e-9], "DOP853", events=[stands, slow], rtol=1e-11, atol=1e-12, dense_output=True
         )
         end, caught = found.t[-1], found.y[0, -1]
         if abs(k.k_t * caught) > rest:
-            raise ValueError(
-                "the bit does not come to rest where it turns: no limit cycle of this kind"
-            )
+            raise ValueError("the bit does not come to rest where it turns: no limit cycle of this kind")
         stuck = (caught - twist) / speed
         times = np.linspace(0.0, end, 200_001)
         psi, omega = found.sol(times)
@@ -90,13 +75,9 @@ def filippov(depth: float = DEPTH, wob: float = WOB, speed: float = SPEED) -> di
 def stick_slip(smoothing: float, rtol: float = 1e-7) -> dict[str, float]:
     """The same features by nsdrill at a smoothing [s/rad]."""
     base = Parameters()
-    bit = replace(
-        base.bit, surface_amplitude=0.0, friction=replace(base.bit.friction, smoothing=smoothing)
-    )
+    bit = replace(base.bit, surface_amplitude=0.0, friction=replace(base.bit.friction, smoothing=smoothing))
     modes = replace(base.modes, axial="frozen", lateral="frozen")
-    return _features(
-        replace(base, bit=bit, modes=modes), (DEPTH, WOB, SPEED), (100.0, 1000.0), rtol, STICK_SLIP
-    )
+    return _features(replace(base, bit=bit, modes=modes), (DEPTH, WOB, SPEED), (100.0, 1000.0), rtol, STICK_SLIP)
 
 
 def rolling(smoothing: float, rtol: float = 1e-6) -> dict[str, float]:
@@ -105,9 +86,7 @@ def rolling(smoothing: float, rtol: float = 1e-6) -> dict[str, float]:
     base = Parameters()
     well = replace(base.well, friction=replace(base.well.friction, smoothing=smoothing))
     bit = replace(base.bit, surface_amplitude=0.0)
-    return _features(
-        replace(base, well=well, bit=bit), (2000.0, 22.24e3, 8.0), (60.0, 20.0), rtol, ROLLING
-    )
+    return _features(replace(base, well=well, bit=bit), (2000.0, 22.24e3, 8.0), (60.0, 20.0), rtol, ROLLING)
 
 
 def _features(
@@ -123,19 +102,12 @@ def _features(
     from nsdrill.sweep.plan import Plan
     from nsdrill.sweep.work import Work, compiled_parts
 
-    axes = {
-        name: np.array([value])
-        for name, value in zip(("depth", "wob", "rotary_speed"), point, strict=True)
-    }
+    axes = {name: np.array([value]) for name, value in zip(("depth", "wob", "rotary_speed"), point, strict=True)}
     simulation = Simulation(*times, rtol=rtol, method="implicit")
-    work = Work(
-        Plan(axes, "same", None), parameters, Initial(x=0.0), simulation, Thresholds(), Record()
-    )
+    work = Work(Plan(axes, "same", None), parameters, Initial(x=0.0), simulation, Thresholds(), Record())
     batch = work.new_batch(1, 1)
     batch.add_many(np.arange(1), work.prepare(np.arange(1)))
-    columns: dict[str, Any] = work.columns(
-        batch.advance(compiled_parts(1, work.variant), 1e9, True)
-    )
+    columns: dict[str, Any] = work.columns(batch.advance(compiled_parts(1, work.variant), 1e9, True))
     return {name: float(columns[name][0]) for name in names}
 
 

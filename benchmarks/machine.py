@@ -14,17 +14,7 @@ from typing import Any
 
 import numpy as np
 
-PACKAGES = (
-    "nsdrill",
-    "numba",
-    "llvmlite",
-    "numpy",
-    "scipy",
-    "numbalsoda",
-    "jax",
-    "diffrax",
-    "clode",
-)
+PACKAGES = ("nsdrill", "numba", "llvmlite", "numpy", "scipy", "numbalsoda", "jax", "diffrax", "clode")
 
 
 def alone(cpu: int | None = None) -> int:
@@ -39,9 +29,7 @@ def alone(cpu: int | None = None) -> int:
         "POCL_MAX_PTHREAD_COUNT",
     ):
         os.environ[name] = "1"
-    os.environ.setdefault(
-        "XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
-    )
+    os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
     os.environ.setdefault("JAX_PLATFORMS", "cpu")
     os.environ.setdefault("POCL_DEVICES", "basic")  # pocl's device without threads
     if not hasattr(os, "sched_setaffinity"):
@@ -64,9 +52,7 @@ def describe() -> dict[str, Any]:
         "date": time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()),
         "processor": _processor(),
         "cores": os.cpu_count(),
-        "load at the start": [round(x, 2) for x in os.getloadavg()]
-        if hasattr(os, "getloadavg")
-        else None,
+        "load at the start": [round(x, 2) for x in os.getloadavg()] if hasattr(os, "getloadavg") else None,
         "system": f"{platform.system()} {platform.release()}",
         "C++ compiler": _first_line([os.environ.get("CXX", "c++"), "--version"]),
         "versions": versions,
@@ -85,9 +71,7 @@ def _processor() -> str:
 
 def _first_line(command: list[str]) -> str:
     try:
-        return subprocess.run(
-            command, capture_output=True, text=True, check=True
-        ).stdout.splitlines()[0]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[0]
     except (OSError, subprocess.CalledProcessError, IndexError):
         return "none"
 
@@ -96,10 +80,7 @@ def spread(values: Sequence[float], form: str = "{:.3g}") -> str:
     """Median, and the least and the largest."""
     if len(values) == 0:
         return "-"
-    return (
-        f"{form.format(np.median(values))} ({form.format(min(values))} to "
-        f"{form.format(max(values))})"
-    )
+    return f"{form.format(np.median(values))} ({form.format(min(values))} to {form.format(max(values))})"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
@@ -110,18 +91,11 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     def line(row: Sequence[str]) -> str:
         return (
             "| "
-            + " | ".join(
-                c.ljust(w) if i == 0 else c.rjust(w)
-                for i, (c, w) in enumerate(zip(row, widths, strict=True))
-            )
+            + " | ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True)))
             + " |"
         )
 
-    rule = (
-        "|"
-        + "|".join("-" * (w + 2) if i == 0 else "-" * (w + 1) + ":" for i, w in enumerate(widths))
-        + "|"
-    )
+    rule = "|" + "|".join("-" * (w + 2) if i == 0 else "-" * (w + 1) + ":" for i, w in enumerate(widths)) + "|"
     return "\n".join([line(cells[0]), rule, *(line(row) for row in cells[1:])])
 
 

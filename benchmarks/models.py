@@ -42,12 +42,7 @@ MODELS = {
         4.0,
         "model: beam\nbeam: {stations: [{at: 0.5}]}\noperation: {depth: 5000 m, wob: 66.72 kN}\n",
     ),
-    "beam, 5 modes, 5 stations": (
-        1.0,
-        2.0,
-        4.0,
-        "model: beam\noperation: {depth: 5000 m, wob: 66.72 kN}\n",
-    ),
+    "beam, 5 modes, 5 stations": (1.0, 2.0, 4.0, "model: beam\noperation: {depth: 5000 m, wob: 66.72 kN}\n"),
     "segments, 10 + 10": (10.0, 20.0, 1.0, "model: segments\ninitial: {start: rest}\n"),
 }
 
@@ -63,14 +58,10 @@ class Runner:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument(
-        "--compile", action="store_true", help="also the time of the first use of each model"
-    )
+    parser.add_argument("--compile", action="store_true", help="also the time of the first use of each model")
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     arguments = parser.parse_args()
     alone()
@@ -90,23 +81,14 @@ def main() -> None:
         own = np.array(taken[model, "nsdrill"])
         ratios = np.array(times) / (base if way == "nsdrill" else own)
         of = (
-            f"{spread(ratios.tolist())} of the main model"
-            if way == "nsdrill"
-            else f"{spread(ratios.tolist())} of ours"
+            f"{spread(ratios.tolist())} of the main model" if way == "nsdrill" else f"{spread(ratios.tolist())} of ours"
         )
         rows.append([f"{model}: {way}", f"{1e6 * np.median(times):.1f}", of])
     text = f"{where(machine)}\n\n{table(['', 'us per simulated second', 'times'], rows)}\n"
-    data: dict[str, Any] = {
-        "machine": machine,
-        "seconds": {f"{m}: {w}": t for (m, w), t in taken.items()},
-    }
+    data: dict[str, Any] = {"machine": machine, "seconds": {f"{m}: {w}": t for (m, w), t in taken.items()}}
     if arguments.compile:
         first = {name: _first_use(name) for name in MODELS}
-        text += (
-            "\n"
-            + table(["first use", "processor seconds"], [[n, f"{s:.1f}"] for n, s in first.items()])
-            + "\n"
-        )
+        text += "\n" + table(["first use", "processor seconds"], [[n, f"{s:.1f}"] for n, s in first.items()]) + "\n"
         data["first_use"] = first
     write(arguments.out, text, data)
 
@@ -158,11 +140,7 @@ class Problem:
         columns = [runs.parameters, runs.state_scales, runs.frame_rates, runs.initial[:, -1:]]
         self.data = np.concatenate([np.atleast_2d(one) for one in columns], axis=1)
         self.function = model.right_hand_side(1, variant)
-        self.widths = (
-            runs.parameters.shape[1],
-            runs.state_scales.shape[1],
-            runs.frame_rates.shape[1],
-        )
+        self.widths = (runs.parameters.shape[1], runs.state_scales.shape[1], runs.frame_rates.shape[1])
         self.derivative = self._derivative()
 
     def _derivative(self) -> Any:
@@ -216,13 +194,7 @@ class Problem:
         @numba.cfunc(numbalsoda.lsoda_sig)
         def right_hand_side(t, scaled, d, p):  # type: ignore[no-untyped-def]
             data = numba.carray(p, (length + total,))
-            derivative(
-                t,
-                numba.carray(scaled, (states,)),
-                numba.carray(d, (states,)),
-                data[:length],
-                data[length:],
-            )
+            derivative(t, numba.carray(scaled, (states,)), numba.carray(d, (states,)), data[:length], data[length:])
 
         found: dict[str, Callable[[float], None]] = {}
         for word in ("lsoda", "dop853"):
@@ -231,15 +203,7 @@ class Problem:
             def solve(duration: float, solver: Any = solver, address: Any = address) -> None:
                 for start, data in zip(self.initial, self.data, strict=True):
                     both = np.concatenate([data, np.zeros(total)])
-                    _, ok = solver(
-                        address,
-                        start.copy(),
-                        np.array([0.0, duration]),
-                        both,
-                        self.rtol,
-                        self.rtol,
-                        10**8,
-                    )
+                    _, ok = solver(address, start.copy(), np.array([0.0, duration]), both, self.rtol, self.rtol, 10**8)
                     if not ok:
                         raise RuntimeError(f"{solver} gave up")
 
@@ -249,10 +213,7 @@ class Problem:
 
 def _first_use(name: str) -> float:
     """Processor seconds of a sweep of two points in a process with an empty cache."""
-    code = (
-        "import sys, time, nsdrill; nsdrill.run(sys.argv[1], progress=False); "
-        "print(time.process_time())"
-    )
+    code = "import sys, time, nsdrill; nsdrill.run(sys.argv[1], progress=False); print(time.process_time())"
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(
             [sys.executable, "-c", code, _study(name, 2, 1.0)],

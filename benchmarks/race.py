@@ -52,10 +52,7 @@ def main() -> None:
     steps_by_point = base.columns["steps"] + base.columns["rejected"]
     some = np.arange(len(problem) // SPARSE // 2, len(problem), SPARSE)
     share = {
-        peer.name: steps_by_point[some].sum() / steps_by_point.sum()
-        if "SciPy" in peer.name
-        else 1.0
-        for peer in peers
+        peer.name: steps_by_point[some].sum() / steps_by_point.sum() if "SciPy" in peer.name else 1.0 for peer in peers
     }
     parts = {peer.name: problem.part(some) if "SciPy" in peer.name else problem for peer in peers}
     for peer in peers:
@@ -64,12 +61,7 @@ def main() -> None:
     runners: list[tuple[str, str, float, Any]] = [
         *((own.name, own.lacks, 1.0, lambda own=own: own.run(work)) for own in ours),
         *(
-            (
-                peer.name,
-                peer.lacks,
-                share[peer.name],
-                lambda peer=peer: peer.run(parts[peer.name], arguments.rtol),
-            )
+            (peer.name, peer.lacks, share[peer.name], lambda peer=peer: peer.run(parts[peer.name], arguments.rtol))
             for peer in peers
         ),
     ]
@@ -92,9 +84,7 @@ def main() -> None:
         one = results[name][0]
         steps = None if one.steps is None else one.steps / part
         per_step = None if steps is None else cost * simulated / steps * 1e9
-        per_call = (
-            None if one.evaluations is None else cost * simulated / (one.evaluations / part) * 1e9
-        )
+        per_call = None if one.evaluations is None else cost * simulated / (one.evaluations / part) * 1e9
         compared = ends if part == 1.0 else ends[some]
         state_scales = problem.state_scales if part == 1.0 else problem.state_scales[some]
         apart = float(np.nanmedian(np.max(np.abs(one.end - compared) / state_scales, axis=1)))
@@ -148,16 +138,10 @@ def main() -> None:
             table(head, rows),
             "What each does and leaves out:\n\n"
             + "\n".join(
-                f"- **{name}**: {lacks}"
-                + (f"; gave up on {row['failed']} points" if row["failed"] else "")
-                + "."
+                f"- **{name}**: {lacks}" + (f"; gave up on {row['failed']} points" if row["failed"] else "") + "."
                 for (name, lacks, *_), row in zip(runners, data, strict=True)
             ),
-            "Not run:\n\n"
-            + (
-                "\n".join(f"- **{name}**: needs {why}." for name, why in absent.items())
-                or "- nobody."
-            ),
+            "Not run:\n\n" + ("\n".join(f"- **{name}**: needs {why}." for name, why in absent.items()) or "- nobody."),
         ]
     )
     write(
@@ -179,12 +163,8 @@ def main() -> None:
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "--quick", action="store_true", help="a small workload: a minute with all compilations"
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="a small workload: a minute with all compilations")
     parser.add_argument("--rounds", type=int, default=None)
     parser.add_argument("--rtol", type=float, default=1e-6)
     parser.add_argument("--clock", choices=("cpu", "wall"), default="cpu")

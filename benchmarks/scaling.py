@@ -51,21 +51,15 @@ print(time.time() - float(sys.argv[2]))
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "--quick", action="store_true", help="to 10^3 points, memory at 2 10^4, no whole study"
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="to 10^3 points, memory at 2 10^4, no whole study")
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     arguments = parser.parse_args()
     machine = describe()
     quick = arguments.quick
     with tempfile.TemporaryDirectory() as folder:
         begin = _beginnings(Path(folder))
-        memory = [
-            _memory(Path(folder), n) for n in ((100, 20_000) if quick else (100, 10_000, 1_000_000))
-        ]
+        memory = [_memory(Path(folder), n) for n in ((100, 20_000) if quick else (100, 10_000, 1_000_000))]
         study = None if quick else _whole_study(Path(folder))
     sides = (10, 32) if quick else (10, 32, 100, 316)
     cost = [entry for duration in (100.0, 10.0) for entry in _cost(sides, duration)]
@@ -94,19 +88,12 @@ def main() -> None:
             + table(
                 ("points", "largest resident [MB]", "s", "results file [MB]"),
                 [
-                    (
-                        m["points"],
-                        f"{m['megabytes']:.0f}",
-                        f"{m['seconds']:.1f}",
-                        f"{m['file_megabytes']:.1f}",
-                    )
+                    (m["points"], f"{m['megabytes']:.0f}", f"{m['seconds']:.1f}", f"{m['file_megabytes']:.1f}")
                     for m in memory
                 ],
             ),
             "## To begin\n\nMedian, least and largest.\n\n"
-            + table(
-                ("what", "s"), [(name, spread(values, "{:.2f}")) for name, values in begin.items()]
-            ),
+            + table(("what", "s"), [(name, spread(values, "{:.2f}")) for name, values in begin.items()]),
             f"## Threads\n\n{threads['points']} points of 100 s: one worker {threads['one']:.2f} "
             f"s, two workers "
             f"{threads['two']:.2f} s: {threads['one'] / threads['two']:.2f} times.",
@@ -123,14 +110,7 @@ def main() -> None:
     write(
         arguments.out,
         text,
-        {
-            "machine": machine,
-            "cost": cost,
-            "memory": memory,
-            "begin": begin,
-            "threads": threads,
-            "study": study,
-        },
+        {"machine": machine, "cost": cost, "memory": memory, "begin": begin, "threads": threads, "study": study},
     )
 
 
@@ -151,11 +131,7 @@ def _cost(sides: tuple[int, ...], duration: float) -> list[dict[str, Any]]:
                 _, progress = sweep(work, lanes)
             seconds = (time.perf_counter() - begun) / repeats
             taken[side].append(
-                (
-                    seconds / work.plan.points * 1e6,
-                    seconds / progress.lane_steps * 1e9,
-                    progress.lanes_in_use,
-                )
+                (seconds / work.plan.points * 1e6, seconds / progress.lane_steps * 1e9, progress.lanes_in_use)
             )
     return [
         {"duration": duration}
@@ -181,19 +157,13 @@ def _threads(side: int) -> dict[str, Any]:
                 begun = time.perf_counter()
                 sweep(work, choose_lanes(work.plan.points // workers), executor, workers)
                 taken[workers].append(time.perf_counter() - begun)
-    return {
-        "points": work.plan.points,
-        "one": float(np.median(taken[1])),
-        "two": float(np.median(taken[2])),
-    }
+    return {"points": work.plan.points, "one": float(np.median(taken[1])), "two": float(np.median(taken[2]))}
 
 
 def _study(folder: Path, points: int, transient: float, observe: float) -> Path:
     speeds = max(points // 100, 10)
     path = folder / f"study{points}.yaml"
-    path.write_text(
-        STUDY.format(depths=points // speeds, speeds=speeds, transient=transient, observe=observe)
-    )
+    path.write_text(STUDY.format(depths=points // speeds, speeds=speeds, transient=transient, observe=observe))
     return path
 
 
@@ -259,9 +229,7 @@ def _whole_study(folder: Path) -> dict[str, Any]:
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     begun = time.perf_counter()
     subprocess.run(
-        _command("run", path, "--output", folder / "fig4.h5", "--workers", "1"),
-        check=True,
-        capture_output=True,
+        _command("run", path, "--output", folder / "fig4.h5", "--workers", "1"), check=True, capture_output=True
     )
     return {
         "points": plan_of(load_study(path)).points,

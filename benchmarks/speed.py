@@ -36,10 +36,7 @@ STEEP = "bit: {friction: {smoothing: 1.0e+4 s/rad}}\nwell: {friction: {smoothing
 SWEEPS = {
     "race": (GRID.format(12), 2000),
     "implicit": (GRID.format(6) + STEEP + "simulation: {method: implicit}\n", 600),
-    "segments": (
-        SEGMENTS + "sweep: {rotary_speed: {from: 8 rad/s, to: 60 rad/s, points: 16}}\n",
-        200,
-    ),
+    "segments": (SEGMENTS + "sweep: {rotary_speed: {from: 8 rad/s, to: 60 rad/s, points: 16}}\n", 200),
     "beam": ("model: beam\n" + GRID.format(6), 800),
 }
 TWO = "sweep: {rotary_speed: [13 rad/s, 30 rad/s]}\n"
@@ -59,10 +56,7 @@ def seconds(words: list[str], source: Path, cache: str | None = None) -> float:
         environment["NUMBA_CACHE_DIR"] = cache
     quiet = os.open(os.devnull, os.O_WRONLY)
     child = os.posix_spawn(
-        sys.executable,
-        [sys.executable, *words],
-        environment,
-        file_actions=[(os.POSIX_SPAWN_DUP2, quiet, 1)],
+        sys.executable, [sys.executable, *words], environment, file_actions=[(os.POSIX_SPAWN_DUP2, quiet, 1)]
     )
     _, status, used = os.wait4(child, 0)
     os.close(quiet)
@@ -111,9 +105,7 @@ CASES = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--against", type=Path, required=True, help="folder with the other nsdrill")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--cold", type=int, default=1, help="rounds with an empty cache (1)")

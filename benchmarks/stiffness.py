@@ -69,9 +69,7 @@ ROUNDS, SLOW = 4, 2.0  # what takes longer [s] runs once
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="to 10^4, without the same error")
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     parser.add_argument("--lanes", type=int, help="of nsdrill; else what a sweep takes")
@@ -152,37 +150,19 @@ def _measure(
 
     base = Parameters()
     part = getattr(base, side)
-    changed = replace(
-        base, **{side: replace(part, friction=replace(part.friction, smoothing=smoothing))}
-    )
-    work = spun_up(
-        grid(np.array([depth]), np.linspace(*speeds, POINTS), 0.0, seconds, wob=wob),
-        30.0,
-        rtol=1e-6,
-    )
+    changed = replace(base, **{side: replace(part, friction=replace(part.friction, smoothing=smoothing))})
+    work = spun_up(grid(np.array([depth]), np.linspace(*speeds, POINTS), 0.0, seconds, wob=wob), 30.0, rtol=1e-6)
     work = replace(work, parameters=changed)
     methods = METHODS if smoothing <= EXPLICIT_UP_TO else METHODS[1:]
     auto = METHODS[
-        int(
-            np.any(
-                implicit(
-                    "auto", work.model, Values(changed, Initial(), (depth, wob, np.array(speeds)))
-                )
-            )
-        )
+        int(np.any(implicit("auto", work.model, Values(changed, Initial(), (depth, wob, np.array(speeds))))))
     ]
     lengths = (seconds, LONGER * seconds)
     works = {
-        name: [
-            replace(work, simulation=replace(work.simulation, method=name, observe=length))
-            for length in lengths
-        ]
+        name: [replace(work, simulation=replace(work.simulation, method=name, observe=length)) for length in lengths]
         for name in methods
     }
-    taken = {
-        name: lanes or widened(choose_lanes(POINTS), POINTS, works[name][0].variant.rows)
-        for name in methods
-    }
+    taken = {name: lanes or widened(choose_lanes(POINTS), POINTS, works[name][0].variant.rows) for name in methods}
     ours = {name: Nsdrill(taken[name]) for name in methods}
     bare = {f"{name}, bare": Nsdrill(taken[name], observed=False) for name in methods}
     some = slice(None, None, POINTS // PEER_POINTS)
@@ -192,17 +172,12 @@ def _measure(
         entries[name] = lambda which, rtol, name=name: ours[name].run(works[name][which], rtol)
     for name, peer in _peers().items():
         entries[name] = lambda which, rtol, peer=peer: peer.run(problems[which], rtol)
-    simulated = {
-        name: (PEER_POINTS if name in PEERS else POINTS) * (lengths[1] - lengths[0])
-        for name in entries
-    }
+    simulated = {name: (PEER_POINTS if name in PEERS else POINTS) * (lengths[1] - lengths[0]) for name in entries}
     for name, one in works.items():
         # compiled before
         ours[name].run(replace(one[0], simulation=replace(one[0].simulation, observe=1e-3)))
     runs = {
-        f"{name}, bare": lambda which, rtol, name=name: bare[f"{name}, bare"].run(
-            works[name][which], rtol
-        )
+        f"{name}, bare": lambda which, rtol, name=name: bare[f"{name}, bare"].run(works[name][which], rtol)
         for name in methods
     }
     found = _in_turns(entries | runs, 1e-6)
@@ -227,15 +202,10 @@ def _measure(
     if not quick and there:
         exact = Nsdrill(taken["implicit"]).run(works["implicit"][0], 1e-11).end[some, :STATES]
         scale = problems[0].state_scales + np.abs(exact)
-        each = [
-            _in_turns({name: entries[name] for name in (auto, *there)}, rtol) for rtol in TOLERANCES
-        ]
+        each = [_in_turns({name: entries[name] for name in (auto, *there)}, rtol) for rtol in TOLERANCES]
         at = {}
         for name in (auto, *there):
-            errors = [
-                _error(one[name].end[some if name == auto else slice(None)], exact, scale)
-                for one in each
-            ]
+            errors = [_error(one[name].end[some if name == auto else slice(None)], exact, scale) for one in each]
             times = [one[name].seconds / simulated[name] for one in each]
             if np.all(np.isfinite([errors, times])):  # else it gave up at some point
                 at[name] = _at_error(times, errors)

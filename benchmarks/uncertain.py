@@ -71,19 +71,13 @@ def seconds(work: Work) -> float:
 def memory(*words: str) -> float:
     """The largest resident memory of ``nsdrill words...`` [MB]."""
     done = subprocess.run(
-        [sys.executable, "-c", MEMORY, *words],
-        check=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
+        [sys.executable, "-c", MEMORY, *words], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     )
     return float(done.stderr.strip().splitlines()[-1])
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--part", type=int, default=16, help="samples that are run, of 256")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--quick", action="store_true", help="two samples, one round, no memory")
@@ -91,13 +85,9 @@ def main() -> None:
     arguments = parser.parse_args()
     part, rounds = (2, 1) if arguments.quick else (arguments.part, arguments.rounds)
     machine = describe()
-    ways = {
-        "carried up and back down": [],
-        "each from the same state": ["sweep.procedure=same", "sweep.along=null"],
-    }
+    ways = {"carried up and back down": [], "each from the same state": ["sweep.procedure=same", "sweep.along=null"]}
     works = {
-        name: work_of(parse_study(STUDY, overrides=[f"uncertain.samples={part}", *more]))
-        for name, more in ways.items()
+        name: work_of(parse_study(STUDY, overrides=[f"uncertain.samples={part}", *more])) for name, more in ways.items()
     }
     compiled_parts(LANES, next(iter(works.values())).variant)
     times = np.array([[seconds(work) for work in works.values()] for _ in range(rounds)])
@@ -126,11 +116,7 @@ def main() -> None:
                 held[words[0]] = memory(*words)
         largest = [[name, f"{megabytes:.0f}"] for name, megabytes in held.items()]
         text += f"\n{table(['command, of 460 800 runs', 'largest memory, MB'], largest)}\n"
-    write(
-        arguments.out,
-        text,
-        {"machine": machine, "times": times.tolist(), "part": part, "memory": held},
-    )
+    write(arguments.out, text, {"machine": machine, "times": times.tolist(), "part": part, "memory": held})
 
 
 if __name__ == "__main__":

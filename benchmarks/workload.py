@@ -114,15 +114,11 @@ def grid(
     return Started(plan, parameters or Parameters(), Initial(), simulation, Thresholds(), Record())
 
 
-def mixed(
-    depths: int, speeds: int, transient: float, observe: float, rtol: float = 1e-6
-) -> Started:
+def mixed(depths: int, speeds: int, transient: float, observe: float, rtol: float = 1e-6) -> Started:
     """The race's grid: 1000 to 8000 m, 1 to 8 rad/s at 22.24 kN. From rest at the
     hole's centre this holds stick-slip (slow), free whirl with the bit on rock or
     bouncing (middle) and rolling along the wall (fast)."""
-    return grid(
-        np.linspace(1000.0, 8000.0, depths), np.linspace(1.0, 8.0, speeds), transient, observe, rtol
-    )
+    return grid(np.linspace(1000.0, 8000.0, depths), np.linspace(1.0, 8.0, speeds), transient, observe, rtol)
 
 
 def middles(side: int, duration: float) -> Started:
@@ -141,22 +137,14 @@ def problem_of(work: Started) -> Problem:
     """The same runs for the peers."""
     points = np.arange(work.plan.points)
     runs = work.prepare(points)
-    constants = constants_of(
-        work.parameters, *work.plan.values(points).values(), runs.initial[:, STATES]
-    )
+    constants = constants_of(work.parameters, *work.plan.values(points).values(), runs.initial[:, STATES])
     duration = work.simulation.transient + work.simulation.observe
     return Problem(
-        constants,
-        runs.state_scales.copy(),
-        runs.first_step.copy(),
-        runs.initial[:, :STATES].copy(),
-        duration,
+        constants, runs.state_scales.copy(), runs.first_step.copy(), runs.initial[:, :STATES].copy(), duration
     )
 
 
-def constants_of(
-    parameters: Parameters, depth: Array, wob: Array, speed: Array, drive_angle: Array
-) -> Array:
+def constants_of(parameters: Parameters, depth: Array, wob: Array, speed: Array, drive_angle: Array) -> Array:
     """The coefficients of the equations of motion at operating points, columns
     :data:`CONSTANTS`."""
     if parameters.well.law != "linear" or parameters.drillstring.lateral_softening != "live":
@@ -196,9 +184,7 @@ def constants_of(
         arm * bit.friction.dynamic + k.cutting_arm,
         float(bit.lobes),
     )
-    return np.stack(
-        [np.broadcast_to(np.asarray(c, dtype=float), depth.shape) for c in columns], axis=1
-    )
+    return np.stack([np.broadcast_to(np.asarray(c, dtype=float), depth.shape) for c in columns], axis=1)
 
 
 class Inline(Executor):
@@ -216,13 +202,7 @@ def sweep(
     """The work's results by point, one array a variable, and how it went: as
     ``nsdrill run`` computes them."""
     parts: list[tuple[Array, dict[str, Array]]] = []
-    engine = Engine(
-        work,
-        executor or Inline(),
-        workers,
-        lanes,
-        lambda points, columns: parts.append((points, columns)),
-    )
+    engine = Engine(work, executor or Inline(), workers, lanes, lambda points, columns: parts.append((points, columns)))
     progress = engine.run()
     order = np.argsort(np.concatenate([points for points, _ in parts]))
     columns = {name: np.concatenate([c[name] for _, c in parts])[order] for name in parts[0][1]}

@@ -24,11 +24,7 @@ SMALL = 8
 
 
 def arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], colour: str) -> None:
-    axes.add_patch(
-        FancyArrowPatch(
-            start, end, arrowstyle="-|>", mutation_scale=10, color=colour, lw=1.6, zorder=5
-        )
-    )
+    axes.add_patch(FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=10, color=colour, lw=1.6, zorder=5))
 
 
 def turning(axes: Axes, x: float, y: float, width: float, colour: str) -> None:

@@ -74,27 +74,18 @@ def shrink(drawn: Path, picture: Path) -> None:
     small = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
     # Maximum coverage keeps the colours of responses that few points show; k-means
     # brings the colours of large areas back to what they are.
-    small.quantize(96, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(
-        picture, optimize=True
-    )
+    small.quantize(96, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(picture, optimize=True)
 
 
 def words(counts: dict[str, int]) -> str:
-    return (
-        ", ".join(
-            f"{name.replace('_', ' ').replace('+', ' + ')} {count}"
-            for name, count in counts.items()
-        )
-        or "–"
-    )
+    return ", ".join(f"{name.replace('_', ' ').replace('+', ' + ')} {count}" for name, count in counts.items()) or "–"
 
 
 def result(summary: dict[str, Any]) -> str:
     lines = ["| carried | points by response | kinds of whirl |", "| --- | --- | --- |"]
     for procedure in summary["procedures"]:
         lines.append(
-            f"| {procedure} | {words(summary['responses'][procedure])} | "
-            f"{words(summary['whirl_kinds'][procedure])} |"
+            f"| {procedure} | {words(summary['responses'][procedure])} | {words(summary['whirl_kinds'][procedure])} |"
         )
     ranges = []
     for name, (scale, unit) in RANGES.items():
@@ -108,17 +99,11 @@ def result(summary: dict[str, Any]) -> str:
     ]
     intervals = summary.get("intervals", [])
     if 0 < len(intervals) <= 30:
-        axis, unit = (
-            intervals[0]["axis"],
-            {"depth": "m", "wob": "N", "rotary_speed": "rad/s"}[intervals[0]["axis"]],
-        )
+        axis, unit = (intervals[0]["axis"], {"depth": "m", "wob": "N", "rotary_speed": "rad/s"}[intervals[0]["axis"]])
         lines += [f"| carried | {axis} [{unit}] | points | response |", "| --- | --- | --- | --- |"]
         for row in intervals:
             ends = f"{row['from']:.5g}" + (f" to {row['to']:.5g}" if row["points"] > 1 else "")
-            lines.append(
-                f"| {row['procedure']} | {ends} | {row['points']} | "
-                f"{words({row['response']: 0})[:-2]} |"
-            )
+            lines.append(f"| {row['procedure']} | {ends} | {row['points']} | {words({row['response']: 0})[:-2]} |")
         lines.append("")
     return "\n".join(lines)
 
@@ -163,9 +148,7 @@ def studies(folder: Path) -> None:
         draw(results, name)
     page = HERE / "studies.md"
     text = page.read_text(encoding="utf-8")
-    page.write_text(
-        BLOCK.sub(lambda m: f"{m[1]}{result(summaries[m[2]])}{m[3]}", text), encoding="utf-8"
-    )
+    page.write_text(BLOCK.sub(lambda m: f"{m[1]}{result(summaries[m[2]])}{m[3]}", text), encoding="utf-8")
 
 
 def strings(folder: Path) -> None:
@@ -174,9 +157,7 @@ def strings(folder: Path) -> None:
         draw(results_of(folder, config), name)
     for config in LATERAL:
         draw(results_of(folder, config), config, "--kind", "whirl_kind")
-    regulated = trace_of(
-        folder, "segments_lqr", "regulated", "--rotary-speed", "13 rad/s", "--duration", "140 s"
-    )
+    regulated = trace_of(folder, "segments_lqr", "regulated", "--rotary-speed", "13 rad/s", "--duration", "140 s")
     draw(regulated, "segments_lqr")
 
 
@@ -184,16 +165,7 @@ def beam(folder: Path) -> None:
     """The elastic collar: a sweep, and its span in time."""
     draw(results_of(folder, COLLAR), "beam_speed")
     for name, (wob, force) in COLLAR_TRACES.items():
-        options = (
-            "--wob",
-            wob,
-            "--set",
-            f"initial.wall_force={force}",
-            "--duration",
-            "40 s",
-            "--sample",
-            "1 ms",
-        )
+        options = ("--wob", wob, "--set", f"initial.wall_force={force}", "--duration", "40 s", "--sample", "1 ms")
         draw(trace_of(folder, "beam_wob_contact", name, *options), name)
 
 
@@ -209,9 +181,7 @@ def maps(folder: Path) -> None:
     grid = ("simulation.transient=100 s", "simulation.observe=50 s")
     coarse = ("sweep.wob.points=16", "sweep.rotary_speed.points=16")
     titled = ("--title", "Map of weight on bit and rotary speed, 5000 m")
-    refined = results_of(
-        folder, "map_wob_speed", "maps_refined", *grid, *coarse, *SAME, "sweep.refine=2"
-    )
+    refined = results_of(folder, "map_wob_speed", "maps_refined", *grid, *coarse, *SAME, "sweep.refine=2")
     draw(refined, "maps_refined", *titled)
     fine = ("sweep.wob.points=61", "sweep.rotary_speed.points=61", "simulation.verify=true")
     draw(results_of(folder, "map_wob_speed", "maps_trust", *grid, *fine), "maps_trust", *titled)
@@ -235,12 +205,7 @@ def uncertain(folder: Path) -> None:
 def traces(folder: Path) -> None:
     """One run in time: stick-slip at low speed, and a film of a collar that rolls along
     the wall."""
-    draw(
-        trace_of(
-            folder, "fig4_speed_22kN", "trace", "--rotary-speed", "1.2 rad/s", "--duration", "60 s"
-        ),
-        "trace",
-    )
+    draw(trace_of(folder, "fig4_speed_22kN", "trace", "--rotary-speed", "1.2 rad/s", "--duration", "60 s"), "trace")
     whirl = ("--rotary-speed", "6.5 rad/s", "--set", "initial.x=70 mm", "--duration", "30 s")
     rolling = trace_of(folder, "fig4_speed_22kN", "whirl", *whirl)
     nsdrill(
@@ -277,8 +242,7 @@ def learn(folder: Path) -> None:
     unknown = folder / "uncertain.yaml"
     head, name, tail = text.partition("uncertain:\n")
     unknown.write_text(
-        head.removesuffix("# ") + name + re.sub(r"^#  ", " ", tail, flags=re.MULTILINE),
-        encoding="utf-8",
+        head.removesuffix("# ") + name + re.sub(r"^#  ", " ", tail, flags=re.MULTILINE), encoding="utf-8"
     )
     for source, name, kind in ((study, "window", "window"), (unknown, "tradeoff", "trade-off")):
         results = folder / f"engineer_{name}.h5"
@@ -301,19 +265,7 @@ def learn(folder: Path) -> None:
 
 GROUPS: dict[str, Callable[[Path], None]] = {
     one.__name__: one
-    for one in (
-        charts,
-        studies,
-        strings,
-        beam,
-        coexistence,
-        maps,
-        motion,
-        uncertain,
-        traces,
-        branches,
-        learn,
-    )
+    for one in (charts, studies, strings, beam, coexistence, maps, motion, uncertain, traces, branches, learn)
 }
 
 

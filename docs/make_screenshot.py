@@ -22,9 +22,7 @@ PICTURE = Path(__file__).parent / "pictures" / "explorer.png"
 
 def main(results: str) -> None:
     with nsdrill.view(results) as view, sync_playwright() as engine:
-        browser = engine.chromium.launch(
-            executable_path=shutil.which("chromium"), args=["--no-sandbox"]
-        )
+        browser = engine.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 1000})
         page.goto(view.url)
         page.locator("body[data-ready='1']").wait_for()
@@ -41,9 +39,7 @@ def main(results: str) -> None:
         page.screenshot(path=PICTURE, full_page=True)
         browser.close()
     image = Image.open(PICTURE).convert("RGB")
-    image.quantize(64, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(
-        PICTURE, optimize=True
-    )
+    image.quantize(64, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(PICTURE, optimize=True)
 
 
 if __name__ == "__main__":

@@ -33,9 +33,7 @@ def drawn(tex: str) -> str:
     plain = text
     for name, other in OTHERWISE.items():
         plain = plain.replace(name, other)
-    with rc_context(
-        {"mathtext.fontset": "stix", "svg.fonttype": "path", "svg.hashsalt": "nsdrill"}
-    ):
+    with rc_context({"mathtext.fontset": "stix", "svg.fonttype": "path", "svg.hashsalt": "nsdrill"}):
         figure = Figure()
         figure.text(0, 0, f"${plain}$", fontsize=12)
         image = io.StringIO()

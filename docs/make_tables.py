@@ -43,11 +43,7 @@ BLOCK = re.compile(r"(<!-- table: ([\w ]+) -->\n).*?(<!-- end of table -->)", re
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """A Markdown table; bars within cells are escaped."""
     head = list(head)
-    lines = [
-        head,
-        ["---"] * len(head),
-        *([str(cell).replace("|", "\\|") for cell in row] for row in rows),
-    ]
+    lines = [head, ["---"] * len(head), *([str(cell).replace("|", "\\|") for cell in row] for row in rows)]
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
 
@@ -180,10 +176,7 @@ def sweep_keys() -> list[list[str]]:
     for leaf in (SAMPLES, SEED, DESIGN):
         others = "; ".join(filter(None, (leaf.default_text, forms(leaf))))
         rows.append([code(leaf.key), others, leaf.meaning])
-    for name, form in (
-        ("correlations", "`[[KEY, KEY, correlation], ...]`"),
-        ("table", "`{KEY: [value, ...], ...}`"),
-    ):
+    for name, form in (("correlations", "`[[KEY, KEY, correlation], ...]`"), ("table", "`{KEY: [value, ...], ...}`")):
         rows.append([f"`uncertain.{name}`", f"none; {form}", MEANINGS[f"uncertain.{name}"]])
     return rows
 
@@ -313,9 +306,7 @@ def check_quantities() -> str:
         for name, found in nsdrill.check(study).as_json()["figures"].items():
             if name not in rows:
                 rows[name] = [code(name), found["units"], found["meaning"], where]
-    listed = [
-        [name, units, where, words] for name, units, words, where in filter(None, rows.values())
-    ]
+    listed = [[name, units, where, words] for name, units, words, where in filter(None, rows.values())]
     families = in_families(listed)
     return table(
         ["name", "units", "meaning"],
@@ -342,11 +333,7 @@ def kinds() -> str:
         for whole in ("map", "trace")
     ]
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
-    values = [
-        "any feature by its name",
-        "a sweep",
-        f"one value along the axis, or as a map; short names: {short}",
-    ]
+    values = ["any feature by its name", "a sweep", f"one value along the axis, or as a map; short names: {short}"]
     return table(["kind", "of", "what it shows"], [*listed, *parts, values])
 
 
@@ -407,14 +394,8 @@ def option_name(option: object) -> str:
     metavar = ""
     if not option.is_flag:
         choices = getattr(option.type, "choices", None)
-        metavar = " " + (
-            " or ".join(choices)
-            if choices
-            else option.metavar or option.type.name.split()[0].upper()
-        )
-    return ", ".join(
-        code(name + (metavar if name.startswith("--") else "")) for name in option.opts
-    )
+        metavar = " " + (" or ".join(choices) if choices else option.metavar or option.type.name.split()[0].upper())
+    return ", ".join(code(name + (metavar if name.startswith("--") else "")) for name in option.opts)
 
 
 def option_text(option: object) -> str:
@@ -456,10 +437,7 @@ def python_classes() -> str:
     names = [name for name in nsdrill.__all__ if not name.islower()]
     return table(
         ["class", "meaning"],
-        (
-            [code(f"nsdrill.{name}"), " ".join(summary(getattr(nsdrill, name)).split())]
-            for name in names
-        ),
+        ([code(f"nsdrill.{name}"), " ".join(summary(getattr(nsdrill, name)).split())] for name in names),
     )
 
 
@@ -494,12 +472,7 @@ def equations_of(model: str) -> Callable[[], str]:
 
 
 # A variant of each model.
-MOTIONS_OF: dict[str, tuple[int, ...]] = {
-    MODEL: Options(),
-    "beam": Collar(2, 1),
-    "segments": (3, 2, 0),
-    "torsion": (),
-}
+MOTIONS_OF: dict[str, tuple[int, ...]] = {MODEL: Options(), "beam": Collar(2, 1), "segments": (3, 2, 0), "torsion": ()}
 
 
 def friction_laws() -> str:
@@ -511,16 +484,11 @@ def friction_laws() -> str:
 
 
 def source(*functions: Any) -> str:
-    return (
-        "```python\n" + "\n\n\n".join(inspect.getsource(f).strip() for f in functions) + "\n```\n"
-    )
+    return "```python\n" + "\n\n\n".join(inspect.getsource(f).strip() for f in functions) + "\n```\n"
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    **{
-        f"equations of {name}": equations_of(name)
-        for name in (MODEL, "beam", "segments", "torsion")
-    },
+    **{f"equations of {name}": equations_of(name) for name in (MODEL, "beam", "segments", "torsion")},
     "friction laws": friction_laws,
     "parameters": parameters,
     "study keys": study_keys,

@@ -50,23 +50,17 @@ class Row:
 
 
 def study(text: str, *settings: str) -> nsdrill.Study:
-    return parse_study(
-        text if "sweep:" in text else text + "\nsweep: {depth: 2000 m}\n", "<verify>", settings
-    )
+    return parse_study(text if "sweep:" in text else text + "\nsweep: {depth: 2000 m}\n", "<verify>", settings)
 
 
 def string() -> Iterator[Row]:
     """Coefficients of a string from the literature, and of the default string to ten
     digits."""
-    jansen = study(
-        "drillstring: {collar: {length: 150 m}}", "operation.depth=2150 m", "sweep.depth=2150 m"
-    )
+    jansen = study("drillstring: {collar: {length: 150 m}}", "operation.depth=2150 m", "sweep.depth=2150 m")
     k = nsdrill.check(jansen).coefficients
     yield Row("1 string", "J of 2000 m of pipe over 150 m of collar [kg m²]", 373.99, k.J, 2e-5)
     yield Row("1 string", "k_t of the same [N m/rad]", 472.97, k.k_t, 2e-5)
-    k = nsdrill.check(
-        study("operation: {depth: 2000 m, wob: 22.24 kN, rotary_speed: 3 rad/s}")
-    ).coefficients
+    k = nsdrill.check(study("operation: {depth: 2000 m, wob: 22.24 kN, rotary_speed: 3 rad/s}")).coefficients
     by_hand = {
         "m_l": 3941.120735,
         "c_h": 1441.487328,
@@ -79,9 +73,7 @@ def string() -> Iterator[Row]:
         "cutting_arm": 0.01147503771,
     }
     for name, value in by_hand.items():
-        yield Row(
-            "1 string", f"{name}, default string at 2000 m", value, float(getattr(k, name)), 1e-9
-        )
+        yield Row("1 string", f"{name}, default string at 2000 m", value, float(getattr(k, name)), 1e-9)
 
 
 STICKING = """
@@ -102,11 +94,7 @@ def stick_slip() -> Iterator[Row]:
     report = nsdrill.check(s)
     k, omega = report.coefficients, s.operation.rotary_speed
     law = s.parameters.bit.friction
-    force = (
-        s.operation.wob
-        * s.parameters.bit.rock_stiffness
-        / (k.k_a + s.parameters.bit.rock_stiffness)
-    )
+    force = s.operation.wob * s.parameters.bit.rock_stiffness / (k.k_a + s.parameters.bit.rock_stiffness)
     # the greatest value of the smoothed law is its static friction
     speed = np.geomspace(1e-8, 1.0, 200_001)
     peak = np.max(
@@ -134,13 +122,7 @@ def stick_slip() -> Iterator[Row]:
     )
     slipping = 2 / w * (math.pi - math.atan(a / omega))
     yield Row("2 stick-slip", "slip time, (2/ω)(π − atan(A/Ω)) [s]", slipping, slip, 0.02)
-    yield Row(
-        "2 stick-slip",
-        "stick time, 2(T_s − T_d)/(k_t Ω) [s]",
-        2 * drop / (k.k_t * omega),
-        stick,
-        0.03,
-    )
+    yield Row("2 stick-slip", "stick time, 2(T_s − T_d)/(k_t Ω) [s]", 2 * drop / (k.k_t * omega), stick, 0.03)
 
 
 LIFTING = """
@@ -163,9 +145,7 @@ def lift_off() -> Iterator[Row]:
         # transient keeps the bit on the rock: the bouncing motion that exists at the
         # same weights is not to be met. The last weights lie below.
         steps = [2.0**-k for k in range(-2, 18)]
-        weights = sorted(
-            [expected * (1 + s) for s in steps] + [expected * (1 - s) for s in steps[-3:]]
-        )
+        weights = sorted([expected * (1 + s) for s in steps] + [expected * (1 - s) for s in steps[-3:]])
         axis = ", ".join(f"{weight!r} N" for weight in weights)
         found = run_in_memory(study(f"{head}sweep: {{wob: [{axis}], procedure: down}}\n"))
         weights = found.coords["wob"]
@@ -231,9 +211,7 @@ def balance() -> Iterator[Row]:
     for name, text, depth, wob, speed in cases:
         s = study(text + "\nsimulation: {rtol: 1e-10}")
         operation = Operation(depth, wob, speed)
-        trace = simulate(
-            s, depth=depth, wob=wob, rotary_speed=speed, duration=40.0, sample=1e-4
-        ).trace
+        trace = simulate(s, depth=depth, wob=wob, rotary_speed=speed, duration=40.0, sample=1e-4).trace
         stored = energy(s.parameters, operation, trace.variables)
         flows = powers(s.parameters, operation, trace.variables)
         work = sum(_integral(power, 1e-4) for power in flows.values())
@@ -259,14 +237,7 @@ simulation: {rtol: 1e-12}
     drift = np.abs(stored - fed - stored[0]).max() / stored[0]
     assert (trace["wall_force"] > 0).any()
     assert (trace["bit_force"] > 0).any()
-    yield Row(
-        "5 energy",
-        "drift in 100 s without dissipation, impacts on wall and rock",
-        0.0,
-        drift,
-        1e-7,
-        True,
-    )
+    yield Row("5 energy", "drift in 100 s without dissipation, impacts on wall and rock", 0.0, drift, 1e-7, True)
 
 
 def _integral(values: np.ndarray, step: float) -> float:
@@ -300,9 +271,7 @@ def order() -> Iterator[Row]:
 
         exact = run(1e-13).trace
         smoothly = np.all(exact["bit_force"] > 0) and np.all(exact["wall_force"] == 0)
-        assert smoothly == (text == smooth), (
-            "one case is to keep all its contacts, the other to change them"
-        )
+        assert smoothly == (text == smooth), "one case is to keep all its contacts, the other to change them"
         best = exact.attrs["final_state"][:8]
         size = np.maximum(np.abs(best), 1e-3)
         powers_of_ten = range(first, last - 1, -1)
@@ -312,13 +281,9 @@ def order() -> Iterator[Row]:
             errors.append(np.max(np.abs(trace.attrs["final_state"][:8] - best) / size))
             steps.append(trace.attrs["steps"] + trace.attrs["rejected"])
         slope = np.polyfit(list(powers_of_ten), np.log10(errors), 1)[0]
-        yield Row(
-            "6 order", f"slope of log error over log tolerance, {name}", 1.0, float(slope), 0.25
-        )
+        yield Row("6 order", f"slope of log error over log tolerance, {name}", 1.0, float(slope), 0.25)
         growth = (steps[-1] / steps[0]) ** (1 / (first - last))
-        yield Row(
-            "6 order", f"growth of the steps per decade of tolerance, {name}", 10**0.2, growth, 0.15
-        )
+        yield Row("6 order", f"growth of the steps per decade of tolerance, {name}", 10**0.2, growth, 0.15)
 
 
 def severity() -> Iterator[Row]:
@@ -329,13 +294,11 @@ def severity() -> Iterator[Row]:
     from nsdrill.variables import MODEL
 
     index = np.array([0.0, 40.0, 40.1, 60.0, 60.1, 80.0, 80.1, 100.0, 100.1, 300.0])
-    features = {
-        v.name: np.zeros(len(index)) for v in described(MODEL).variables if v.room == "feature"
-    } | {"stick_slip_index": index}
+    features = {v.name: np.zeros(len(index)) for v in described(MODEL).variables if v.room == "feature"} | {
+        "stick_slip_index": index
+    }
     labels = classify(features, np.ones(len(index), dtype=int), Thresholds())
-    for value, band, found in zip(
-        index, (0, 0, 1, 1, 2, 2, 3, 3, 4, 4), labels["stick_slip_severity"], strict=True
-    ):
+    for value, band, found in zip(index, (0, 0, 1, 1, 2, 2, 3, 3, 4, 4), labels["stick_slip_severity"], strict=True):
         yield Row("7 severity", f"band of an index of {value:g} %", band, int(found), 0.0, True)
 
 
@@ -354,16 +317,11 @@ def main(arguments: list[str]) -> int:
     markdown = "--markdown" in arguments
     chosen = [name for name in arguments if not name.startswith("--")] or list(CASES)
     if unknown := set(chosen) - set(CASES):
-        print(
-            f"no such case: {', '.join(sorted(unknown))}; there are {', '.join(CASES)}",
-            file=sys.stderr,
-        )
+        print(f"no such case: {', '.join(sorted(unknown))}; there are {', '.join(CASES)}", file=sys.stderr)
         return 2
     bad = 0
     if markdown:
-        print(
-            "| case | quantity | expected | measured | allowed |\n| --- | --- | --- | --- | --- |"
-        )
+        print("| case | quantity | expected | measured | allowed |\n| --- | --- | --- | --- | --- |")
     for name in chosen:
         for row in CASES[name]():
             bad += not row.good

@@ -32,25 +32,16 @@ def energy(parameters: Parameters, point: Any, state: State) -> Array:
     weight on bit. The work of rock, softening and damping is in :func:`powers`."""
     k, factor, arms = _constants(parameters, point)
     well, phi, omega = parameters.well, state["twist"] + state["drive_angle"], state["bit_speed"]
-    total = 0.5 * (
-        k.J * omega**2
-        + k.m_a * state["vz"] ** 2
-        + k.k_t * state["twist"] ** 2
-        + k.k_a * state["z"] ** 2
-    )
+    total = 0.5 * (k.J * omega**2 + k.m_a * state["vz"] ** 2 + k.k_t * state["twist"] ** 2 + k.k_a * state["z"] ** 2)
     total = total + point.wob * state["z"]
     for n, e in enumerate(arms, start=1):
         x, vx, y, vy = (state[f"{name}_{n}"] for name in ("x", "vx", "y", "vy"))
         gx, gy = vx - e * omega * np.sin(phi), vy + e * omega * np.cos(phi)
         total = total + 0.5 * factor * (
-            k.m_e * (gx**2 + gy**2)
-            + (k.m_l - k.m_e) * (vx**2 + vy**2)
-            + n**4 * k.k_bend * (x**2 + y**2)
+            k.m_e * (gx**2 + gy**2) + (k.m_l - k.m_e) * (vx**2 + vy**2) + n**4 * k.k_bend * (x**2 + y**2)
         )
     exponent = 2.5 if well.law == "hertz" else 2.0
-    for place, (gap, stiffness) in zip(
-        places(parameters.beam), walls(parameters, k.gap), strict=True
-    ):
+    for place, (gap, stiffness) in zip(places(parameters.beam), walls(parameters, k.gap), strict=True):
         at = at_place(parameters, state, place)
         depth = np.maximum(np.hypot(at["x"], at["y"]) - gap, 0.0)
         total = total + stiffness * depth**exponent / exponent
@@ -67,17 +58,13 @@ def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
     outputs = forces(parameters, point, state)
     stations = _walls(parameters, point, state)
     load = beam.axial_load
-    force = (
-        {"static": point.wob, "live": outputs["bit_force"]}[load] if isinstance(load, str) else load
-    )
+    force = {"static": point.wob, "live": outputs["bit_force"]}[load] if isinstance(load, str) else load
     torque = outputs["bit_torque"] if beam.torque == "cy" else 0.0
     softening: Any = 0.0
     structure: Any = 0.0
     for n in range(1, beam.modes + 1):
         x, vx, y, vy = (state[f"{name}_{n}"] for name in ("x", "vx", "y", "vy"))
-        load_factor = force * (n * math.pi) ** 2 / (2 * span) + torque * (n * math.pi) ** 3 / (
-            2 * span**2
-        )
+        load_factor = force * (n * math.pi) ** 2 / (2 * span) + torque * (n * math.pi) ** 3 / (2 * span**2)
         softening = softening + factor * load_factor * (x * vx + y * vy)
         critical = 2 * factor * np.sqrt(k.m_l * k.k_bend) * n**2
         structure = structure - beam.damping_ratio * critical * (vx**2 + vy**2)
@@ -93,10 +80,7 @@ def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,
         "structure": np.asarray(structure),
         "wall": np.asarray(
-            sum(
-                -at["wall_friction"] * (omega * k.collar_radius + at["whirl_speed"] * at["radius"])
-                for at in stations
-            )
+            sum(-at["wall_friction"] * (omega * k.collar_radius + at["whirl_speed"] * at["radius"]) for at in stations)
         ),
         "softening": np.asarray(softening),
     }

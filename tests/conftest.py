@@ -120,11 +120,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from nsdrill.app.run import run_study
 
     folder = tmp_path_factory.mktemp("shared")
-    for name, text, changes in (
-        ("small", SMALL, ()),
-        ("map", MAP, ()),
-        ("failing", SMALL, STEP_LIMIT),
-    ):
+    for name, text, changes in (("small", SMALL, ()), ("map", MAP, ()), ("failing", SMALL, STEP_LIMIT)):
         (folder / f"{name}.yaml").write_text(text)
         run_study(load_study(folder / f"{name}.yaml", changes), folder / f"{name}.h5", workers=1)
     return folder

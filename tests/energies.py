@@ -20,9 +20,7 @@ from nsdrill.models.schedule import History
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def energy(
-    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
-) -> Array:
+def energy(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> Array:
     """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic
     energy of the contact with the wall and the potential energies of the weight on bit,
     W z, and of the collar's weight in an inclined hole. The work of the rock and of the
@@ -63,10 +61,7 @@ def energy(
         potential = potential + 0.5 * law.stiffness * state["lag"] ** 2
         if "motor_torque" in state:  # L i^2 / 2
             drive = parameters.drive
-            potential = (
-                potential
-                + 0.5 * drive.circuit_time / drive.motor_damping * state["motor_torque"] ** 2
-            )
+            potential = potential + 0.5 * drive.circuit_time / drive.motor_damping * state["motor_torque"] ** 2
     return np.asarray(kinetic + potential)
 
 
@@ -92,24 +87,15 @@ def _drive_power(
                 + law_of_voltage.twist * (state["twist"] - law_of_voltage.steady_twist)
                 + law_of_voltage.bit_speed * (omega - speed)
             )
-            idle_speed = (
-                speed
-                + (law_of_voltage.steady_motor_torque - feedback) / parameters.drive.motor_damping
-            )
+            idle_speed = speed + (law_of_voltage.steady_motor_torque - feedback) / parameters.drive.motor_damping
         power = torque * (idle_speed - torque / parameters.drive.motor_damping)
         return np.asarray(power - law.shaft_damping * (drive_speed - omega) ** 2)
-    torque = motor_torque(
-        law, parameters.drive.torque_limit, state["lag"], drive_speed, state["twist"], omega, speed
-    )
+    torque = motor_torque(law, parameters.drive.torque_limit, state["lag"], drive_speed, state["twist"], omega, speed)
     spring = law.stiffness * state["lag"] * (drive_speed - speed)
-    return np.asarray(
-        torque * drive_speed + spring - law.shaft_damping * (drive_speed - omega) ** 2
-    )
+    return np.asarray(torque * drive_speed + spring - law.shaft_damping * (drive_speed - omega) ** 2)
 
 
-def powers(
-    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
-) -> dict[str, Array]:
+def powers(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
     """The powers [W] into :func:`energy`, whose sum is its rate of change; dissipation
     is negative:
 
@@ -126,9 +112,7 @@ def powers(
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string = parameters.drillstring
-    found = loads(
-        parameters, operation, state, *LOADS, "stiffness", "axial_friction", "stabilizer_friction"
-    )
+    found = loads(parameters, operation, state, *LOADS, "stiffness", "axial_friction", "stabilizer_friction")
     x, y, vx, vy, vz, omega = (state[name] for name in ("x", "y", "vx", "vy", "vz", "bit_speed"))
     radius = np.hypot(x, y)
     divisor = np.where(radius > 0, radius, 1.0)

@@ -47,9 +47,7 @@ def assembly_of(text: str) -> str:
 def packed_and_single(text: str) -> tuple[int, int]:
     """How many floating-point operations of this text work on all lanes, and how many
     on one number."""
-    packed, single = (
-        len(re.findall(_ARITHMETIC.format(kind), text)) for kind in (r"<\d+ x double>", "double")
-    )
+    packed, single = (len(re.findall(_ARITHMETIC.format(kind), text)) for kind in (r"<\d+ x double>", "double"))
     return packed, single
 
 

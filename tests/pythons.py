@@ -33,13 +33,9 @@ def _candidates() -> Iterator[Path]:
 def _version(python: Path) -> str:
     """As "3.12"; empty where it does not run, as a shim of pyenv may not, or is too
     old."""
-    code = (
-        f"import sys; print('%d.%d' % sys.version_info[:2] if sys.version_info >= {OLDEST} else '')"
-    )
+    code = f"import sys; print('%d.%d' % sys.version_info[:2] if sys.version_info >= {OLDEST} else '')"
     try:
-        done = subprocess.run(
-            [str(python), "-I", "-c", code], capture_output=True, text=True, timeout=30
-        )
+        done = subprocess.run([str(python), "-I", "-c", code], capture_output=True, text=True, timeout=30)
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
@@ -59,6 +55,4 @@ def pythons() -> dict[str, list[Path]]:
 def run(python: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """The words as a Python's command line, with this checkout as the package."""
     env = {**os.environ, "PYTHONPATH": str(SRC), "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.run(
-        [str(python), *words], capture_output=True, text=True, env=env, timeout=600
-    )
+    return subprocess.run([str(python), *words], capture_output=True, text=True, env=env, timeout=600)

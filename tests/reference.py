@@ -79,12 +79,7 @@ class Case:
 
     @property
     def m_l(self):
-        fluid = (
-            self.mud_density
-            * math.pi
-            / 4
-            * (self.collar_id**2 + self.added_mass * self.collar_od**2)
-        )
+        fluid = self.mud_density * math.pi / 4 * (self.collar_id**2 + self.added_mass * self.collar_od**2)
         return self.m_c + fluid * self.span / 2
 
     @property
@@ -152,12 +147,7 @@ def friction(speed, static, dynamic, smoothing, decay):
     """f(v) = (2/pi) atan(eps v) [(mu_s - mu_d)/(1 + tau |v|) + mu_d]."""
     # of a complex number too, which abs() makes real
     size = np.where(np.real(speed) < 0, -speed, speed)
-    return (
-        2
-        / np.pi
-        * np.arctan(smoothing * speed)
-        * ((static - dynamic) / (1 + decay * size) + dynamic)
-    )
+    return 2 / np.pi * np.arctan(smoothing * speed) * ((static - dynamic) / (1 + decay * size) + dynamic)
 
 
 def bit_arm(case, speed):
@@ -173,12 +163,7 @@ def bit_arm(case, speed):
     }[c.bit_law]
     radius = c.well_diameter / 2
     rub = 2 / 3 * radius * (c.bit_dynamic + (c.bit_static - c.bit_dynamic) * share)
-    return (
-        2
-        / np.pi
-        * np.arctan(c.bit_smoothing * speed)
-        * (rub + c.zeta * math.sqrt(radius * c.depth_of_cut))
-    )
+    return 2 / np.pi * np.arctan(c.bit_smoothing * speed) * (rub + c.zeta * math.sqrt(radius * c.depth_of_cut))
 
 
 def contacts(case, t, state, phase=0.0, touching=None):
@@ -188,16 +173,8 @@ def contacts(case, t, state, phase=0.0, touching=None):
     c = case
     phi = twist + phase + c.speed * t
     interference = c.amplitude * np.sin(c.lobes * phi) - z
-    bit_force = c.rock_stiffness * (
-        np.maximum(interference, 0.0) if touching is None else touching[0] * interference
-    )
-    cutting = (
-        c.zeta
-        * math.sqrt(c.bit_radius * c.depth_of_cut)
-        * 2
-        / np.pi
-        * np.arctan(c.bit_smoothing * omega)
-    )
+    bit_force = c.rock_stiffness * (np.maximum(interference, 0.0) if touching is None else touching[0] * interference)
+    cutting = c.zeta * math.sqrt(c.bit_radius * c.depth_of_cut) * 2 / np.pi * np.arctan(c.bit_smoothing * omega)
     law = friction(omega, c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay)
     bit_torque = bit_force * (2 / 3 * c.bit_radius * law + cutting)
     if c.bit_law != "hyperbolic":
@@ -212,12 +189,8 @@ def contacts(case, t, state, phase=0.0, touching=None):
     )
     slip = omega * c.collar_radius + tangential_speed
     rub = normal * friction(slip, c.wall_static, c.wall_dynamic, c.wall_smoothing, c.wall_decay)
-    force, torque = {"live": (bit_force, bit_torque), "static": (c.wob, 0.0), "none": (0.0, 0.0)}[
-        c.softening
-    ]
-    stiffness = c.k_bend - (
-        force * math.pi**2 / (2 * c.span) + torque * math.pi**3 / (2 * c.span**2)
-    )
+    force, torque = {"live": (bit_force, bit_torque), "static": (c.wob, 0.0), "none": (0.0, 0.0)}[c.softening]
+    stiffness = c.k_bend - (force * math.pi**2 / (2 * c.span) + torque * math.pi**3 / (2 * c.span**2))
     return {
         "phi": phi,
         "interference": interference,
@@ -243,12 +216,7 @@ def derivative(case, t, state, phase=0.0, touching=None):
     # e_r = (x, y)/r, e_theta = (-y, x)/r
     force_x = -f["stiffness"] * x - drag * vx - f["wall_force"] * x / r + f["wall_friction"] * y / r
     force_y = -f["stiffness"] * y - drag * vy - f["wall_force"] * y / r - f["wall_friction"] * x / r
-    moment = (
-        -f["bit_torque"]
-        - c.torsional_damping * omega
-        - c.k_t * twist
-        - f["wall_friction"] * c.collar_radius
-    )
+    moment = -f["bit_torque"] - c.torsional_damping * omega - c.k_t * twist - f["wall_friction"] * c.collar_radius
     # Lagrange with T = m_e |v_G|^2/2 + (m_l - m_e) |v_C|^2/2 + J phi'^2/2:
     # m_l x'' - s sin(phi) phi'' = F_x + s cos(phi) phi'^2
     #   m_l y'' + s cos(phi) phi'' = F_y + s sin(phi) phi'^2                  with s = m_e e0
@@ -275,17 +243,7 @@ def quick(case, phase=0.0):
     """The same derivative for one state at a time, in scalar Python, for SciPy: f(t,
     state)."""
     c = case
-    m_l, m_e, c_h, k_bend, m_a, k_a, J, k_t, gap = (
-        c.m_l,
-        c.m_e,
-        c.c_h,
-        c.k_bend,
-        c.m_a,
-        c.k_a,
-        c.J,
-        c.k_t,
-        c.gap,
-    )
+    m_l, m_e, c_h, k_bend, m_a, k_a, J, k_t, gap = (c.m_l, c.m_e, c.c_h, c.k_bend, c.m_a, c.k_a, c.J, c.k_t, c.gap)
     R, r_h, e0 = c.collar_radius, c.bit_radius, c.eccentricity
     arm = c.zeta * math.sqrt(r_h * c.depth_of_cut)
     s = m_e * e0
@@ -297,12 +255,7 @@ def quick(case, phase=0.0):
     power = 1.5 if c.wall_law == "hertz" else 1.0
 
     def law(v, static, dynamic, smoothing, decay):
-        return (
-            2
-            / math.pi
-            * math.atan(smoothing * v)
-            * ((static - dynamic) / (1 + decay * abs(v)) + dynamic)
-        )
+        return 2 / math.pi * math.atan(smoothing * v) * ((static - dynamic) / (1 + decay * abs(v)) + dynamic)
 
     def f(t, state):
         x, vx, y, vy, z, vz, twist, omega = state.tolist()
@@ -372,9 +325,7 @@ def deviate(case, state, deviations, duration, phase=0.0, rtol=1e-11):
     touching = [surface(0.0, state) > 0 for surface in surfaces]
 
     def slopes(t, both):
-        found = derivative(
-            case, t, both[:8, None] + tiny * 1j * both[8:].reshape(8, -1), phase, touching
-        )
+        found = derivative(case, t, both[:8, None] + tiny * 1j * both[8:].reshape(8, -1), phase, touching)
         return np.concatenate([found[:, 0].real, found.imag.ravel() / tiny])
 
     for surface in surfaces:
@@ -382,14 +333,9 @@ def deviate(case, state, deviations, duration, phase=0.0, rtol=1e-11):
     while at < duration:
         for surface, touches in zip(surfaces, touching, strict=True):
             surface.direction = -1 if touches else 1
-        found = solve_ivp(
-            slopes, (at, duration), both, "DOP853", rtol=rtol, atol=1e-13, events=surfaces
-        )
+        found = solve_ivp(slopes, (at, duration), both, "DOP853", rtol=rtol, atol=1e-13, events=surfaces)
         at, both = found.t[-1], found.y[:, -1]
-        touching = [
-            touches ^ bool(len(times))
-            for touches, times in zip(touching, found.t_events, strict=True)
-        ]
+        touching = [touches ^ bool(len(times)) for touches, times in zip(touching, found.t_events, strict=True)]
     return both[:8], both[8:].reshape(8, -1)
 
 

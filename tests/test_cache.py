@@ -96,14 +96,9 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "zeros": lambda path: path.write_bytes(bytes(path.stat().st_size)),
     "text": lambda path: path.write_text("no machine code"),
     "no object, well sealed": lambda path: path.write_bytes(sealed(b"no machine code")),
-    "another function's": lambda path: path.write_bytes(
-        sealed(functions._made(compiled(BUFFER)(nothing), "nothing"))
-    ),
+    "another function's": lambda path: path.write_bytes(sealed(functions._made(compiled(BUFFER)(nothing), "nothing"))),
     "a dangling link": lambda path: (path.unlink(), path.symlink_to("nowhere")),
-    "a link to the code": lambda path: (
-        path.rename(path.parent.parent / "x"),
-        path.symlink_to("../x"),
-    ),
+    "a link to the code": lambda path: (path.rename(path.parent.parent / "x"), path.symlink_to("../x")),
     "a pipe": lambda path: (path.unlink(), os.mkfifo(path)),
     "writable by all": lambda path: path.chmod(0o666),
 }
@@ -211,9 +206,7 @@ def test_a_folder_without_permission(kept: Path, mode: int) -> None:
 
 
 @pytest.mark.parametrize("failing", ["mkdir", "open", "replace"])
-def test_what_the_system_forbids(
-    failing: str, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_the_system_forbids(failing: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As for a user who may not; root may everything, so the system is not asked."""
 
     def refuse(*args: object, **more: object) -> None:
@@ -265,9 +258,7 @@ def test_one_warning_in_a_process(kept: Path) -> None:
         assert third().address
 
 
-def test_other_processes_see_a_whole_file_or_none(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_other_processes_see_a_whole_file_or_none(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     moves = []
     replace = os.replace
 

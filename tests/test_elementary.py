@@ -44,20 +44,13 @@ def angles() -> np.ndarray:
     multiples of pi/4."""
     rng = np.random.default_rng(1)
     sizes = 10.0 ** rng.uniform(-12, 5, 500)
-    near = np.concatenate([np.arange(-40, 41), rng.integers(-120_000, 120_000, 300)]) * (
-        math.pi / 4
-    )
-    return np.concatenate(
-        [rng.uniform(-1e5, 1e5, 500), sizes, -sizes, near, np.nextafter(near, np.inf), [0.0]]
-    )
+    near = np.concatenate([np.arange(-40, 41), rng.integers(-120_000, 120_000, 300)]) * (math.pi / 4)
+    return np.concatenate([rng.uniform(-1e5, 1e5, 500), sizes, -sizes, near, np.nextafter(near, np.inf), [0.0]])
 
 
 def test_sine_and_cosine_are_within_two_ulp() -> None:
     worst = max(
-        max(
-            ulps(found, exact, 1e-11)
-            for found, exact in zip(sincos(a), (mpmath.sin(a), mpmath.cos(a)), strict=True)
-        )
+        max(ulps(found, exact, 1e-11) for found, exact in zip(sincos(a), (mpmath.sin(a), mpmath.cos(a)), strict=True))
         for a in angles().tolist()
     )
     # Nearer to a zero the two-part pi/2, of 106 bits, leaves an absolute error of
@@ -78,9 +71,7 @@ def test_direction_is_within_two_ulp() -> None:
     sizes = 10.0 ** rng.uniform(-300, 6, 600)
     edges = np.array([0.66, 2.41421356237309504880, 1.0])
     edges = np.concatenate([edges, np.nextafter(edges, 0), np.nextafter(edges, 9)])
-    points = np.concatenate(
-        [rng.uniform(-1e6, 1e6, 300), rng.uniform(-4, 4, 1000), sizes, -sizes, edges, -edges]
-    )
+    points = np.concatenate([rng.uniform(-1e6, 1e6, 300), rng.uniform(-4, 4, 1000), sizes, -sizes, edges, -edges])
     assert max(ulps(direction(x), 2 / mpmath.pi * mpmath.atan(x)) for x in points.tolist()) <= 2.0
 
 
@@ -150,12 +141,8 @@ def test_a_blown_up_angle_stays_visible() -> None:
 def test_the_exponential_less_one_is_within_two_ulp() -> None:
     rng = np.random.default_rng(4)
     edges = -(np.arange(1, 40) - 0.5) * math.log(2)  # where the whole number of halvings changes
-    values = np.concatenate(
-        [-(10.0 ** rng.uniform(-300, 2.8, 800)), -rng.uniform(0, 2, 800), edges]
-    )
-    values = np.concatenate(
-        [values, np.nextafter(edges, 0), np.nextafter(edges, -1e9), [0.0, -0.0, -700.0]]
-    )
+    values = np.concatenate([-(10.0 ** rng.uniform(-300, 2.8, 800)), -rng.uniform(0, 2, 800), edges])
+    values = np.concatenate([values, np.nextafter(edges, 0), np.nextafter(edges, -1e9), [0.0, -0.0, -700.0]])
     assert max(ulps(expm1(x), mpmath.expm1(x)) for x in values.tolist()) <= 2.0
     assert expm1(-1e9) == expm1(-700.0) == -1.0
 
@@ -167,10 +154,5 @@ def test_angle_between_two_vectors() -> None:
     for x0, y0, x1, y1 in rng.normal(size=(400, 4)).tolist():
         exact = math.atan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1)
         assert between(x0, y0, x1, y1) == pytest.approx(exact, abs=1e-14)
-    assert (
-        between(1.0, 0.0, -2.0, 0.0)
-        == between(3.0, 0.0, 1.0, 0.0)
-        == between(0.0, 0.0, 1.0, 0.0)
-        == 0.0
-    )
+    assert between(1.0, 0.0, -2.0, 0.0) == between(3.0, 0.0, 1.0, 0.0) == between(0.0, 0.0, 1.0, 0.0) == 0.0
     assert between(1.0, 0.0, 0.0, -1.0) == pytest.approx(-math.pi / 2, abs=1e-15)

@@ -50,18 +50,14 @@ def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:
             temporary.write(b"half")
             raise OSError(28, "No space left on device")
 
-    with pytest.raises(
-        NsdrillError, match=r"a: could not be written: no space.*Nothing was changed"
-    ):
+    with pytest.raises(NsdrillError, match=r"a: could not be written: no space.*Nothing was changed"):
         fail()
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a"]
 
 
 @pytest.mark.parametrize("at_most", [1, 4096])
-def test_a_write_that_takes_a_part_goes_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at_most: int
-) -> None:
+def test_a_write_that_takes_a_part_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at_most: int) -> None:
     """As on a disk that fills up, or beyond 2 GiB."""
     data, real, real_at = os.urandom(10_000), os.write, os.pwrite
     monkeypatch.setattr(os, "write", lambda fd, part: real(fd, part[:at_most]))
@@ -74,9 +70,7 @@ def test_a_write_that_takes_a_part_goes_on(
     assert (tmp_path / "a").read_bytes() == data[:3] + data[::-1] + ("ä\r\n" * 5000).encode()[3:]
 
 
-def test_more_than_the_system_writes_at_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_more_than_the_system_writes_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Linux writes 0x7ffff000 bytes at most; the pages of the map are never touched."""
     size, most, calls = (2 << 30) + 10, 0x7FFFF000, []
 
@@ -136,10 +130,7 @@ def test_what_a_living_one_writes_and_what_is_not_ours_is_left(tmp_path: Path) -
     with Temporary(path) as temporary:
         sweep_away(path)
         assert {temporary.path, *others} == set(tmp_path.iterdir())
-        with (
-            pytest.raises(FileError, match="another process is writing this file now"),
-            replacing(path),
-        ):
+        with pytest.raises(FileError, match="another process is writing this file now"), replacing(path):
             pass
     assert set(others) == set(tmp_path.iterdir())
 
@@ -157,9 +148,7 @@ def test_a_run_begins_with_an_empty_folder(tmp_path: Path, state: str) -> None:
     assert [name for name in os.listdir(tmp_path) if ".tmp-" in name] == []
 
 
-def test_the_temporary_name_is_taken_by_no_link(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_temporary_name_is_taken_by_no_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(files.secrets, "token_hex", lambda size: "00" * size)
     (tmp_path / "precious").write_text("precious")
     (tmp_path / ".a.tmp-00000000").symlink_to(tmp_path / "precious")
@@ -206,9 +195,7 @@ def test_of_several_writers_one_wins_and_the_others_are_told(tmp_path: Path) -> 
             pass
         RunLog.open(part).close()
         texts = race(4, lambda path=path: write_text(path, "x" * 10_000, overwrite=False))
-        assert sorted(type(end).__name__ for end in texts) == ["FileError"] * 3 + ["NoneType"], (
-            texts
-        )
+        assert sorted(type(end).__name__ for end in texts) == ["FileError"] * 3 + ["NoneType"], texts
         assert path.read_text() == "x" * 10_000
     assert len(os.listdir(tmp_path)) == 40
 
@@ -253,11 +240,7 @@ def test_an_interrupt_at_any_moment_leaves_no_lock(tmp_path: Path, what: str) ->
         opened: list[RunLog] = []
 
         def work(opened: list[RunLog] = opened) -> None:
-            opened.append(
-                RunLog.create(part, header(), POINTS, Kept(0))
-                if what == "create"
-                else RunLog.open(part)
-            )
+            opened.append(RunLog.create(part, header(), POINTS, Kept(0)) if what == "create" else RunLog.open(part))
 
         got_there = interrupted_at(moment, work)
         for log in opened:
@@ -283,14 +266,9 @@ def test_a_log_that_is_gone_is_not_called_safe(tmp_path: Path) -> None:
         log.sync()
         assert log.recovery_text().startswith(f"2 of {POINTS} points are safe in {part}. Go on")
         folder.rename(tmp_path / "moved")
-        with pytest.raises(
-            NsdrillError, match=r"its folder was moved.* 2 of 120 points are in that file"
-        ):
+        with pytest.raises(NsdrillError, match=r"its folder was moved.* 2 of 120 points are in that file"):
             log.sync()
         (tmp_path / "moved" / "out.h5.part").unlink()
-        with pytest.raises(
-            NsdrillError,
-            match="was deleted while the run wrote it, and its 2 of 120 points are lost",
-        ):
+        with pytest.raises(NsdrillError, match="was deleted while the run wrote it, and its 2 of 120 points are lost"):
             log.sync()
         assert "safe" not in log.recovery_text()

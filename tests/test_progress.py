@@ -21,9 +21,7 @@ from nsdrill.progress import Progress, reporting
 from nsdrill.sweep.engine import Progress as Counts
 
 
-def test_without_a_terminal_a_short_run_says_nothing(
-    small: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_a_terminal_a_short_run_says_nothing(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nsdrill.run(small)
     assert capsys.readouterr() == ("", "")
 
@@ -40,9 +38,7 @@ def test_without_a_terminal_a_line_now_and_then(
     assert capsys.readouterr() == ("", "")
 
 
-def test_lines_name_failures_and_the_pass(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_lines_name_failures_and_the_pass(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
     with reporting(True) as watch:
         watch(Counts(total=40, before=10, done=0, failed=0))
@@ -102,9 +98,7 @@ def test_every_command_tells_its_compiling(name: str, tmp_path: Path) -> None:
         + (name == "fit")
         * "uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}}\n"
     )
-    (tmp_path / "field.csv").write_text(
-        "rotary_speed [rad/s], bit_speed_max [rad/s]\n4, 6\n5, 7\n6, 8\n"
-    )
+    (tmp_path / "field.csv").write_text("rotary_speed [rad/s], bit_speed_max [rad/s]\n4, 6\n5, 7\n6, 8\n")
     program = (
         "import sys, nsdrill.progress as p; p.COMPILING_SECONDS = 0.0; "
         "from nsdrill.cli.main import group; group(sys.argv[1:], standalone_mode=False)"
@@ -144,9 +138,7 @@ def test_branches_say_how_far_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     assert following.dropped_words(32, 22).startswith("32 branches were followed; 10 of them")
 
 
-def test_a_bar_in_a_terminal(
-    small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_bar_in_a_terminal(small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
     nsdrill.run(small)
     out, shown = capsys.readouterr()

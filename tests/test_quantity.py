@@ -11,9 +11,7 @@ from nsdrill.quantity import SHOWN, SYSTEMS, amount, find, in_system, quantity
 from nsdrill.units import plain_units, to_si
 from nsdrill.variables import COORDINATES, MODEL
 
-HELD = {v.name: v.units for v in (*VARIABLES, *TRACE_VARIABLES) if v.units} | {
-    k: v[0] for k, v in COORDINATES.items()
-}
+HELD = {v.name: v.units for v in (*VARIABLES, *TRACE_VARIABLES) if v.units} | {k: v[0] for k, v in COORDINATES.items()}
 
 
 @pytest.mark.parametrize("name", HELD)

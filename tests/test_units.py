@@ -65,9 +65,7 @@ def test_thousand_pound_force_is_exact() -> None:
 
 @pytest.mark.parametrize("text", ["5 t", "5 kg", "5 tonne", "5 lb", "5 klb", "5 ton"])
 def test_a_mass_is_no_weight_on_bit(text: str) -> None:
-    with pytest.raises(
-        QuantityError, match=r"a mass.*not of force: write kN, klbf, lbf or tonne_force"
-    ):
+    with pytest.raises(QuantityError, match=r"a mass.*not of force: write kN, klbf, lbf or tonne_force"):
         to_si(text, "N")
 
 
@@ -183,9 +181,7 @@ def test_anything_else_is_a_clear_error_at_once(text: str) -> None:
 
 def test_every_unit_of_the_table_is_read_or_refused() -> None:
     prefixes = ("", *unit_table.PREFIXES)
-    for name in [
-        f"{prefix}{unit}{s}" for prefix in prefixes for unit in unit_table.TABLE for s in ("", "s")
-    ]:
+    for name in [f"{prefix}{unit}{s}" for prefix in prefixes for unit in unit_table.TABLE for s in ("", "s")]:
         for si in ("m", "rad/s"):
             with contextlib.suppress(QuantityError):
                 assert math.isfinite(to_si(f"5 {name}", si))
@@ -224,13 +220,7 @@ def test_a_symbol_has_no_plural(text: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "meant"),
-    [
-        ("5 klb", "klbf"),
-        ("5 klbs", "klbf"),
-        ("5000 lb", "lbf"),
-        ("5000 lbs", "lbf"),
-        ("2 t", "tonne_force"),
-    ],
+    [("5 klb", "klbf"), ("5 klbs", "klbf"), ("5000 lb", "lbf"), ("5000 lbs", "lbf"), ("2 t", "tonne_force")],
 )
 def test_the_force_that_was_meant_by_a_mass(text: str, meant: str) -> None:
     with pytest.raises(QuantityError, match=f"Did you mean {meant}[?]"):
@@ -261,9 +251,7 @@ def test_exact_text_is_exact(si: str, value: float) -> None:
     assert to_si(exact_text(value, si), si) == value
 
 
-@given(
-    st.text(max_size=60) | st.from_regex(r"[0-9.eE+\-]{1,5} ?[a-z*/^()0-9. ]{0,20}", fullmatch=True)
-)
+@given(st.text(max_size=60) | st.from_regex(r"[0-9.eE+\-]{1,5} ?[a-z*/^()0-9. ]{0,20}", fullmatch=True))
 @settings(max_examples=300)
 def test_no_text_raises_anything_else(text: str) -> None:
     with contextlib.suppress(QuantityError):
@@ -276,9 +264,12 @@ def test_display() -> None:
     assert format_quantity(3048.0, "ft") == "10000 ft"
     assert format_quantity(7850.0, "kg/m^3") == "7850 kg/m^3"
     assert format_quantity(math.nan, "kN") == "nan kN"
-    assert [
-        exact_text(*item) for item in ((0.2286, "m"), (0.0127, "m"), (22240.0, "N"), (25e6, "N/m"))
-    ] == ["9 in", "12.7 mm", "22.24 kN", "25 MN/m"]
+    assert [exact_text(*item) for item in ((0.2286, "m"), (0.0127, "m"), (22240.0, "N"), (25e6, "N/m"))] == [
+        "9 in",
+        "12.7 mm",
+        "22.24 kN",
+        "25 MN/m",
+    ]
 
 
 def test_the_study_needs_no_parser_until_one_is_read() -> None:
@@ -321,11 +312,7 @@ def test_a_dimension_has_its_usual_name() -> None:
         ("8 kN", "m", "in units of force"),
         ("8 kN*m", "N", "in units of torque"),
         ("3 ppg", "m", "of density"),
-        (
-            "2 ft*lb",
-            "N m",
-            "in units of length times mass; .* A pound is a mass here: write ft\\*lbf",
-        ),
+        ("2 ft*lb", "N m", "in units of length times mass; .* A pound is a mass here: write ft\\*lbf"),
     ):
         with pytest.raises(QuantityError, match=said):
             to_si(text, si)

@@ -18,9 +18,7 @@ class Clode:
         try:
             import clode
         except ImportError as error:
-            raise MissingPeer(
-                "pip install clode, and an OpenCL runtime (pocl-opencl-icd)"
-            ) from error
+            raise MissingPeer("pip install clode, and an OpenCL runtime (pocl-opencl-icd)") from error
         self.name = "clODE dopri5"
         self.lacks = (
             f"no observers in this mode (its own observers cost extra), no classification; "
@@ -49,17 +47,11 @@ class Clode:
             variables=problem.initial / problem.state_scales,
             parameters=np.concatenate([problem.constants, problem.state_scales], axis=1),
         )
-        simulator.set_solver_parameters(
-            abstol=rtol, reltol=rtol, dt=float(problem.first_step.min())
-        )
+        simulator.set_solver_parameters(abstol=rtol, reltol=rtol, dt=float(problem.first_step.min()))
         simulator.set_tspan((0.0, problem.duration))
         with Stopwatch() as watch:
             simulator.transient(update_x0=False)
             end = simulator.get_final_state()
         return Result(
-            watch.wall,
-            watch.cpu,
-            None,
-            None,
-            np.asarray(end).reshape(len(problem), STATES) * problem.state_scales,
+            watch.wall, watch.cpu, None, None, np.asarray(end).reshape(len(problem), STATES) * problem.state_scales
         )

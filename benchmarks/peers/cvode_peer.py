@@ -36,9 +36,7 @@ class Cvode:
         self._solve(right_hand_side, problem, 0, rtol, 1e-3, np.empty(STATES))
         with Stopwatch() as watch:
             for i in range(len(problem)):
-                evaluations += self._solve(
-                    right_hand_side, problem, i, rtol, problem.duration, end[i]
-                )
+                evaluations += self._solve(right_hand_side, problem, i, rtol, problem.duration, end[i])
         return Result(watch.wall, watch.cpu, evaluations, None, end)
 
     def _data_in_content(self) -> int:
@@ -54,9 +52,7 @@ class Cvode:
         self.library.SUNContext_Free(ctypes.byref(made))
         return place
 
-    def _solve(
-        self, function: Any, problem: Problem, i: int, rtol: float, duration: float, out: np.ndarray
-    ) -> int:
+    def _solve(self, function: Any, problem: Problem, i: int, rtol: float, duration: float, out: np.ndarray) -> int:
         """Integrate point ``i`` and leave its end in ``out``, NaN where CVODE gives up;
         the number of evaluations."""
         call, made = self.library, POINTER()
@@ -131,9 +127,7 @@ def _library() -> Any:
     names = ("core", "nvecserial", "sunmatrixdense", "sunlinsoldense", "cvode")
     paths = [next(iter(folder.glob(f"libsundials_{name}-*.so*")), None) for name in names]
     if None in paths:
-        raise MissingPeer(
-            "scikit-sundae from a wheel of Linux, which brings the libraries of SUNDIALS"
-        )
+        raise MissingPeer("scikit-sundae from a wheel of Linux, which brings the libraries of SUNDIALS")
     return _Library([ctypes.CDLL(str(path)) for path in paths])
 
 
@@ -145,25 +139,19 @@ def _compiled(place: int) -> Any:
     @intrinsic
     def numbers_at(typing: Any, address: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(
-                arguments[0], context.get_value_type(types.CPointer(types.float64))
-            )
+            return builder.inttoptr(arguments[0], context.get_value_type(types.CPointer(types.float64)))
 
         return types.CPointer(types.float64)(types.intp), generate
 
     @intrinsic
     def words_at(typing: Any, address: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(
-                arguments[0], context.get_value_type(types.CPointer(types.intp))
-            )
+            return builder.inttoptr(arguments[0], context.get_value_type(types.CPointer(types.intp)))
 
         return types.CPointer(types.intp)(types.intp), generate
 
     @numba.cfunc(
-        types.int32(
-            types.float64, *[types.CPointer(types.intp)] * 2, types.CPointer(types.float64)
-        ),
+        types.int32(types.float64, *[types.CPointer(types.intp)] * 2, types.CPointer(types.float64)),
         fastmath=True,
         error_model="numpy",
     )

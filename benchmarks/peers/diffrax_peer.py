@@ -34,20 +34,11 @@ class Diffrax:
 
     def run(self, problem: Problem, rtol: float) -> Result:
         n = len(problem)
-        order = (
-            np.resize(np.arange(n), -(-n // self.batch) * self.batch)
-            if n > self.batch
-            else np.arange(n)
-        )
+        order = np.resize(np.arange(n), -(-n // self.batch) * self.batch) if n > self.batch else np.arange(n)
         groups = order.reshape(-1, min(self.batch, n))
         scaled = problem.initial / problem.state_scales
         args = [
-            (
-                tuple(problem.constants[g].T),
-                tuple(problem.state_scales[g].T),
-                problem.first_step[g],
-                tuple(scaled[g].T),
-            )
+            (tuple(problem.constants[g].T), tuple(problem.state_scales[g].T), problem.first_step[g], tuple(scaled[g].T))
             for g in groups
         ]
         if groups.shape[1] not in self._warm:
@@ -69,18 +60,11 @@ def _compile(jax: Any, diffrax: Any) -> Any:
     jnp = jax.numpy
 
     def coefficient(speed: Any, smoothing: Any, decay: Any, rise: Any, dynamic: Any) -> Any:
-        return (
-            2
-            / np.pi
-            * jnp.arctan(smoothing * speed)
-            * (rise / (1.0 + decay * jnp.abs(speed)) + dynamic)
-        )
+        return 2 / np.pi * jnp.arctan(smoothing * speed) * (rise / (1.0 + decay * jnp.abs(speed)) + dynamic)
 
     def derivative(t: Any, scaled: Any, given: Any) -> Any:
         k, state_scales = given
-        x, vx, y, vy, z, vz, twist, omega = (
-            value * size for value, size in zip(scaled, state_scales, strict=True)
-        )
+        x, vx, y, vy, z, vz, twist, omega = (value * size for value, size in zip(scaled, state_scales, strict=True))
         (
             phase,
             drive,
@@ -142,9 +126,7 @@ def _compile(jax: Any, diffrax: Any) -> Any:
 
     term = diffrax.ODETerm(derivative)
 
-    def one(
-        constants: Any, state_scales: Any, first: Any, scaled: Any, duration: Any, rtol: Any
-    ) -> Any:
+    def one(constants: Any, state_scales: Any, first: Any, scaled: Any, duration: Any, rtol: Any) -> Any:
         controller = diffrax.PIDController(rtol=rtol, atol=rtol)
         solution = diffrax.diffeqsolve(
             term,

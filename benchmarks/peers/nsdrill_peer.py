@@ -36,9 +36,7 @@ class Nsdrill:
             self.columns, progress = sweep(work, self.lanes)
         self.lane_use = progress.lanes_in_use
         steps = int(progress.lane_steps)
-        return Result(
-            watch.wall, watch.cpu, 6 * steps, steps, self.columns["final_state"][:, :STATES]
-        )
+        return Result(watch.wall, watch.cpu, 6 * steps, steps, self.columns["final_state"][:, :STATES])
 
     def _run_blind(self, work: Started) -> Result:
         try:
@@ -46,9 +44,7 @@ class Nsdrill:
             from nsdrill.sweep.work import compiled_parts
 
             observer, marker = unobserved(self.lanes)
-            parts = replace(
-                compiled_parts(self.lanes, work.variant), observer=observer, marker=marker
-            )
+            parts = replace(compiled_parts(self.lanes, work.variant), observer=observer, marker=marker)
             points = np.arange(work.plan.points)
             batch = work.new_batch(self.lanes, len(points))
             end = np.empty((len(points), STATES))

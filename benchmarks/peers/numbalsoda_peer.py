@@ -31,9 +31,7 @@ class NumbaLsoda:
         try:
             import numbalsoda
         except ImportError as error:
-            raise MissingPeer(
-                "pip install numbalsoda (builds from source: a C++ and a Fortran compiler)"
-            ) from error
+            raise MissingPeer("pip install numbalsoda (builds from source: a C++ and a Fortran compiler)") from error
         self.method = method
         self.name = f"numbalsoda {method}"
         norm = "its own norm" if method == "lsoda" else "RMS norm"
@@ -41,9 +39,7 @@ class NumbaLsoda:
         self._batch = _compile(numbalsoda, method)
 
     def run(self, problem: Problem, rtol: float) -> Result:
-        data = np.concatenate(
-            [problem.constants, problem.state_scales, np.zeros((len(problem), 1))], axis=1
-        )
+        data = np.concatenate([problem.constants, problem.state_scales, np.zeros((len(problem), 1))], axis=1)
         scaled = problem.initial / problem.state_scales
         times = np.array([0.0, problem.duration])
         with _mute(), Stopwatch() as watch:

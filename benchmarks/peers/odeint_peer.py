@@ -22,16 +22,8 @@ class Odeint:
     branches where there is no contact."""
 
     def __init__(self, fast: bool, skip: bool) -> None:
-        flags = [
-            "-std=c++17",
-            "-O3",
-            "-march=native",
-            *(["-ffast-math"] if fast else []),
-            f"-DSKIP={int(skip)}",
-        ]
-        self.name = (
-            "Odeint dopri5" + (", fast-math" if fast else "") + (", skips contacts" if skip else "")
-        )
+        flags = ["-std=c++17", "-O3", "-march=native", *(["-ffast-math"] if fast else []), f"-DSKIP={int(skip)}"]
+        self.name = "Odeint dopri5" + (", fast-math" if fast else "") + (", skips contacts" if skip else "")
         self.lacks = f"{NO_OBSERVERS}; C++ compiled for one model; proportional controller"
         self._binary = _build(flags)
 
@@ -39,20 +31,10 @@ class Odeint:
         with tempfile.TemporaryDirectory() as folder:
             given, taken = Path(folder, "in"), Path(folder, "out")
             rows = np.concatenate(
-                [
-                    problem.constants,
-                    problem.state_scales,
-                    problem.first_step[:, None],
-                    problem.initial,
-                ],
-                axis=1,
+                [problem.constants, problem.state_scales, problem.first_step[:, None], problem.initial], axis=1
             )
-            given.write_bytes(
-                np.array([len(problem), problem.duration, rtol]).tobytes() + rows.tobytes()
-            )
-            told = subprocess.run(
-                [self._binary, given, taken], check=True, capture_output=True, text=True
-            ).stdout
+            given.write_bytes(np.array([len(problem), problem.duration, rtol]).tobytes() + rows.tobytes())
+            told = subprocess.run([self._binary, given, taken], check=True, capture_output=True, text=True).stdout
             out = np.frombuffer(taken.read_bytes()).reshape(-1, STATES + 2)
         wall, cpu, evaluations, _ = (float(word) for word in told.split())
         # First same as last: one evaluation to begin with, six for each try.
@@ -72,12 +54,8 @@ def _build(flags: list[str]) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     binary = folder / f"odeint-{key}"
     if not binary.exists():
-        done = subprocess.run(
-            [compiler, *flags, SOURCE, "-o", binary], capture_output=True, text=True
-        )
+        done = subprocess.run([compiler, *flags, SOURCE, "-o", binary], capture_output=True, text=True)
         if done.returncode:
             lines = [line for line in done.stderr.splitlines() if "error" in line]
-            raise MissingPeer(
-                f"the Boost headers (libboost-dev): {lines[0] if lines else 'compilation failed'}"
-            )
+            raise MissingPeer(f"the Boost headers (libboost-dev): {lines[0] if lines else 'compilation failed'}")
     return binary

@@ -12,9 +12,7 @@ TWO_OVER_PI = 2.0 / math.pi
 
 @numba.njit(fastmath=True, error_model="numpy", inline="always")
 def coefficient(speed, smoothing, decay, rise, dynamic):  # type: ignore[no-untyped-def]
-    return (
-        TWO_OVER_PI * math.atan(smoothing * speed) * (rise / (1.0 + decay * abs(speed)) + dynamic)
-    )
+    return TWO_OVER_PI * math.atan(smoothing * speed) * (rise / (1.0 + decay * abs(speed)) + dynamic)
 
 
 @numba.njit(fastmath=True, error_model="numpy")

@@ -17,9 +17,7 @@ STAGES = {"RK45": 6, "DOP853": 12}  # evaluations of a tried step
 @numba.njit("float64[::1](float64, float64[::1], float64[::1])", fastmath=True, error_model="numpy")
 def right_hand_side(t, y, k):  # type: ignore[no-untyped-def]
     d = np.empty(8)
-    d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7] = derivative(
-        t, y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], k
-    )
+    d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7] = derivative(t, y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], k)
     return d
 
 

@@ -99,9 +99,7 @@ class Accessor:
         safe = trusted & (self._variable("status") == OK)
         graded = [name for name in SEVERITIES if name in self._data]
         if not graded:
-            raise InputError(
-                "severity: found results without severities; allowed: None, for the responses."
-            )
+            raise InputError("severity: found results without severities; allowed: None, for the responses.")
         for name in graded:
             safe = safe & (self._data[name] <= severity)
         return _named(safe, f"no severity of the run exceeds {severity}")

@@ -78,9 +78,7 @@ def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
                 import_module("nsdrill.accessor")
             return result
         except (NsdrillError, KeyboardInterrupt) as error:
-            error.args = tuple(
-                python_words(text) if isinstance(text, str) else text for text in error.args
-            )
+            error.args = tuple(python_words(text) if isinstance(text, str) else text for text in error.args)
             if isinstance(error, StudyError):
                 error.faults = [
                     replace(
@@ -207,15 +205,9 @@ def run(
     checked_workers(workers)
     executing = executor_of(engine, scheduler, workers)
     if path is None:
-        for name, on in (
-            ("resume", resume),
-            ("retry_failed", retry_failed),
-            ("overwrite", overwrite),
-        ):
+        for name, on in (("resume", resume), ("retry_failed", retry_failed), ("overwrite", overwrite)):
             if on:
-                raise InputError(
-                    f"{name}: found without a path; allowed: with the path of a results file."
-                )
+                raise InputError(f"{name}: found without a path; allowed: with the path of a results file.")
     check_sweep(loaded)
     if path is not None:
         path = name_in(path, "path")
@@ -223,9 +215,7 @@ def run(
         check_target(path)  # before a cluster is started
     with executing as (executor, count), reporting(progress) as watch:
         if path is None:
-            results = run_in_memory(
-                loaded, workers=count, watch=watch, executor=executor, large=large
-            )
+            results = run_in_memory(loaded, workers=count, watch=watch, executor=executor, large=large)
         else:
             result = run_study(
                 loaded,
@@ -304,8 +294,7 @@ def continue_branches(
     loaded = study_in(study, set)
     if path is None and (resume or overwrite):
         raise InputError(
-            f"{'resume' if resume else 'overwrite'}: found without a path; allowed: with the path "
-            f"of a file."
+            f"{'resume' if resume else 'overwrite'}: found without a path; allowed: with the path of a file."
         )
     if path is not None:
         path = name_in(path, "path")
@@ -396,21 +385,12 @@ def simulate(
     values = values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if orbit is not None or point is not None:
         if values or start is not None or orbit is None or point is None:
-            raise InputError(
-                "simulate: found a choice of the point, or one of orbit and point; "
-                "allowed: both alone."
-            )
+            raise InputError("simulate: found a choice of the point, or one of orbit and point; allowed: both alone.")
         from nsdrill.app.orbit import trace_of
 
         number, ends = number_in("point", point), {"duration": duration, "sample": sample}
-        spans = {
-            name: None if value is None else seconds_in(name, value) for name, value in ends.items()
-        }
-        return _trace(
-            trace_of(
-                loaded, lambda texts: study_in(loaded, texts), orbit, int(number or 0), **spans
-            )[0]
-        )
+        spans = {name: None if value is None else seconds_in(name, value) for name, value in ends.items()}
+        return _trace(trace_of(loaded, lambda texts: study_in(loaded, texts), orbit, int(number or 0), **spans)[0])
     changes = []
     for key, value in values.items():
         # another number of the study, checked as a key of the study
@@ -537,11 +517,7 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
     try:
         if is_dataset(results):
             variables = model_in(results.attrs).variables
-            measured = [
-                v.name
-                for v in variables
-                if v.room in MEASURED and v.only is None and v.room != "label"
-            ]
+            measured = [v.name for v in variables if v.room in MEASURED and v.only is None and v.room != "label"]
             data = results_in(results, "classify", ("status", "response", *measured))
             return to_dataset(relabelled(data, texts))
         reclassify(name_in(results), texts)
@@ -707,19 +683,10 @@ def plot(
         for name, value in given.items():
             if value is not None:
                 raise InputError(
-                    f"{name}: found with a study; allowed: with results. nsdrill.chart takes set "
-                    f"and along."
+                    f"{name}: found with a study; allowed: with results. nsdrill.chart takes set and along."
                 )
         return chart(
-            data,
-            kind,
-            ax=ax,
-            units=units,
-            width=width,
-            height=height,
-            font_size=font_size,
-            title=title,
-            style=style,
+            data, kind, ax=ax, units=units, width=width, height=height, font_size=font_size, title=title, style=style
         )
     _check_confidence(confidence)
     units = units_for(units, data)
@@ -754,10 +721,7 @@ def plot(
             confidence=confidence,
         )
     if missing := getattr(figure, "missing", ""):
-        text = (
-            f"The title has characters that no font here has: {missing[:20]}. title gives another "
-            f"one."
-        )
+        text = f"The title has characters that no font here has: {missing[:20]}. title gives another one."
         warnings.warn(text, RunWarning, stacklevel=3)
     return figure
 
@@ -928,12 +892,7 @@ def chart(
 
 @_in_words_of_python
 def view(
-    path: PathLike,
-    *,
-    over: PathLike | None = None,
-    set: Settings = None,
-    units: str | None = None,
-    height: int = 900,
+    path: PathLike, *, over: PathLike | None = None, set: Settings = None, units: str | None = None, height: int = 900
 ) -> View:
     """Explore a file in the browser, as ``nsdrill view`` does.
 
@@ -982,15 +941,11 @@ def view(
     if not is_whole(height) or not 100 <= height <= 10_000:
         raise InputError(f"height: found {height!r}; allowed: 100 to 10000 pixels.")
     above = None if over is None else name_in(over, "over")
-    return View(
-        Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"), above)), height
-    )
+    return View(Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"), above)), height)
 
 
 @_in_words_of_python
-def window(
-    results: ResultsLike, severity: int | None = None, confidence: float | None = None
-) -> dict[str, Any]:
+def window(results: ResultsLike, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
     """Find the safe operating window: the points that are safe for every history.
 
     Parameters
@@ -1029,9 +984,7 @@ def window(
     _check_confidence(confidence)
     if not is_dataset(results):
         return app.window(name_in(results), severity, confidence)
-    return app.window(
-        results_in(results, "window", ["status", *needed(severity), *USES]), severity, confidence
-    )
+    return app.window(results_in(results, "window", ["status", *needed(severity), *USES]), severity, confidence)
 
 
 @_in_words_of_python
@@ -1115,9 +1068,7 @@ def sensitivity(results: ResultsLike, severity: int | None = None) -> dict[str, 
     if not is_dataset(results):
         return app.sensitivity(name_in(results), severity)
     outline = cast("Results", outline_in(results))
-    return app.sensitivity(
-        results_in(results, "sensitivity", ["status", *needed(outline, severity)]), severity
-    )
+    return app.sensitivity(results_in(results, "sensitivity", ["status", *needed(outline, severity)]), severity)
 
 
 @_in_words_of_python
@@ -1206,11 +1157,7 @@ def fit(
     from nsdrill.app.rounds import Rounds
     from nsdrill.store import write_text
 
-    for name, number, least in (
-        ("batch", batch, 16),
-        ("rounds", rounds, 2),
-        ("samples", samples, 2),
-    ):
+    for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
         if not is_whole(number) or number < least:
             raise InputError(f"{name}: found {number!r}; allowed: a whole number, {least} or more.")
     if path is None:
@@ -1220,9 +1167,7 @@ def fit(
     loaded = study_in(study, set)
     times = seconds_in("shortest", shortest), seconds_in("settle", settle)
     measured = read_measured(
-        name_in(data, "data"),
-        loaded,
-        Reading(rename or {}, tuple(ignore), errors or {}, skip_gaps, *times),
+        name_in(data, "data"), loaded, Reading(rename or {}, tuple(ignore), errors or {}, skip_gaps, *times)
     )
     for text in app.far_from_the_sweep(loaded, measured):
         warnings.warn(text, RunWarning, stacklevel=3)
@@ -1277,9 +1222,7 @@ def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
     """
     from nsdrill.app import hysteresis as app
 
-    return app.hysteresis(
-        results_in(results, "hysteresis", app.NEEDED) if is_dataset(results) else name_in(results)
-    )
+    return app.hysteresis(results_in(results, "hysteresis", app.NEEDED) if is_dataset(results) else name_in(results))
 
 
 @_in_words_of_python
@@ -1316,9 +1259,7 @@ def attractors(results: ResultsLike) -> list[dict[str, Any]]:
     from nsdrill.analysis.attractors import NEEDED
     from nsdrill.app import attractors as app
 
-    return app.attractors(
-        results_in(results, "attractors", NEEDED) if is_dataset(results) else name_in(results)
-    )
+    return app.attractors(results_in(results, "attractors", NEEDED) if is_dataset(results) else name_in(results))
 
 
 @_in_words_of_python
@@ -1385,9 +1326,7 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
 
 
 @_in_words_of_python
-def combine(
-    results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False
-) -> Dataset:
+def combine(results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False) -> Dataset:
     """Combine results whose studies differ in one number, which becomes an axis.
 
     The result equals that of a sweep of that axis, to the bit.
@@ -1425,10 +1364,7 @@ def combine(
 
     if isinstance(results, str | os.PathLike) or is_dataset(results):
         raise InputError("results: found one of them; allowed: a list of two or more.")
-    parts = [
-        results_in(one, "combine", ("status", "response")) if is_dataset(one) else name_in(one)
-        for one in results
-    ]
+    parts = [results_in(one, "combine", ("status", "response")) if is_dataset(one) else name_in(one) for one in results]
     whole, _ = app.combine(parts)
     if path is not None:
         saving.save(whole, name_in(path, "path"), overwrite=overwrite)
@@ -1520,10 +1456,7 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
         save_figure(cast("Figure", data), path, overwrite=overwrite)
         return
     if not is_dataset(data):
-        raise InputError(
-            f"save: found a value of the type {type(data).__name__}; allowed: a "
-            f"Dataset, or a figure."
-        )
+        raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
     known = {*BY_NAME, *IN_TRACE}
     dataset: Any = data
     if dataset.attrs.get("nsdrill_kind") == "branches" or "branch" in dataset.dims:
@@ -1548,9 +1481,7 @@ def _check_severity(severity: Any) -> None:
 
 def _check_confidence(confidence: Any) -> None:
     if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
-        raise InputError(
-            f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None."
-        )
+        raise InputError(f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None.")
 
 
 _OPERATION = ("depth", "wob", "rotary_speed")
@@ -1559,10 +1490,7 @@ _PROCEDURES = ("same", "up", "down")
 
 def _warn_failed(failed: int, points: int) -> None:
     if failed:
-        text = (
-            f"{failed} of {points} points failed; status says which and how, and nsdrill.show "
-            f"lists them."
-        )
+        text = f"{failed} of {points} points failed; status says which and how, and nsdrill.show lists them."
         warnings.warn(text, RunWarning, stacklevel=4)
 
 
@@ -1577,7 +1505,5 @@ def _trace(result: Trajectory) -> Dataset:
         words = f"The run ended early ({status}): {ENDINGS.get(status, status)}" + (
             f"; {result.advice}." if result.advice else "."
         )
-        warnings.warn(
-            f"{words} The trace holds what was computed before.", RunWarning, stacklevel=4
-        )
+        warnings.warn(f"{words} The trace holds what was computed before.", RunWarning, stacklevel=4)
     return to_dataset(result.trace)

@@ -106,9 +106,7 @@ class Results:
     def held(self) -> dict[str, float]:
         """The values of the axes that are the same in all runs."""
         uncertain = {unknown.short for unknown in self.drawn}
-        still = [
-            name for name in self.axes if len(self.coords[name]) == 1 and name not in uncertain
-        ]
+        still = [name for name in self.axes if len(self.coords[name]) == 1 and name not in uncertain]
         return {name: float(self.coords[name][0]) for name in still}
 
     @property
@@ -137,9 +135,7 @@ def frozen_modes(attrs: Mapping[str, Any]) -> tuple[str, ...]:
     modes = resolved_study(attrs).get("modes")
     if not isinstance(modes, dict):
         return ()
-    return tuple(
-        name for name, word in modes.items() if _word(attrs, f"modes.{name}", word) == "frozen"
-    )
+    return tuple(name for name, word in modes.items() if _word(attrs, f"modes.{name}", word) == "frozen")
 
 
 def units_of(attrs: Mapping[str, Any]) -> str:

@@ -105,9 +105,7 @@ def direction(x: float) -> float:
 
 
 @inlined
-def slip_factors(
-    speed: float, unit: float, smoothing: float, decay: float
-) -> tuple[float, float, float]:
+def slip_factors(speed: float, unit: float, smoothing: float, decay: float) -> tuple[float, float, float]:
     """(g(v), 1 / (1 + decay |v|), 1 / unit) at a slip v = speed / unit, with unit
     positive, where g(v) = (2/pi) atan(smoothing v). One division, by the product of all
     denominators, serves every quotient."""

@@ -62,14 +62,7 @@ class Refusal(InputError):
     spells the argument as an option."""
 
     def __init__(
-        self,
-        argument: str,
-        found: str,
-        allowed: str,
-        hint: str | None = None,
-        *,
-        key: str = "",
-        bare: str = "",
+        self, argument: str, found: str, allowed: str, hint: str | None = None, *, key: str = "", bare: str = ""
     ) -> None:
         self.argument, self.key, self.bare = argument, key, bare
         self.found, self.allowed, self.hint = found, allowed, hint

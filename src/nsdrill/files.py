@@ -110,8 +110,7 @@ class Temporary:
     def _begin(self) -> None:
         if _remove_leftovers(self.target):
             raise FileError(
-                f"{self.target}: another process is writing this file now. Wait for it, or choose "
-                f"another -o."
+                f"{self.target}: another process is writing this file now. Wait for it, or choose another -o."
             )
         interrupt.unfinished_files.add(str(self.path))
         self.file = CheckedFile(self.path, "x+")  # fails on anything that is there, a link too
@@ -131,9 +130,7 @@ class Temporary:
                 raise
             # a file system without links: the check and the rename are two steps
             if os.path.lexists(self.target):
-                raise FileExistsError(
-                    errno.EEXIST, os.strerror(errno.EEXIST), str(self.target)
-                ) from error
+                raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(self.target)) from error
             os.rename(self.path, self.target)
         else:
             # another process may have removed it meanwhile, as a link to the target
@@ -160,10 +157,7 @@ class Temporary:
 
 @contextmanager
 def whole(
-    path: str | os.PathLike[str],
-    *,
-    overwrite: bool = True,
-    renaming: AbstractContextManager[None] | None = None,
+    path: str | os.PathLike[str], *, overwrite: bool = True, renaming: AbstractContextManager[None] | None = None
 ) -> Iterator[CheckedFile]:
     """Yield an empty file in the folder of ``path``, which is renamed to ``path`` at the
     end, in the context ``renaming``. If ``path`` is a link, it stays one, and its
@@ -187,10 +181,7 @@ def whole(
 
 @contextmanager
 def replacing(
-    path: str | os.PathLike[str],
-    remedy: Callable[[], str] = lambda: MAKE_ROOM,
-    *,
-    overwrite: bool = True,
+    path: str | os.PathLike[str], remedy: Callable[[], str] = lambda: MAKE_ROOM, *, overwrite: bool = True
 ) -> Iterator[CheckedFile]:
     """As :func:`whole`, for the file that completes the work of a command. System
     errors, such as a full disk, become an NsdrillError whose message ends with
@@ -203,21 +194,14 @@ def replacing(
         raise
     except FileExistsError as error:
         raise FileError(
-            f"{path}: another process has just made this file. Choose another name, or replace it "
-            "by --overwrite."
+            f"{path}: another process has just made this file. Choose another name, or replace it by --overwrite."
         ) from error
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as either
-        raise NsdrillError(
-            f"{path}: could not be written: {reason(error)}. Nothing was changed. {remedy()}"
-        ) from error
+        raise NsdrillError(f"{path}: could not be written: {reason(error)}. Nothing was changed. {remedy()}") from error
 
 
 def write_text(
-    path: str | os.PathLike[str],
-    text: str,
-    remedy: Callable[[], str] = lambda: MAKE_ROOM,
-    *,
-    overwrite: bool = True,
+    path: str | os.PathLike[str], text: str, remedy: Callable[[], str] = lambda: MAKE_ROOM, *, overwrite: bool = True
 ) -> None:
     """Write ``text`` to ``path``, in one step."""
     with replacing(path, remedy, overwrite=overwrite) as file:
@@ -237,17 +221,14 @@ def lock(file: io.FileIO, path: Path) -> None:
         _try_lock(file.fileno())
     except BlockingIOError as error:
         raise FileError(
-            f"{path}: another process is writing these results now. Wait for it, stop it, or "
-            f"choose another -o."
+            f"{path}: another process is writing these results now. Wait for it, stop it, or choose another -o."
         ) from error
     except OSError as error:
         # Some cluster file systems have no locks: the run then continues without one.
         if error.errno not in _LOCKS_UNSUPPORTED:
             raise
     if os.fstat(file.fileno()).st_nlink == 0:  # removed between opening and locking
-        raise FileError(
-            f"{path}: another process has just removed or replaced this file. Try again."
-        )
+        raise FileError(f"{path}: another process has just removed or replaced this file. Try again.")
 
 
 def open_plain(path: str | os.PathLike[str], mode: str) -> io.FileIO:
@@ -279,9 +260,7 @@ def check_room(path: Path, size: int) -> None:
     disk = os.statvfs(path.parent)
     free = disk.f_bavail * disk.f_frsize
     if free < size:
-        raise OSError(
-            errno.ENOSPC, f"the points need {amount(size)}, the disk has {amount(free)} free"
-        )
+        raise OSError(errno.ENOSPC, f"the points need {amount(size)}, the disk has {amount(free)} free")
 
 
 def amount(size: float) -> str:

@@ -25,9 +25,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from typing import NoReturn
 
-SIGNALS = [
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
-]
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 EXIT_CODE = 130
 PATIENCE = 10.0  # seconds that work which checks the flag has for saving its results
 # Seconds after which a second signal ends the process at once; before, it may be the
@@ -133,10 +131,7 @@ def listen() -> None:
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     threading.Thread(target=_end_on_signal, args=(reader,), daemon=True).start()
     for number in SIGNALS:
-        if (
-            number != getattr(signal, "SIGHUP", None)
-            or signal.getsignal(number) is not signal.SIG_IGN
-        ):
+        if number != getattr(signal, "SIGHUP", None) or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda number, frame: None)
             # interrupted system calls of libraries are restarted
             signal.siginterrupt(number, False)

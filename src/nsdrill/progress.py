@@ -62,10 +62,7 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
         yield lambda counts: None
     elif progress is not True:
         if not callable(progress):
-            raise InputError(
-                f"progress: found {progress!r}; allowed: True, False, or a function "
-                "of one argument."
-            )
+            raise InputError(f"progress: found {progress!r}; allowed: True, False, or a function of one argument.")
         clock, callback = _Clock(), progress
 
         def forward(counts: Counts) -> None:
@@ -149,14 +146,10 @@ def pace(done: int, left: int, seconds: float) -> str:
     if done == 0 or seconds <= 0:
         return "starting"
     rate = done / seconds
-    per_second = (
-        f"{rate:.0f}/s" if rate >= 10 else f"{rate:.1f}/s" if rate >= 1 else f"{60 * rate:.1f}/min"
-    )
+    per_second = f"{rate:.0f}/s" if rate >= 10 else f"{rate:.1f}/s" if rate >= 1 else f"{60 * rate:.1f}/min"
     minutes, rest = divmod(round(left / rate), 60)
     hours, minutes = divmod(minutes, 60)
-    return (
-        f"{per_second}, {f'{hours} h {minutes:02d} min' if hours else f'{minutes}:{rest:02d}'} left"
-    )
+    return f"{per_second}, {f'{hours} h {minutes:02d} min' if hours else f'{minutes}:{rest:02d}'} left"
 
 
 def _record(counts: Counts, seconds: float) -> Progress:
@@ -216,8 +209,7 @@ def _lines() -> Watch:
         failed = f", {counts.failed} failed" if counts.failed else ""
         note = f" ({counts.note})" if counts.note else ""
         _print(
-            f"{counts.before + counts.done} of {counts.total} points{failed}; "
-            f"{_pace(counts, clock.seconds())}{note}"
+            f"{counts.before + counts.done} of {counts.total} points{failed}; {_pace(counts, clock.seconds())}{note}"
         )
 
     return update

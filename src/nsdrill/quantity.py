@@ -201,17 +201,13 @@ def _quantities(model: str) -> dict[str, Quantity]:
         units = "" if cf == "1" else plain_units(cf)
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         label = _LABELS.get(name, long_name[:1].upper() + long_name[1:])
-        quantities[name] = Quantity(
-            name, long_name, _WORDS.get(name, long_name), label, units, shown
-        )
+        quantities[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
     choices = choices_of(model)
     for name, (key, units) in further_axes(model).items():
         words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         choice = key if key in choices else ""
-        quantities[name] = Quantity(
-            name, words, words, words[:1].upper() + words[1:], units, shown, choice
-        )
+        quantities[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown, choice)
     return quantities
 
 
@@ -220,9 +216,7 @@ def find(name: str) -> Quantity | None:
     the dotted key of a number of a study; None if there is none. A name has the same
     meaning in every model."""
     wanted = dimension_of(short_key(name))
-    return next(
-        (quantities[wanted] for _, quantities in of_all(_quantities) if wanted in quantities), None
-    )
+    return next((quantities[wanted] for _, quantities in of_all(_quantities) if wanted in quantities), None)
 
 
 def quantity(name: str) -> Quantity:

@@ -50,27 +50,16 @@ def parameter(
     )
 
 
-def records(
-    kind: type, default: tuple[Any, ...], source: str, confidence: str, *, most: int, meaning: str
-) -> Any:
+def records(kind: type, default: tuple[Any, ...], source: str, confidence: str, *, most: int, meaning: str) -> Any:
     """A field that is a list of one to ``most`` records of the dataclass ``kind``, a
     tuple."""
-    meta = {
-        "units": "",
-        "source": source,
-        "confidence": confidence,
-        "meaning": meaning,
-        "most": most,
-        "record": kind,
-    }
+    meta = {"units": "", "source": source, "confidence": confidence, "meaning": meaning, "most": most, "record": kind}
     return field(default=default, metadata=meta)
 
 
 def choice(default: str, source: str) -> Any:
     """A field that takes one of the words of its type."""
-    return field(
-        default=default, metadata={"units": "", "source": source, "confidence": "modelling choice"}
-    )
+    return field(default=default, metadata={"units": "", "source": source, "confidence": "modelling choice"})
 
 
 class Checked:
@@ -90,9 +79,7 @@ def check_fields(record: Any) -> None:
             continue
         if typing.get_origin(hint) is Literal:
             if value not in typing.get_args(hint):
-                raise ValueError(
-                    f"{item.name}: found {value!r:.60}, allowed: {', '.join(typing.get_args(hint))}"
-                )
+                raise ValueError(f"{item.name}: found {value!r:.60}, allowed: {', '.join(typing.get_args(hint))}")
         elif hint is bool:
             if not isinstance(value, bool):
                 raise ValueError(f"{item.name}: found {value!r:.60}, allowed: true or false")
@@ -121,10 +108,7 @@ def _check_number(name: str, value: Any, kind: type, meta: Any) -> None:
     if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:
         found = f"{value:g}" if isinstance(value, float) else f"{value!r:.60}"
         what = "a whole number, " if kind is Integral else ""
-        raise ValueError(
-            f"{name}: found {found}, allowed: {what}{range_text(low, high)} "
-            f"{meta['units']}".rstrip()
-        )
+        raise ValueError(f"{name}: found {found}, allowed: {what}{range_text(low, high)} {meta['units']}".rstrip())
 
 
 def range_text(low: float, high: float, text: Callable[[float], str] | None = None) -> str:

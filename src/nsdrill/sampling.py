@@ -26,10 +26,7 @@ Numbers = Mapping[str, Any]  # {kind: numbers}
 
 KINDS = ("uniform", "normal", "lognormal", "triangular", "values")
 BOUNDS = ("low", "high")  # keys of the bounds of a truncated distribution
-NUMBERS_OF: dict[str, tuple[str, ...]] = {
-    "normal": ("mean", "deviation"),
-    "lognormal": ("median", "factor"),
-}
+NUMBERS_OF: dict[str, tuple[str, ...]] = {"normal": ("mean", "deviation"), "lognormal": ("median", "factor")}
 DESIGNS = ("sobol", "saltelli")
 DIGITS = 9  # of a sample: the last digits of a quantile depend on the version of SciPy
 MAX_SAMPLES = 100_000
@@ -62,11 +59,7 @@ class Uncertain:
     @property
     def runs(self) -> int:
         """The total number of samples."""
-        return (
-            self.samples * (len(self.distributions) + 2)
-            if self.design == "saltelli"
-            else self.samples
-        )
+        return self.samples * (len(self.distributions) + 2) if self.design == "saltelli" else self.samples
 
 
 def draw(unknown: Uncertain) -> dict[str, Array]:
@@ -79,10 +72,7 @@ def draw(unknown: Uncertain) -> dict[str, Array]:
     names = list(unknown.distributions)
     if names:
         u = correlated(unit_samples(unknown), correlation_matrix(names, unknown.correlations))
-        drawn = {
-            key: rounded(quantile(unknown.distributions[key], u[:, i]))
-            for i, key in enumerate(names)
-        }
+        drawn = {key: rounded(quantile(unknown.distributions[key], u[:, i])) for i, key in enumerate(names)}
     return drawn | {key: np.array(values, dtype=float) for key, values in unknown.table.items()}
 
 
@@ -109,9 +99,7 @@ def _sobol(dimensions: int, count: int, seed: int) -> Array:
     return np.clip(points.random_base2(math.ceil(math.log2(count)))[:count], least, 1.0 - least)
 
 
-def correlation_matrix(
-    names: Sequence[str], correlations: Sequence[tuple[str, str, float]]
-) -> Array:
+def correlation_matrix(names: Sequence[str], correlations: Sequence[tuple[str, str, float]]) -> Array:
     """The correlations of a Gaussian copula with these rank correlations (Spearman's
     rho), by r = 2 sin(pi rho / 6) (Pearson 1907): [unknowns, unknowns]."""
     matrix = np.eye(len(names))
@@ -178,9 +166,7 @@ def part_below(numbers: Numbers) -> tuple[float, float]:
     two bounds."""
     frozen = distribution(numbers)
     low, high = cut_of(numbers)
-    return (0.0 if low is None else float(frozen.cdf(low))), (
-        1.0 if high is None else float(frozen.cdf(high))
-    )
+    return (0.0 if low is None else float(frozen.cdf(low))), (1.0 if high is None else float(frozen.cdf(high)))
 
 
 def rounded(values: Array) -> Array:

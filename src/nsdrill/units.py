@@ -113,8 +113,7 @@ _LONGEST = 80  # characters: bounds the work on hostile input
 _NUMBER = r"[-+]?(?:(?:\d+[ -])?\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([^\s,].*)?", re.ASCII)
 _TOKEN = re.compile(
-    r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<operator>[*/()])|(?P<end>$))",
-    re.ASCII,
+    r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<operator>[*/()])|(?P<end>$))", re.ASCII
 )
 _EXPONENT = re.compile(
     r"\s*(?:\^|\*\*)\s*(?:(?P<plain>[-+]?\d{1,2}(?:\.\d{1,4})?)|\((?P<ratio>-?\d{1,2}(?:/[1-9])?)\))|(?P<bare>-?\d(?:\.\d{1,4})?)",
@@ -259,9 +258,7 @@ def exact_text(value: float, units: str) -> str:
     candidates = []
     for unit in USUAL.get(units, ()):
         number = f"{from_si(value, unit):.12g}"
-        if (value == 0.0 or 1.0 <= abs(float(number)) < 1e4) and to_si(
-            f"{number} {unit}", units
-        ) == value:
+        if (value == 0.0 or 1.0 <= abs(float(number)) < 1e4) and to_si(f"{number} {unit}", units) == value:
             candidates.append((len(number.replace(".", "").strip("-0")), f"{number} {unit}"))
     if not candidates:
         return f"{value!r} {units.replace(' ', '*')}"
@@ -272,9 +269,7 @@ def allowed_units(units: str) -> str:
     """What is allowed for a quantity of these SI units, in words."""
     names = USUAL.get(units, (units.replace(" ", "*"),))
     head, last = ", ".join(names[:-1]), names[-1]
-    return (
-        f"a number with its unit ({head} or {last})" if head else f"a number with its unit ({last})"
-    )
+    return f"a number with its unit ({head} or {last})" if head else f"a number with its unit ({last})"
 
 
 def quoted(text: str) -> str:
@@ -301,10 +296,7 @@ def _comma_hint(text: str) -> str | None:
         return f"Write a decimal point: {pointed} {unit}." if number.count(",") == 1 else None
     if number.count(",") > 1 or decimals:
         return f"Write no thousands separators: {joined}{decimals} {unit}."
-    return (
-        f"Write {joined} {unit} without a thousands separator, or {pointed} {unit} with a decimal "
-        f"point."
-    )
+    return f"Write {joined} {unit} without a thousands separator, or {pointed} {unit} with a decimal point."
 
 
 def _tidy(text: str) -> str:
@@ -333,9 +325,7 @@ def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -
         )
     if units == "m/s^2" and dimensions == {"[mass]": 1}:
         return QuantityError(
-            f"{quoted(text)}, a mass",
-            allowed_units(units),
-            "g is the gram here: write gravity, as in 0.25 gravity.",
+            f"{quoted(text)}, a mass", allowed_units(units), "g is the gram here: write gravity, as in 0.25 gravity."
         )
     return QuantityError(
         f"{quoted(text)}, in units of {_in_words(dimensions)}",
@@ -356,13 +346,8 @@ def _pounds(units: str, unit: str, dimensions: Dimensions) -> str | None:
     wanted = _evaluate(_tidy(units))[1]
     force, mass = _evaluate("N")[1], {"[mass]": Fraction(1)}
     names = {*dimensions, *force}
-    as_force = {
-        n: dimensions.get(n, Fraction(0)) + force.get(n, Fraction(0)) - mass.get(n, Fraction(0))
-        for n in names
-    }
-    if {n: power for n, power in as_force.items() if power} != wanted or not re.search(
-        r"lbs?\b", unit
-    ):
+    as_force = {n: dimensions.get(n, Fraction(0)) + force.get(n, Fraction(0)) - mass.get(n, Fraction(0)) for n in names}
+    if {n: power for n, power in as_force.items() if power} != wanted or not re.search(r"lbs?\b", unit):
         return None
     meant = re.sub(r"lbs?\b", "lbf", unit)
     return f"A pound is a mass here: write {meant}."
@@ -387,11 +372,7 @@ def _in_words(dimensions: Dimensions) -> str:
     denominator = " times ".join(power(name, e) for name, e in sorted(dimensions.items()) if e < 0)
     if not denominator:
         return numerator or "no dimension"
-    return (
-        f"{numerator or '1'}/{denominator}"
-        if " " not in denominator
-        else f"{numerator or '1'}/({denominator})"
-    )
+    return f"{numerator or '1'}/{denominator}" if " " not in denominator else f"{numerator or '1'}/({denominator})"
 
 
 def _factor_and_dimensions(unit: str, text: str, wanted: str) -> tuple[Fraction, Dimensions]:
@@ -438,9 +419,7 @@ def _unit(name: str) -> tuple[Fraction, Dimensions]:
                 number *= PREFIXES.get(prefix, Fraction(1))
                 if definition.startswith("["):
                     return number, {definition: Fraction(1)}
-                factor, dimensions = (
-                    _evaluate(definition) if definition else (Fraction(1), Dimensions())
-                )
+                factor, dimensions = _evaluate(definition) if definition else (Fraction(1), Dimensions())
                 return number * factor, dimensions
     raise KeyError(name)
 

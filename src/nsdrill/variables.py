@@ -104,26 +104,13 @@ class Variable:
 def flag(name: str, long_name: str, words: str, only: str | None = None) -> Variable:
     """A label whose values 0, 1, 2, ... have these ``words``."""
     values = tuple(range(len(words.split())))
-    return Variable(
-        name, "i1", "1", long_name, "label", flag_values=values, flag_meanings=words, only=only
-    )
+    return Variable(name, "i1", "1", long_name, "label", flag_values=values, flag_meanings=words, only=only)
 
 
-def responses(
-    name: str, long_name: str, present: tuple[str, ...], only: str | None = None
-) -> Variable:
+def responses(name: str, long_name: str, present: tuple[str, ...], only: str | None = None) -> Variable:
     """A label of critical responses, with a bit for each response of the model."""
     bits = tuple(1 << RESPONSES.index(word) for word in present)
-    return Variable(
-        name,
-        "i1",
-        "1",
-        long_name,
-        "label",
-        flag_masks=bits,
-        flag_meanings=" ".join(present),
-        only=only,
-    )
+    return Variable(name, "i1", "1", long_name, "label", flag_masks=bits, flag_meanings=" ".join(present), only=only)
 
 
 def feature(name: str, units: str, long_name: str, only: str | None = None) -> Variable:

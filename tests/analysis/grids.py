@@ -10,16 +10,7 @@ from nsdrill.data import Results
 from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, PENDING, STICK_SLIP, WHIRL
 
 # One character a point: its responses, or why it has none.
-RESPONSES = {
-    ".": 0,
-    "b": BIT_BOUNCE,
-    "s": STICK_SLIP,
-    "w": WHIRL,
-    "B": BIT_BOUNCE | WHIRL,
-    "x": 0,
-    "?": 0,
-    "i": 0,
-}
+RESPONSES = {".": 0, "b": BIT_BOUNCE, "s": STICK_SLIP, "w": WHIRL, "B": BIT_BOUNCE | WHIRL, "x": 0, "?": 0, "i": 0}
 STATUS = {"x": DIVERGED, "?": PENDING, "i": 5}  # 5: inferred from its neighbours
 
 
@@ -33,9 +24,7 @@ def grid(
     weight on bit each, the lowest first) of characters (a speed each). A single line
     may stand for a drawing of one."""
     names = list(maps)
-    drawings = [
-        [[one] if isinstance(one, str) else list(one) for one in maps[name]] for name in names
-    ]
+    drawings = [[[one] if isinstance(one, str) else list(one) for one in maps[name]] for name in names]
     signs = np.array([[[list(line) for line in one] for one in drawn] for drawn in drawings])
     coords = {
         "procedure": np.array(names),
@@ -47,6 +36,4 @@ def grid(
     response = np.vectorize(lambda sign: RESPONSES[sign])(signs).astype(np.int8)
     status = np.vectorize(lambda sign: STATUS.get(sign, OK))(signs).astype(np.int8)
     kind = np.where(response & WHIRL, 3, 0).astype(np.int8)
-    return Results(
-        coords, {"status": status, "response": response, "whirl_kind": kind}, {"title": "Made up"}
-    )
+    return Results(coords, {"status": status, "response": response, "whirl_kind": kind}, {"title": "Made up"})

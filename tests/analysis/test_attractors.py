@@ -54,10 +54,7 @@ def starts(count: int, **features: object) -> dict[str, np.ndarray]:
         "bit_speed_max": 3.1,
     } | features
     kinds = {v.name: v.dtype for v in VARIABLES}
-    return {
-        name: np.broadcast_to(np.asarray(value, kinds[name]), count).copy()
-        for name, value in made.items()
-    }
+    return {name: np.broadcast_to(np.asarray(value, kinds[name]), count).copy() for name, value in made.items()}
 
 
 def coordinates(variables: dict, speed: np.ndarray, gap: np.ndarray, axial: np.ndarray) -> tuple:
@@ -91,10 +88,7 @@ def test_a_bistable_point() -> None:
 
 
 def test_two_bounces_with_the_same_labels_are_told_apart() -> None:
-    assert (
-        found(starts(4, **BOUNCE), starts(2, **BOUNCE | {"lift_off_fraction": 0.78}))
-        == [1] * 4 + [2] * 2
-    )
+    assert found(starts(4, **BOUNCE), starts(2, **BOUNCE | {"lift_off_fraction": 0.78})) == [1] * 4 + [2] * 2
 
 
 @pytest.mark.parametrize(
@@ -124,9 +118,7 @@ def test_the_direction_of_whirl_counts_on_a_large_orbit_only() -> None:
     assert found(starts(2, **wide), starts(1, **wide, whirl_speed_mean=-1.48 * SPEED)) == [1, 1, 2]
 
 
-@pytest.mark.parametrize(
-    "change", [{"response": WHIRL}, {"response": STICK_SLIP}, {"whirl_kind": 2}]
-)
+@pytest.mark.parametrize("change", [{"response": WHIRL}, {"response": STICK_SLIP}, {"whirl_kind": 2}])
 def test_labels_part(change: dict[str, int]) -> None:
     assert found(starts(2), starts(1, **change)) == [1, 1, 2]
 
@@ -142,26 +134,18 @@ def test_unsettled_motions_may_scatter_more() -> None:
     far = {"lift_off_fraction": 0.7 + 0.4 * UNSETTLED_SHARE * 0.99}
     loose, firm = {"half_difference": 0.4, "settled": 0}, {"half_difference": 0.01}
     assert found(starts(2, **BOUNCE | loose), starts(1, **BOUNCE | far | loose)) == [1, 1, 1]
-    assert found(starts(2, **BOUNCE | loose), starts(1, **BOUNCE | far | firm)) == [1, 1, 2], (
-        "the steadier one decides"
-    )
+    assert found(starts(2, **BOUNCE | loose), starts(1, **BOUNCE | far | firm)) == [1, 1, 2], "the steadier one decides"
 
 
 def test_a_start_on_its_way_bridges_nothing() -> None:
     """It changes from one motion to the other within the window, so that its means lie
     between theirs."""
     chain = 0.6 + 0.02 * np.arange(11)
-    ends = (
-        starts(3, **BOUNCE | {"lift_off_fraction": 0.6}),
-        starts(2, **BOUNCE | {"lift_off_fraction": 0.8}),
-    )
+    ends = (starts(3, **BOUNCE | {"lift_off_fraction": 0.6}), starts(2, **BOUNCE | {"lift_off_fraction": 0.8}))
     between = {"lift_off_fraction": chain[1:-1], "half_difference": 0.02, "settled": 0}
     # Those within the tolerance of an end go with it, the five others are for
     # themselves.
-    assert (
-        found(*ends, starts(9, **BOUNCE | between))
-        == [1] * 3 + [3] * 2 + [1] * 2 + [2] * 5 + [3] * 2
-    )
+    assert found(*ends, starts(9, **BOUNCE | between)) == [1] * 3 + [3] * 2 + [1] * 2 + [2] * 5 + [3] * 2
     # Were they settled, they would be a chain.
     assert set(found(*ends, starts(9, **BOUNCE | between | {"settled": 1}))) == {1}
 
@@ -172,9 +156,7 @@ def test_kinds_of_motion_part_where_they_are_decided() -> None:
 
     assert found(of(3, PERIODIC, 1), of(2, PERIODIC, 3), of(1, CHAOTIC)) == [1] * 3 + [2] * 2 + [3]
     for told in (CHAOTIC, UNDETERMINED):
-        assert found(of(3, QUASI_PERIODIC), of(2, told), of(1, PERIODIC, 2)) == [1] * 5 + [2], (
-            "no period, all the same"
-        )
+        assert found(of(3, QUASI_PERIODIC), of(2, told), of(1, PERIODIC, 2)) == [1] * 5 + [2], "no period, all the same"
     # One that is not decided goes with the nearest, and does not bridge the others.
     near = starts(1, **BOUNCE | {"lift_off_fraction": 0.72}, motion=UNSETTLED, period=0)
     three = starts(2, **BOUNCE | {"lift_off_fraction": 0.73}, motion=PERIODIC, period=3)
@@ -189,12 +171,7 @@ def test_failed_starts_are_on_none() -> None:
 
 
 def test_a_bit_that_does_not_turn() -> None:
-    stuck = {
-        "response": STICK_SLIP,
-        "stick_slip_index": np.inf,
-        "stuck_fraction": 1.0,
-        "axial_acceleration_rms": 0.0,
-    }
+    stuck = {"response": STICK_SLIP, "stick_slip_index": np.inf, "stuck_fraction": 1.0, "axial_acceleration_rms": 0.0}
     assert found(starts(2, **stuck), starts(1, **stuck | {"stick_slip_index": np.nan})) == [1, 1, 1]
 
 
@@ -203,9 +180,7 @@ def test_the_order_of_the_starts_changes_no_group() -> None:
     features = {"lift_off_fraction": rng.uniform(0, 1, 60), "radius_mean": rng.uniform(0, GAP, 60)}
     straight = np.array(found(starts(60, **features)))
     turn = rng.permutation(60)
-    turned = np.array(
-        found(starts(60, **{name: values[turn] for name, values in features.items()}))
-    )
+    turned = np.array(found(starts(60, **{name: values[turn] for name, values in features.items()})))
     same = straight[turn][:, None] == straight[turn][None]
     assert np.array_equal(same, turned[:, None] == turned[None])
     assert len(set(straight)) > 3
@@ -215,9 +190,7 @@ def clumps(count: int, apart: float) -> np.ndarray:
     """Dense clumps in a row, each of many more vectors than have their nearest looked
     up, and equal ones."""
     rng = np.random.default_rng(3)
-    vectors = rng.uniform(-0.01, 0.01, (40 * count, 3)) + np.repeat(np.arange(count), 40)[
-        :, None
-    ] * [apart, 0, 0]
+    vectors = rng.uniform(-0.01, 0.01, (40 * count, 3)) + np.repeat(np.arange(count), 40)[:, None] * [apart, 0, 0]
     return np.concatenate([vectors, np.repeat(vectors[:1], 40, axis=0)])
 
 
@@ -251,13 +224,9 @@ def test_two_are_linked_where_each_is_in_reach_of_the_other() -> None:
 def test_points_are_grouped_each_for_itself() -> None:
     one = {
         name: np.stack([a, b])
-        for (name, a), b in zip(
-            starts(3).items(), starts(3, lift_off_fraction=[0, 0.5, 0.5]).values(), strict=True
-        )
+        for (name, a), b in zip(starts(3).items(), starts(3, lift_off_fraction=[0, 0.5, 0.5]).values(), strict=True)
     }
-    first, second = label(
-        one, scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)), TOLERANCE
-    ).tolist()
+    first, second = label(one, scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)), TOLERANCE).tolist()
     assert first == [1, 1, 1]
     assert second[0] != second[1] == second[2]
     assert scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)).shape == (2, 3, 7)
@@ -267,12 +236,7 @@ def test_points_are_grouped_each_for_itself() -> None:
 # table I, method 3.
 @pytest.mark.parametrize(
     ("count", "total", "low", "high"),
-    [
-        (81, 263, 0.2553, 0.3662),
-        (15, 148, 0.0624, 0.1605),
-        (0, 20, 0.0, 0.1611),
-        (1, 29, 0.0061, 0.1718),
-    ],
+    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)],
 )
 def test_known_intervals(count: int, total: int, low: float, high: float) -> None:
     assert wilson(count, total) == pytest.approx((low, high), abs=5e-5)
@@ -280,9 +244,7 @@ def test_known_intervals(count: int, total: int, low: float, high: float) -> Non
 
 @pytest.mark.parametrize(("count", "total"), [(0, 5), (5, 5), (1, 64), (31, 64), (4000, 4900)])
 def test_intervals_are_those_of_scipy(count: int, total: int) -> None:
-    assert wilson(count, total) == pytest.approx(
-        tuple(binomtest(count, total).proportion_ci(method="wilson"))
-    )
+    assert wilson(count, total) == pytest.approx(tuple(binomtest(count, total).proportion_ci(method="wilson")))
 
 
 def test_intervals_at_the_ends() -> None:

@@ -38,19 +38,11 @@ def numbered(variables: Table, shape: tuple[int, ...] | None = None) -> np.ndarr
     return numbers[np.searchsorted(found.point, np.arange(n))[:, None] + group - 1]
 
 
-def made_up(
-    *attractors: tuple[int, float], members: int = 8, settled: bool = True, kinds: int = 0
-) -> Places:
+def made_up(*attractors: tuple[int, float], members: int = 8, settled: bool = True, kinds: int = 0) -> Places:
     """Attractors at (operating point, place) with one coordinate."""
     point, place = np.array(attractors).T
     n = len(point)
-    return Places(
-        point.astype(int),
-        np.full(n, members),
-        place[:, None],
-        np.full(n, kinds),
-        np.full(n, settled),
-    )
+    return Places(point.astype(int), np.full(n, members), place[:, None], np.full(n, kinds), np.full(n, settled))
 
 
 def test_branches_whose_features_cross_are_told_apart_by_their_states() -> None:
@@ -60,26 +52,18 @@ def test_branches_whose_features_cross_are_told_apart_by_their_states() -> None:
     rising = [0.20, 0.26, 0.34, 0.40]
     points = [
         joined(
-            starts(3, lift_off_fraction=a, radius_max=0.2 * GAP),
-            starts(2, lift_off_fraction=b, radius_max=0.4 * GAP),
+            starts(3, lift_off_fraction=a, radius_max=0.2 * GAP), starts(2, lift_off_fraction=b, radius_max=0.4 * GAP)
         )
         for a, b in zip(rising, rising[::-1], strict=True)
     ]
     assert numbered(stacked(*points)).tolist() == [[1, 1, 1, 2, 2]] * 4
     blind = [point | {"radius_max": np.full(5, 0.2 * GAP)} for point in points]
-    assert numbered(stacked(*blind)).tolist() != [[1, 1, 1, 2, 2]] * 4, (
-        "else this test could not fail"
-    )
+    assert numbered(stacked(*blind)).tolist() != [[1, 1, 1, 2, 2]] * 4, "else this test could not fail"
 
 
 @pytest.mark.parametrize("state", ["radius_max", "axial_max", "bit_speed_min", "bit_speed_max"])
 def test_each_state_tells_apart(state: str) -> None:
-    far = {
-        "radius_max": 0.5 * GAP,
-        "axial_max": 10e-3,
-        "bit_speed_min": -0.5 * SPEED,
-        "bit_speed_max": 2.5 * SPEED,
-    }
+    far = {"radius_max": 0.5 * GAP, "axial_max": 10e-3, "bit_speed_min": -0.5 * SPEED, "bit_speed_max": 2.5 * SPEED}
     points = stacked(starts(2), starts(2, **{state: far[state]}))
     assert numbered(points).tolist() == [[1, 1], [2, 2]]
 
@@ -89,12 +73,7 @@ def test_one_vanishes_and_another_is_born() -> None:
     there from the second one on."""
     low, high = starts(4, lift_off_fraction=0.1), starts(4, lift_off_fraction=0.7)
     mixed = joined(starts(3, lift_off_fraction=0.12), starts(1, lift_off_fraction=0.69))
-    assert numbered(stacked(low, mixed, high, high)).tolist() == [
-        [2] * 4,
-        [2, 2, 2, 1],
-        [1] * 4,
-        [1] * 4,
-    ]
+    assert numbered(stacked(low, mixed, high, high)).tolist() == [[2] * 4, [2, 2, 2, 1], [1] * 4, [1] * 4]
 
 
 def test_the_largest_in_the_whole_sweep_is_the_first() -> None:
@@ -106,12 +85,7 @@ def test_the_largest_in_the_whole_sweep_is_the_first() -> None:
 def test_labels_and_contact_with_the_wall_change_along_a_branch() -> None:
     """As between 5.2 and 5.4 rad/s in the worked example: from rattling along the wall
     to rolling."""
-    wide = {
-        "radius_mean": 0.99 * GAP,
-        "radius_max": 1.02 * GAP,
-        "whirl_speed_mean": -1.4 * SPEED,
-        "response": 5,
-    }
+    wide = {"radius_mean": 0.99 * GAP, "radius_max": 1.02 * GAP, "whirl_speed_mean": -1.4 * SPEED, "response": 5}
     rattling = starts(3, **wide, wall_contact_fraction=0.42, whirl_kind=2)
     rolling = starts(3, **wide, wall_contact_fraction=0.98, whirl_kind=3)
     assert numbered(stacked(rattling, rolling)).tolist() == [[1] * 3] * 2
@@ -154,19 +128,13 @@ def test_the_same_kind_of_motion_is_preferred_and_no_other_excluded() -> None:
     ]:
         assert (
             number(
-                Places(found.point, found.members, found.place, np.array(kinds), found.settled),
-                (2,),
-                MATCHING,
+                Places(found.point, found.members, found.place, np.array(kinds), found.settled), (2,), MATCHING
             ).tolist()
             == expected
         )
     doubled = made_up((0, 0.0), (1, 0.05))
-    doubled = Places(
-        doubled.point, doubled.members, doubled.place, np.array([once, twice]), doubled.settled
-    )
-    assert number(doubled, (2,), MATCHING).tolist() == [1, 1], (
-        "a period that doubles ends no branch"
-    )
+    doubled = Places(doubled.point, doubled.members, doubled.place, np.array([once, twice]), doubled.settled)
+    assert number(doubled, (2,), MATCHING).tolist() == [1, 1], "a period that doubles ends no branch"
 
 
 def test_a_start_on_its_way_takes_no_number_from_a_settled_one() -> None:
@@ -227,11 +195,7 @@ def test_the_basins_of_a_cubic() -> None:
 
 def same(a: np.ndarray, b: np.ndarray) -> bool:
     """Whether both tell the same apart, by whatever numbers."""
-    return (
-        len(set(zip(a.ravel(), b.ravel(), strict=True)))
-        == len(set(a.ravel()))
-        == len(set(b.ravel()))
-    )
+    return len(set(zip(a.ravel(), b.ravel(), strict=True))) == len(set(a.ravel())) == len(set(b.ravel()))
 
 
 def test_two_axes_around_a_cusp_in_any_order() -> None:
@@ -249,9 +213,7 @@ def test_two_axes_around_a_cusp_in_any_order() -> None:
     assert set(numbers.ravel()) == {1, 2}
     order = np.arange(9 * 13).reshape(shape)
     for turned in (order[::-1], order[:, ::-1], order.T, order.T[::-1, ::-1]):
-        other = numbered(
-            {name: values[turned.ravel()] for name, values in variables.items()}, turned.shape
-        )
+        other = numbered({name: values[turned.ravel()] for name, values in variables.items()}, turned.shape)
         assert same(other, grid.reshape(-1, 21)[turned.ravel()])
     shuffled = np.random.default_rng(1).permutation(21)
     other = numbered({name: values[:, shuffled] for name, values in variables.items()}, shape)
@@ -261,14 +223,9 @@ def test_two_axes_around_a_cusp_in_any_order() -> None:
 def test_scattered_motions_are_numbered_whatever_the_order_of_the_starts() -> None:
     rng = np.random.default_rng(8)
     variables = stacked(
-        *(
-            starts(30, lift_off_fraction=rng.uniform(0, 1, 30), radius_mean=rng.uniform(0, GAP, 30))
-            for _ in range(6)
-        )
+        *(starts(30, lift_off_fraction=rng.uniform(0, 1, 30), radius_mean=rng.uniform(0, GAP, 30)) for _ in range(6))
     )
     numbers = numbered(variables)
     shuffled = rng.permutation(30)
-    assert np.array_equal(
-        numbered({name: v[:, shuffled] for name, v in variables.items()}), numbers[:, shuffled]
-    )
+    assert np.array_equal(numbered({name: v[:, shuffled] for name, v in variables.items()}), numbers[:, shuffled])
     assert same(numbered({name: v[::-1] for name, v in variables.items()}), numbers[::-1])

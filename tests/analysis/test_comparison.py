@@ -62,11 +62,9 @@ def test_differences_are_measured_and_placed() -> None:
         "at": {"procedure": "down", "depth": 5000.0, "wob": 20e3, "rotary_speed": 3.0},
     }
     assert (row(found, "steps")["largest"], row(found, "steps")["relative"]) == (10.0, 0.1)
-    assert [
-        one["name"]
-        for one in found["variables"]
-        if one["name"].startswith("final") and not one["same"]
-    ] == ["final_state[twist]"]
+    assert [one["name"] for one in found["variables"] if one["name"].startswith("final") and not one["same"]] == [
+        "final_state[twist]"
+    ]
     assert row(found, "final_state[twist]")["units"] == "rad"
     assert row(found, "axial_peaks")["points"] == 1, "two peaks of one point"
 
@@ -106,9 +104,7 @@ def test_common_points_of_different_axes() -> None:
     b = grid({"down": [["w.s", "..b"]]}, [1.0, 3.0 * (1 + ROUNDING / 10), 5.0], [10e3, 20e3])
     b.variables["radius_max"] = a["radius_max"][1:, :, :, [0, 2, 3]].copy()
     found = compare_results(a, b)
-    assert [
-        (axis["name"], axis["a"], axis["b"], axis["common"], axis["same"]) for axis in found["axes"]
-    ] == [
+    assert [(axis["name"], axis["a"], axis["b"], axis["common"], axis["same"]) for axis in found["axes"]] == [
         ("procedure", 2, 1, 1, False),
         ("depth", 1, 1, 1, True),
         ("wob", 2, 2, 2, True),
@@ -128,9 +124,7 @@ def test_what_cannot_be_compared_is_said() -> None:
     assert row(found, "axial_peaks")["not_compared"] == {"a": 3, "b": 5, "of": "peak"}
     assert not row(found, "axial_peaks")["same"]
     b.coords["start"] = np.arange(2)
-    b.variables = {
-        name: np.repeat(values[:, :, :, :, None], 2, axis=4) for name, values in b.variables.items()
-    }
+    b.variables = {name: np.repeat(values[:, :, :, :, None], 2, axis=4) for name, values in b.variables.items()}
     found = compare_results(a, b)
     assert (found["points"], found["variables"], found["responses"]) == (0, [], None)
     assert found["axes"][-1] == {"name": "start", "a": 0, "b": 2, "common": 0, "same": False}
@@ -223,10 +217,7 @@ def test_probabilities_of_other_samples_are_compared() -> None:
             "sample": np.arange(20),
         }
         response = (np.arange(20) < np.array(critical)[:, None]).astype(np.int8) * STICK_SLIP
-        variables = {
-            "status": np.full((1, 1, 1, 2, 20), OK, np.int8),
-            "response": response[None, None, None],
-        }
+        variables = {"status": np.full((1, 1, 1, 2, 20), OK, np.int8), "response": response[None, None, None]}
         return Results(coords, variables, {}, (), {rock: values})
 
     a, b = results([1, 10], np.linspace(1e7, 2e7, 20)), results([18, 12], np.linspace(2e7, 3e7, 20))

@@ -98,16 +98,12 @@ def test_a_comparison_says_what_is_lost_and_names_the_two() -> None:
         one.attrs["study_resolved"] = json.dumps({"drive": {"kind": kind}, "title": kind})
         data.append(one)
     text = sentence(app_contrast(*data), "si")
-    assert text.startswith(
-        "With the soft torque drive (b) 3 of 10 common points are safe, with the "
-    )
+    assert text.startswith("With the soft torque drive (b) 3 of 10 common points are safe, with the ")
     assert "with the ideal drive (a) 3: 3 gained, 3 lost" in text
     assert "at the best point 3.6 m/h for 7.2 m/h (-50.0 %), at the fastest safe point 3.6" in text
     data[1].attrs["study_resolved"] = json.dumps({"drive": {"kind": "ideal"}, "mud": {"swirl": 1}})
     assert "at the best point 3.6 m/h in both" in sentence(app_contrast(data[1], data[1]), "si")
     found = app_contrast(*data, names=["one.h5", "two.h5"])
     assert sentence(found, "si").startswith("With two.h5 (b) 3 of 10")
-    assert ("best point", "a: 20 kN, 3 rad/s (28.6 rpm)", "b: 10 kN, 3 rad/s (28.6 rpm)") in rows(
-        found, "si"
-    )
+    assert ("best point", "a: 20 kN, 3 rad/s (28.6 rpm)", "b: 10 kN, 3 rad/s (28.6 rpm)") in rows(found, "si")
     assert thresholds(found).startswith("bit-bounce: off the rock for more than 1 % of the time")

@@ -12,9 +12,7 @@ from scipy.stats import binom
 from nsdrill.analysis.fitting import end_pressed, posterior
 from nsdrill.plot.fitted import bins_for, effective_number
 
-LINEAR = np.array(
-    [[1.0, 0.5, 0.0], [0.0, 1.0, 0.3], [0.2, 0.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]]
-)
+LINEAR = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.3], [0.2, 0.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]])
 
 
 def test_a_linear_problem_has_the_posterior_of_the_textbook():
@@ -22,9 +20,7 @@ def test_a_linear_problem_has_the_posterior_of_the_textbook():
     mean that times A^T y / s^2."""
     rng, error = np.random.default_rng(3), 0.4
     y = LINEAR @ rng.standard_normal(3) + error * rng.standard_normal(5)
-    found = posterior(
-        lambda z: z @ LINEAR.T, y, np.full(5, error), 3, batch=400, wanted=2000, rounds=12
-    )
+    found = posterior(lambda z: z @ LINEAR.T, y, np.full(5, error), 3, batch=400, wanted=2000, rounds=12)
     covariance = np.linalg.inv(np.eye(3) + LINEAR.T @ LINEAR / error**2)
     mean = covariance @ LINEAR.T @ y / error**2
     np.testing.assert_allclose(found.mean, mean, atol=4 * np.sqrt(covariance.max() / found.size))
@@ -41,18 +37,14 @@ def test_a_curved_problem_has_the_posterior_of_a_fine_grid():
 
     def simulate(z):
         jump = 1 / (1 + np.exp(-8 * (z[:, 0] - 0.2)))
-        return np.stack(
-            [jump * (1 + 0.4 * z[:, 1]), 0.3 * z[:, 1] ** 2 + z[:, 0], z[:, 0] * z[:, 1]], axis=1
-        )
+        return np.stack([jump * (1 + 0.4 * z[:, 1]), 0.3 * z[:, 1] ** 2 + z[:, 0], z[:, 0] * z[:, 1]], axis=1)
 
     line = np.linspace(-5.0, 5.0, 641)
     grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
     for case in range(3):
         rng = np.random.default_rng(case)
         y = simulate(rng.standard_normal((1, 2)))[0] + errors * rng.standard_normal(3)
-        logs = -0.5 * np.sum(grid**2, axis=1) - 0.5 * np.sum(
-            ((simulate(grid) - y) / errors) ** 2, axis=1
-        )
+        logs = -0.5 * np.sum(grid**2, axis=1) - 0.5 * np.sum(((simulate(grid) - y) / errors) ** 2, axis=1)
         weights = np.exp(logs - logs.max())
         weights /= weights.sum()
         mean = weights @ grid
@@ -66,19 +58,13 @@ def test_a_curved_problem_has_the_posterior_of_a_fine_grid():
 def threshold(z):
     """As stick-slip sets in: a jump in one unknown, a sign that is not told of another."""
     jump = 1 / (1 + np.exp(-20 * (z[:, 0] - 0.3)))
-    return np.stack(
-        [jump * (1 + 0.3 * z[:, 1]), z[:, 1] + 0.2 * jump, np.abs(z[:, 2]), z[:, 2] ** 2 + z[:, 0]],
-        1,
-    )
+    return np.stack([jump * (1 + 0.3 * z[:, 1]), z[:, 1] + 0.2 * jump, np.abs(z[:, 2]), z[:, 2] ** 2 + z[:, 0]], 1)
 
 
 def noisy(z):
     """As chaotic motion: no two runs are alike."""
     rng = np.random.default_rng(crc32(z.tobytes()))
-    smooth = np.stack(
-        [z[:, 0] + 0.5 * z[:, 1] ** 2, np.exp(0.5 * z[:, 1]), z[:, 0] * z[:, 2], np.tanh(z[:, 2])],
-        1,
-    )
+    smooth = np.stack([z[:, 0] + 0.5 * z[:, 1] ** 2, np.exp(0.5 * z[:, 1]), z[:, 0] * z[:, 2], np.tanh(z[:, 2])], 1)
     return smooth + 0.3 * rng.standard_normal(smooth.shape)
 
 
@@ -122,9 +108,7 @@ def test_failed_runs_have_no_weight():
 
 
 def test_data_that_no_run_gives_have_a_large_misfit():
-    found = posterior(
-        lambda z: np.repeat(z[:, :1], 2, axis=1), np.array([1.0, -1.0]), np.array([0.05, 0.05]), 1
-    )
+    found = posterior(lambda z: np.repeat(z[:, :1], 2, axis=1), np.array([1.0, -1.0]), np.array([0.05, 0.05]), 1)
     assert found.misfit > 100
 
 

@@ -54,10 +54,7 @@ def test_a_point_that_is_not_known_interrupts(sign: str, side: str) -> None:
     line = list(maps[side][0])
     line[3] = sign
     rows = hysteresis(grid({**maps, side: ["".join(line)]}, SPEEDS))
-    assert [(row["from"], row["to"], row["open"]) for row in rows] == [
-        (3.0, 3.0, ["to"]),
-        (5.0, 6.0, ["from"]),
-    ]
+    assert [(row["from"], row["to"], row["open"]) for row in rows] == [(3.0, 3.0, ["to"]), (5.0, 6.0, ["from"])]
 
 
 def test_an_inferred_point_does_not() -> None:
@@ -94,15 +91,8 @@ def test_every_combination_of_the_other_axes_has_its_own() -> None:
     found = [(row["depth"], row["wob"], row["from"], row["to"]) for row in hysteresis(data)]
     assert found == [(1000, 10e3, 1, 1), (2000, 10e3, 3, 4), (2000, 20e3, 2, 2)]
     data.attrs["study_resolved"] = json.dumps({"sweep": {"along": "wob"}})
-    found = [
-        (row["depth"], row["rotary_speed"], row["from"], row["to"]) for row in hysteresis(data)
-    ]
-    assert found == [
-        (1000, 1, 10e3, 10e3),
-        (2000, 2, 20e3, 20e3),
-        (2000, 3, 10e3, 10e3),
-        (2000, 4, 10e3, 10e3),
-    ]
+    found = [(row["depth"], row["rotary_speed"], row["from"], row["to"]) for row in hysteresis(data)]
+    assert found == [(1000, 1, 10e3, 10e3), (2000, 2, 20e3, 20e3), (2000, 3, 10e3, 10e3), (2000, 4, 10e3, 10e3)]
 
 
 @pytest.mark.parametrize("names", [("same",), ("up",), ("same", "up")])

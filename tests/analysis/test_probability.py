@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from nsdrill.analysis.probability import (
-    EVERY,
-    interval,
-    probabilities_of,
-    samples_for,
-    window_state,
-)
+from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
@@ -23,9 +17,7 @@ from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, STICK_SLIP, WHIRL, Unkno
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
 
 
-def made_up(
-    response: Array, status: Array | None = None, attrs: dict[str, str] | None = None
-) -> Results:
+def made_up(response: Array, status: Array | None = None, attrs: dict[str, str] | None = None) -> Results:
     """Results with ``response`` [procedure, weight on bit, speed, sample]."""
     procedures, weights, speeds, samples = response.shape
     coords = {
@@ -36,9 +28,7 @@ def made_up(
         "sample": np.arange(samples, dtype=np.int32),
     }
     response = response[:, None].astype(np.int8)
-    status = (
-        np.full(response.shape, OK, np.int8) if status is None else status[:, None].astype(np.int8)
-    )
+    status = np.full(response.shape, OK, np.int8) if status is None else status[:, None].astype(np.int8)
     drawn = {ROCK: np.linspace(1e7, 2e7, samples)}
     return Results(coords, {"status": status, "response": response}, attrs or {}, (), drawn)
 
@@ -85,9 +75,7 @@ def test_intervals_hold_as_often_as_they_say(probability: float, samples: int) -
 @pytest.mark.parametrize(("count", "samples"), [(0, 32), (1, 32), (17, 32), (256, 256), (250, 256)])
 def test_intervals_are_those_of_scipy(count: int, samples: int) -> None:
     theirs = stats.binomtest(count, samples).proportion_ci(0.95, method="wilson")
-    assert [float(end) for end in interval(np.array(count), samples)] == pytest.approx(
-        [theirs.low, theirs.high]
-    )
+    assert [float(end) for end in interval(np.array(count), samples)] == pytest.approx([theirs.low, theirs.high])
 
 
 def test_rows_of_a_table_that_are_the_same_count_as_fewer() -> None:
@@ -105,14 +93,8 @@ def test_rows_of_a_table_that_are_the_same_count_as_fewer() -> None:
     assert found.effective == pytest.approx(64 / 30)
     share, low, high = (float(part.ravel()[0]) for part in found.of("safe"))
     assert share == 3 / 8
-    assert (low, high) == pytest.approx(
-        tuple(map(float, interval(np.array(3 / 8 * 64 / 30), 64 / 30)))
-    )
-    assert (
-        high - low
-        > 1.3
-        * (probabilities_of(plain).of("safe")[2] - probabilities_of(plain).of("safe")[1]).ravel()[0]
-    )
+    assert (low, high) == pytest.approx(tuple(map(float, interval(np.array(3 / 8 * 64 / 30), 64 / 30))))
+    assert high - low > 1.3 * (probabilities_of(plain).of("safe")[2] - probabilities_of(plain).of("safe")[1]).ravel()[0]
     assert find_window(results, confidence=0.3)["effective"] == pytest.approx(64 / 30)
 
 
@@ -147,11 +129,7 @@ def map_of_safety(safe: list[list[float]], samples: int = 20) -> Array:
 
 
 def test_window_is_where_the_confidence_is_reached_and_the_point_inside_is_recommended() -> None:
-    share = [
-        [0.50, 0.85, 0.90, 0.85, 0.10],
-        [0.60, 0.90, 1.00, 0.95, 0.20],
-        [0.70, 0.85, 0.90, 0.90, 0.30],
-    ]
+    share = [[0.50, 0.85, 0.90, 0.85, 0.10], [0.60, 0.90, 1.00, 0.95, 0.20], [0.70, 0.85, 0.90, 0.90, 0.30]]
     results = made_up(map_of_safety(share))
     note = find_window(results, confidence=0.9)
     assert note["confidence"] == 0.9
@@ -185,9 +163,7 @@ def test_of_the_saltelli_design_two_matrices_count() -> None:
     attrs = {"study_resolved": '{"uncertain": {"design": "saltelli", "samples": 10}}'}
     assert probabilities_of(made_up(response, attrs=attrs)).of("safe")[0].ravel()[0] == 1.0
     assert probabilities_of(made_up(response)).of("safe")[0].ravel()[0] == 20 / 30
-    with pytest.raises(
-        InputError, match="found 20 samples of the design saltelli; allowed: all 30"
-    ):
+    with pytest.raises(InputError, match="found 20 samples of the design saltelli; allowed: all 30"):
         probabilities_of(made_up(response[..., :20], attrs=attrs))
 
 
@@ -203,9 +179,7 @@ def test_by_severity() -> None:
 def test_results_without_samples_have_no_probability() -> None:
     results = made_up(np.zeros((1, 1, 2, 4), int))
     del results.coords["sample"]
-    plain = Results(
-        results.coords, {name: values[..., 0] for name, values in results.variables.items()}
-    )
+    plain = Results(results.coords, {name: values[..., 0] for name, values in results.variables.items()})
     with pytest.raises(InputError, match="without samples"):
         probabilities_of(plain)
     with pytest.raises(InputError, match="--confidence: found results without samples"):

@@ -23,16 +23,12 @@ TOTAL = np.array([PARTS["1"] + PARTS["13"], PARTS["2"], PARTS["13"]]) / VARIANCE
 
 
 def ishigami(x: Array) -> Array:
-    return np.asarray(
-        np.sin(x[:, 0]) + A * np.sin(x[:, 1]) ** 2 + B * x[:, 2] ** 4 * np.sin(x[:, 0])
-    )[:, None]
+    return np.asarray(np.sin(x[:, 0]) + A * np.sin(x[:, 1]) ** 2 + B * x[:, 2] ** 4 * np.sin(x[:, 0]))[:, None]
 
 
 def samples(count: int, design: str, seed: int = 1) -> Array:
     shapes = {name: {"uniform": [-math.pi, math.pi]} for name in "abc"}
-    return np.column_stack(
-        [*draw(Uncertain(shapes, samples=count, seed=seed, design=design)).values()]
-    )
+    return np.column_stack([*draw(Uncertain(shapes, samples=count, seed=seed, design=design)).values()])
 
 
 def test_saltelli_gives_the_indices_of_ishigami() -> None:
@@ -50,8 +46,7 @@ def test_saltelli_is_that_of_scipy() -> None:
     y = ishigami(x)[:, 0]
     mine = indices(x, y[:, None], "saltelli")
     theirs = stats.sobol_indices(
-        func={"f_A": y[:256][None], "f_B": y[256:512][None], "f_AB": y[512:].reshape(3, 1, 256)},
-        n=256,
+        func={"f_A": y[:256][None], "f_B": y[256:512][None], "f_AB": y[512:].reshape(3, 1, 256)}, n=256
     )
     assert mine is not None
     assert mine.total is not None

@@ -50,9 +50,7 @@ def test_each_procedure_is_counted_over_all_axes() -> None:
     made = grid({"up": [["s..w", "ssww"]], "down": [["s.ww", ".sww"]]}, SPEEDS[:4], WEIGHTS[:2])
     coords = {**made.coords, "wob": WEIGHTS[:1], "bit_rock_stiffness": WEIGHTS[:2]}
     coords = {name: coords[name] for name in (*POINT, "bit_rock_stiffness")}
-    variables = {
-        name: np.swapaxes(values, 2, 3)[:, :, None] for name, values in made.variables.items()
-    }
+    variables = {name: np.swapaxes(values, 2, 3)[:, :, None] for name, values in made.variables.items()}
     axis = Axis("bit.rock_stiffness", "N/m", "rock stiffness")
     found = find_window(Results(coords, variables, made.attrs, (axis,)))
     assert found["safe_in"] == {"up": 2, "down": 2}
@@ -63,9 +61,7 @@ def test_region_and_recommended_point(both: dict) -> None:
     """The third speed of the third weight: two steps of six from what is not safe, on
     either side."""
     [one] = both["maps"]
-    assert one["regions"] == [
-        {"points": 10, "share": 10 / 35, "rotary_speed": [2.0, 5.0], "wob": [20e3, 40e3]}
-    ]
+    assert one["regions"] == [{"points": 10, "share": 10 / 35, "rotary_speed": [2.0, 5.0], "wob": [20e3, 40e3]}]
     best = one["recommended"]
     assert (best["rotary_speed"], best["wob"]) == (3.0, 30e3)
     assert best["margin"] == pytest.approx(2 / 6)  # a step of the speed is 1/6, of the weight 1/4
@@ -128,28 +124,10 @@ def carried(up: list[str], down: list[str]) -> dict:
             {"code": "starts_on_wall", "procedure": "down", "value": 5.0},
         ),
         # Coming up it reaches the wall at the fourth speed, coming down it stays there.
-        (
-            ["....ww"],
-            ["..www."],
-            "rotary_speed",
-            "more",
-            {"code": "stays_on_wall", "procedure": "down", "value": 5.0},
-        ),
+        (["....ww"], ["..www."], "rotary_speed", "more", {"code": "stays_on_wall", "procedure": "down", "value": 5.0}),
         # The bounce lasts on the way down.
-        (
-            ["...bb"],
-            [".bbbb"],
-            "rotary_speed",
-            "more",
-            {"code": "bounce_lasts", "procedure": "down", "value": None},
-        ),
-        (
-            ["ss...."],
-            ["s....."],
-            "rotary_speed",
-            "less",
-            {"code": "sticking_lasts", "procedure": "up", "value": None},
-        ),
+        (["...bb"], [".bbbb"], "rotary_speed", "more", {"code": "bounce_lasts", "procedure": "down", "value": None}),
+        (["ss...."], ["s....."], "rotary_speed", "less", {"code": "sticking_lasts", "procedure": "up", "value": None}),
     ],
 )
 def test_a_border_that_surprises_has_its_reason(
@@ -203,13 +181,7 @@ def test_failed_points_are_neither_safe_nor_critical(sign: str) -> None:
 
 @pytest.mark.parametrize(
     ("up", "down", "word"),
-    [
-        ("x", "x", "unknown"),
-        ("x", ".", "unknown"),
-        ("x", "w", "unknown"),
-        (".", "w", "rim"),
-        ("w", "s", "critical"),
-    ],
+    [("x", "x", "unknown"), ("x", ".", "unknown"), ("x", "w", "unknown"), (".", "w", "rim"), ("w", "s", "critical")],
 )
 def test_a_failed_run_leaves_a_point_unknown(up: str, down: str, word: str) -> None:
     note = find_window(grid({"up": [f".{up}."], "down": [f".{down}."]}, [1, 2, 3]))
@@ -227,9 +199,7 @@ def test_a_failed_start_beside_a_safe_and_a_critical_one_is_on_the_rim() -> None
     """Whatever the third would have done: the point depends on the history."""
     data = grid({"same": ["...."]}, [1, 2, 3, 4])
     data.coords["start"] = np.arange(3)
-    data.variables = {
-        name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()
-    }
+    data.variables = {name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()}
     data["response"][0, 0, 0, 1, 1] = 1
     data["status"][0, 0, 0, 1, 2] = DIVERGED
     note = find_window(data)
@@ -293,9 +263,7 @@ def test_by_severity_an_inferred_point_is_unknown() -> None:
 def test_all_starts_of_an_ensemble_must_be_safe() -> None:
     data = grid({"same": ["...."]}, [1, 2, 3, 4])
     data.coords["start"] = np.arange(3)
-    data.variables = {
-        name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()
-    }
+    data.variables = {name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()}
     data["response"][0, 0, 0, 1, 2] = 1
     data["response"][0, 0, 0, 3] = 1
     note = find_window(data)
@@ -307,17 +275,11 @@ def test_one_axis_has_intervals() -> None:
     note = find_window(grid({"up": ["s..w...b"], "down": ["s..w...b"]}, [1, 2, 3, 4, 5, 7, 8, 10]))
     [one] = note["maps"]
     assert note["axes"] == ["rotary_speed"]
-    assert [(area["points"], area["rotary_speed"]) for area in one["regions"]] == [
-        (3, [5, 8]),
-        (2, [2, 3]),
-    ]
+    assert [(area["points"], area["rotary_speed"]) for area in one["regions"]] == [(3, [5, 8]), (2, [2, 3])]
     best = one["recommended"]
     assert best["rotary_speed"] == 7.0  # 3 to either side; at 5 it is 1, at 8 it is 2
     assert best["margin"] == pytest.approx(3 / 9)
-    assert [best["margins"]["rotary_speed"][side]["margin"] for side in ("less", "more")] == [
-        2.0,
-        1.0,
-    ]
+    assert [best["margins"]["rotary_speed"][side]["margin"] for side in ("less", "more")] == [2.0, 1.0]
 
 
 def test_nothing_safe_gives_no_recommendation() -> None:
@@ -331,9 +293,7 @@ DEPTHS = (1000.0, 2000.0, 3000.0, 4000.0, 5000.0)
 
 
 def stack(*maps: list[str]) -> dict:
-    return find_window(
-        grid({"up": list(maps), "down": list(maps)}, [1, 2, 3], [10e3, 20e3], DEPTHS[: len(maps)])
-    )
+    return find_window(grid({"up": list(maps), "down": list(maps)}, [1, 2, 3], [10e3, 20e3], DEPTHS[: len(maps)]))
 
 
 def test_the_depth_at_which_it_closes_and_reopens() -> None:
@@ -347,12 +307,7 @@ def test_the_depth_at_which_it_closes_and_reopens() -> None:
     assert stack(full, some)["depth"]["closes"] is None
     late = stack(none, some, none)["depth"]
     assert (late["open"], late["closes"], late["reopens"]) == ([[2000, 2000]], 3000, None)
-    assert stack(none, none)["depth"] == {
-        **stack(none, none)["depth"],
-        "open": [],
-        "closes": None,
-        "reopens": None,
-    }
+    assert stack(none, none)["depth"] == {**stack(none, none)["depth"], "open": [], "closes": None, "reopens": None}
 
 
 def test_what_is_safe_at_every_depth() -> None:
@@ -369,21 +324,11 @@ def test_what_is_safe_at_every_depth() -> None:
 
 
 def test_depth_across_weight_and_depth_across_speed() -> None:
-    data = grid(
-        {"up": [["..w"], ["..."], ["sss"]], "down": [["..w"], ["..w"], ["sss"]]},
-        [1, 2, 3],
-        [20e3],
-        DEPTHS[:3],
-    )
+    data = grid({"up": [["..w"], ["..."], ["sss"]], "down": [["..w"], ["..w"], ["sss"]]}, [1, 2, 3], [20e3], DEPTHS[:3])
     note = find_window(data)
     assert note["axes"] == ["rotary_speed", "depth"]
     assert (note["safe"], note["rim"]) == (4, 1)
-    assert note["maps"][0]["regions"][0] == {
-        "points": 4,
-        "share": 4 / 9,
-        "rotary_speed": [1, 2],
-        "depth": [1000, 2000],
-    }
+    assert note["maps"][0]["regions"][0] == {"points": 4, "share": 4 / 9, "rotary_speed": [1, 2], "depth": [1000, 2000]}
     assert note["depth"]["closes"] == 3000
     weights = grid({"same": [[".", "w"], ["w", "w"]]}, [3.0], [10e3, 20e3], DEPTHS[:2])
     note = find_window(weights)
@@ -406,22 +351,14 @@ def test_regions_touch_along_the_axes_only() -> None:
 
 
 def test_the_middle_of_a_map_that_is_safe_all_over() -> None:
-    assert largest_margin(np.ones((5, 9), dtype=bool), np.arange(5.0), np.arange(9.0)) == (
-        2,
-        4,
-        0.5,
-    )
+    assert largest_margin(np.ones((5, 9), dtype=bool), np.arange(5.0), np.arange(9.0)) == (2, 4, 0.5)
 
 
 def test_the_largest_disc_on_unequal_steps() -> None:
     """The only bad point is at the left end of a line 0, 1, 2, 4, 10: halfway to the
     right end is 5, nearest 4."""
     safe = np.array([[False, True, True, True, True]])
-    assert largest_margin(safe, np.zeros(1), np.array([0.0, 1.0, 2.0, 4.0, 10.0])) == (
-        0,
-        3,
-        pytest.approx(0.4),
-    )
+    assert largest_margin(safe, np.zeros(1), np.array([0.0, 1.0, 2.0, 4.0, 10.0])) == (0, 3, pytest.approx(0.4))
 
 
 def test_by_brute_force() -> None:
@@ -433,9 +370,7 @@ def test_by_brute_force() -> None:
         best = 0.0
         for row, column in np.argwhere(safe):
             edge = min(up[row], 1 - up[row], across[column], 1 - across[column])
-            bad = [
-                np.hypot(up[r] - up[row], across[c] - across[column]) for r, c in np.argwhere(~safe)
-            ]
+            bad = [np.hypot(up[r] - up[row], across[c] - across[column]) for r, c in np.argwhere(~safe)]
             best = max(best, min([edge, *bad]))
         found = largest_margin(safe, y, x)
         assert found is not None
@@ -468,18 +403,9 @@ def test_what_the_points_yield_is_told() -> None:
     results.variables["rate_of_penetration"] = rate
     [one] = find_window(results)["maps"]
     assert one["recommended"]["rate_of_penetration"] == 3.0 * 30e3
-    safe = {
-        (w, s)
-        for i, w in enumerate(WEIGHTS)
-        for j, s in enumerate(SPEEDS)
-        if UP[i][j] == DOWN[i][j] == "."
-    }
+    safe = {(w, s) for i, w in enumerate(WEIGHTS) for j, s in enumerate(SPEEDS) if UP[i][j] == DOWN[i][j] == "."}
     weight, speed = max(safe, key=lambda at: at[0] * at[1])
-    assert one["fastest"] == {
-        "rotary_speed": speed,
-        "wob": weight,
-        "rate_of_penetration": weight * speed,
-    }
+    assert one["fastest"] == {"rotary_speed": speed, "wob": weight, "rate_of_penetration": weight * speed}
     assert find_window(grid({"up": [UP]}, SPEEDS, WEIGHTS))["maps"][0]["fastest"] is None
 
 

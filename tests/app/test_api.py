@@ -24,10 +24,7 @@ from nsdrill.store import part_path, read_results
 NESTED: dict[str, Any] = {
     "title": "Small",
     "operation": {"depth": "2000 m", "wob": "22.24 kN", "rotary_speed": "3 rad/s"},
-    "sweep": {
-        "rotary_speed": {"from": "1 rad/s", "to": "8 rad/s", "points": np.int64(8)},
-        "procedure": "up-down",
-    },
+    "sweep": {"rotary_speed": {"from": "1 rad/s", "to": "8 rad/s", "points": np.int64(8)}, "procedure": "up-down"},
     "simulation": {"transient": "2 s", "observe": "2 s"},
     "record": {"peaks": 4},
 }
@@ -53,17 +50,14 @@ def small(shared: Path) -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def trace(shared: Path) -> xr.Dataset:
-    return nsdrill.simulate(
-        shared / "small.yaml", rotary_speed="60 rpm", duration="2 s", sample=0.01
-    )
+    return nsdrill.simulate(shared / "small.yaml", rotary_speed="60 rpm", duration="2 s", sample=0.01)
 
 
 def same(a: xr.Dataset, b: xr.Dataset) -> bool:
     """Whether all variables have the same bits, whatever dimensions of length one there
     are."""
     return set(a.data_vars) == set(b.data_vars) and all(
-        a[name].squeeze().values.tobytes()
-        == b[name].squeeze().transpose(*a[name].squeeze().dims).values.tobytes()
+        a[name].squeeze().values.tobytes() == b[name].squeeze().transpose(*a[name].squeeze().dims).values.tobytes()
         for name in a.data_vars
     )
 
@@ -82,9 +76,7 @@ def test_a_study_in_every_form(shared: Path) -> None:
 
 
 def test_the_text_of_a_mapping_is_the_study_again() -> None:
-    study = nsdrill.load_study(
-        {**DOTTED, "title": "a: 'b' # no", "classify.stick_slip.stick_slip_index": 60}
-    )
+    study = nsdrill.load_study({**DOTTED, "title": "a: 'b' # no", "classify.stick_slip.stick_slip_index": 60})
     again = nsdrill.load_study(study.text)
     assert again.sha256 == study.sha256
     assert again.title == study.title
@@ -104,45 +96,25 @@ def test_keys_are_changed_in_every_form(shared: Path, changes: Any) -> None:
         assert study.operation.wob == 30e3
         assert study.record.peaks == 2
         assert study.axes["rotary_speed"].tolist() == [2.0, 3.0]
-    both = nsdrill.load_study(
-        nsdrill.load_study(path, {"title": "a: b"}), {"operation.wob": "1 kN"}
-    )
+    both = nsdrill.load_study(nsdrill.load_study(path, {"title": "a: b"}), {"operation.wob": "1 kN"})
     assert (both.title, both.operation.wob) == ("a: b", 1e3)
 
 
 @pytest.mark.parametrize(
     ("study", "words"),
     [
-        (
-            {"operation.wob": 30000},
-            r"^the study: operation\.wob: found the number 30000 without a unit; allowed: .*kN",
-        ),
-        (
-            {"operation": {"wob": "30 m"}},
-            r"^the study: operation\.wob: found '30 m', in units of length",
-        ),
-        (
-            "title: a\noperation: {wob: 3}",
-            r"^the study, line 2: operation\.wob: found the number 3 without a unit",
-        ),
+        ({"operation.wob": 30000}, r"^the study: operation\.wob: found the number 30000 without a unit; allowed: .*kN"),
+        ({"operation": {"wob": "30 m"}}, r"^the study: operation\.wob: found '30 m', in units of length"),
+        ("title: a\noperation: {wob: 3}", r"^the study, line 2: operation\.wob: found the number 3 without a unit"),
         ({"operatoin": {}}, r"unknown key.*Did you mean operation\?"),
-        (
-            {"operation.wob": "3 kN", "operation": {"wob": "4 kN"}},
-            r"operation\.wob: found the key a second time",
-        ),
-        (
-            {"operation": "x", "operation.wob": "4 kN"},
-            r"operation\.wob: found the key a second time",
-        ),
+        ({"operation.wob": "3 kN", "operation": {"wob": "4 kN"}}, r"operation\.wob: found the key a second time"),
+        ({"operation": "x", "operation.wob": "4 kN"}, r"operation\.wob: found the key a second time"),
         ({"title": object()}, r"title: found a value of the type object; allowed: text, numbers"),
         ({3: "x"}, r"found 3 as a key; allowed: names, nested or dotted"),
         ({"bit.friction.static": float("nan")}, r"bit\.friction\.static: found"),
         ("", "empty document"),
         ({}, "empty document"),
-        (
-            3,
-            r"^study: found a value of the type int; allowed: a Study, the name of a YAML file, YAML text",
-        ),
+        (3, r"^study: found a value of the type int; allowed: a Study, the name of a YAML file, YAML text"),
         (None, r"found a value of the type NoneType"),
         ("nowhere.yaml", r"nowhere\.yaml: there is no such file"),
     ],
@@ -163,14 +135,8 @@ def test_a_list_that_holds_itself_is_told() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (
-            {"operation.wob": 30},
-            r"small\.yaml: operation\.wob: found the number 30 without a unit \(set={'operation",
-        ),
-        (
-            "operation.wob=30 kN",
-            "set: found .*; allowed: a mapping by dotted keys, or a list of texts 'key=value'",
-        ),
+        ({"operation.wob": 30}, r"small\.yaml: operation\.wob: found the number 30 without a unit \(set={'operation"),
+        ("operation.wob=30 kN", "set: found .*; allowed: a mapping by dotted keys, or a list of texts 'key=value'"),
         (["operation.wob"], "found set operation.wob; allowed: a mapping by dotted keys"),
         ({3: 4}, "set: found 3 as a key"),
         ({"title": object()}, "set: title: found a value of the type object"),
@@ -186,9 +152,7 @@ def test_wrong_changes_are_told(shared: Path, changes: Any, words: str) -> None:
 # --- run, open, save
 
 
-def test_in_memory_and_in_a_file_are_the_same(
-    shared: Path, small: xr.Dataset, tmp_path: Path
-) -> None:
+def test_in_memory_and_in_a_file_are_the_same(shared: Path, small: xr.Dataset, tmp_path: Path) -> None:
     with nsdrill.run(NESTED, tmp_path / "out.h5", progress=False) as written:
         assert isinstance(small, xr.Dataset)
         assert isinstance(written, xr.Dataset)
@@ -215,18 +179,10 @@ def test_in_memory_and_in_a_file_are_the_same(
         ({"overwrite": True}, "overwrite: found without a path"),
         ({"progress": 3}, "progress: found 3; allowed: True, False, or a function"),
         ({"path": 3}, r"^path: found a value of the type int; allowed: the name of a file\."),
-        (
-            {"path": "out.h5", "overwrite": True, "resume": True},
-            "overwrite=True and resume=True exclude each other",
-        ),
+        ({"path": "out.h5", "overwrite": True, "resume": True}, "overwrite=True and resume=True exclude each other"),
         ({"path": "nowhere/out.h5"}, "there is no folder"),
         (
-            {
-                "set": {
-                    "sweep": None,
-                    "operation.rotary_speed": {"ramp": [["0 s", "1 rad/s"], ["1 s", "2 rad/s"]]},
-                }
-            },
+            {"set": {"sweep": None, "operation.rotary_speed": {"ramp": [["0 s", "1 rad/s"], ["1 s", "2 rad/s"]]}}},
             "found no sweep, only a ramp",
         ),
     ],
@@ -258,15 +214,11 @@ def test_resume_after_an_interrupt(shared: Path, tmp_path: Path, small: xr.Datas
         if now.note != "compiling":  # the first stage, without points
             raise KeyboardInterrupt
 
-    with pytest.raises(
-        KeyboardInterrupt, match=r"points are safe in .*\. Go on with the same call and resume=True"
-    ):
+    with pytest.raises(KeyboardInterrupt, match=r"points are safe in .*\. Go on with the same call and resume=True"):
         nsdrill.run(shared / "small.yaml", out, workers=1, progress=stop)
     assert isinstance(seen[0], nsdrill.Progress)
     assert 0 < seen[-1].done <= seen[-1].total == 16
-    with pytest.raises(
-        nsdrill.FileError, match=r"unfinished run .* by resume=True, or .*overwrite=True"
-    ):
+    with pytest.raises(nsdrill.FileError, match=r"unfinished run .* by resume=True, or .*overwrite=True"):
         nsdrill.run(shared / "small.yaml", out, progress=False)
     partial = nsdrill.open_results(part_path(out))
     assert int((partial.status == 1).sum()) == seen[-1].done
@@ -282,9 +234,7 @@ def test_resume_after_an_interrupt(shared: Path, tmp_path: Path, small: xr.Datas
 def test_failed_points_are_told(shared: Path, tmp_path: Path) -> None:
     for path in (None, tmp_path / "out.h5"):
         with pytest.warns(nsdrill.RunWarning, match=r"points failed; status says which") as told:
-            made = nsdrill.run(
-                shared / "small.yaml", path, set={"simulation.max_steps": 1000}, progress=False
-            )
+            made = nsdrill.run(shared / "small.yaml", path, set={"simulation.max_steps": 1000}, progress=False)
         assert int((made.status == 3).sum()) > 0
         assert [warning.filename for warning in told] == [__file__]
         made.close()
@@ -304,12 +254,7 @@ def test_results_and_traces_are_saved_as_they_are(
             nsdrill.save(data, path)
         nsdrill.save(data, path, overwrite=True)
         assert nsdrill.diff(data, path)["same_numbers"]
-    assert (
-        nsdrill.replay(tmp_path / f"results.{ending}", rotary_speed=3.0, procedure="up").attrs[
-            "same_bits"
-        ]
-        == 1
-    )
+    assert nsdrill.replay(tmp_path / f"results.{ending}", rotary_speed=3.0, procedure="up").attrs["same_bits"] == 1
 
 
 def test_a_trace_as_a_table(trace: xr.Dataset, tmp_path: Path) -> None:
@@ -338,24 +283,12 @@ def test_a_part_of_the_results_can_be_saved(small: xr.Dataset, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("change", "name", "words"),
     [
-        (
-            lambda d: d,
-            "x.txt",
-            r"x\.txt: found the ending \.txt; allowed: \.h5, \.hdf5, \.nc, \.csv",
-        ),
+        (lambda d: d, "x.txt", r"x\.txt: found the ending \.txt; allowed: \.h5, \.hdf5, \.nc, \.csv"),
         (lambda d: d.assign(mine=1.0), "x.h5", "found mine, which nsdrill does not know"),
         (lambda d: d[["response"]], "x.h5", "found results without status"),
-        (
-            lambda d: d.sortby("rotary_speed", ascending=False),
-            "x.h5",
-            "rotary_speed that do not ascend",
-        ),
+        (lambda d: d.sortby("rotary_speed", ascending=False), "x.h5", "rotary_speed that do not ascend"),
         (lambda d: d.isel(peak=[1]), "x.h5", "found a part of peak"),
-        (
-            lambda d: d.isel(rotary_speed=slice(0, 0)),
-            "x.h5",
-            "found no values of rotary_speed; allowed: one or more",
-        ),
+        (lambda d: d.isel(rotary_speed=slice(0, 0)), "x.h5", "found no values of rotary_speed; allowed: one or more"),
         (lambda d: d, "", "^path: found an empty text"),
         (lambda d: d.drop_vars("rotary_speed"), "x.h5", "coordinate rotary_speed is missing"),
         (lambda d: 3, "x.h5", "found a value of the type int; allowed: a Dataset, or a figure"),
@@ -405,9 +338,7 @@ def test_dask_workers_that_do_not_start_are_told(monkeypatch: pytest.MonkeyPatch
         raise RuntimeError("Nanny failed to start.")
 
     monkeypatch.setattr(distributed, "LocalCluster", fail)
-    with pytest.raises(
-        nsdrill.NsdrillError, match=r"did not start .*`if __name__ == \"__main__\":`"
-    ):
+    with pytest.raises(nsdrill.NsdrillError, match=r"did not start .*`if __name__ == \"__main__\":`"):
         nsdrill.run(NESTED, engine="dask")
 
 
@@ -445,16 +376,12 @@ def test_simulate_is_the_point_of_a_sweep(shared: Path, asked: dict[str, Any]) -
 @pytest.mark.parametrize("value", ["20 MN/m", 20e6])
 @pytest.mark.parametrize("key", ["bit.rock_stiffness", "bit_rock_stiffness"])
 def test_simulate_at_any_number(shared: Path, key: str, value: Any) -> None:
-    wanted = nsdrill.simulate(
-        shared / "small.yaml", duration=1, set={"bit.rock_stiffness": "20 MN/m"}
-    )
+    wanted = nsdrill.simulate(shared / "small.yaml", duration=1, set={"bit.rock_stiffness": "20 MN/m"})
     assert same(nsdrill.simulate(shared / "small.yaml", duration="1 s", at={key: value}), wanted)
 
 
 def test_the_wall_stiffness_has_the_units_of_its_law() -> None:
-    text = (
-        "simulation: {transient: 0 s, observe: 1 s}\nwell: {law: hertz, stiffness: 1e9 N/m^1.5}\n"
-    )
+    text = "simulation: {transient: 0 s, observe: 1 s}\nwell: {law: hertz, stiffness: 1e9 N/m^1.5}\n"
     trace = nsdrill.simulate(text, at={"well.stiffness": "2e9 N/m^1.5"}, sample="0.5 s")
     assert same(trace, nsdrill.simulate(text, at={"well.stiffness": 2e9}, sample="0.5 s"))
     assert "2e+09" in trace.attrs["study_overrides"] or "2000" in trace.attrs["study_overrides"]
@@ -472,10 +399,7 @@ def test_the_wall_stiffness_has_the_units_of_its_law() -> None:
         ({"wob": np.array([1.0, 2.0])}, r"^wob: found a value of the type ndarray"),
         ({"wob": 10**400}, r"^wob: found the number inf"),
         ({"depth": 10.0}, r"depth: found 10 m, allowed: more than the length of the collars"),
-        (
-            {"at": {"bit.rockstiffness": 3}},
-            r"at: found the key 'bit\.rockstiffness'; .*mean bit\.rock_stiffness\?",
-        ),
+        ({"at": {"bit.rockstiffness": 3}}, r"at: found the key 'bit\.rockstiffness'; .*mean bit\.rock_stiffness\?"),
         ({"at": {"bit.rock_stiffness": "3 kN"}}, r"^at\['bit\.rock_stiffness'\]: found '3 kN'"),
         ({"at": {"wob": 3e3}, "wob": 3e3}, "at: found a second value of wob"),
         ({"at": "wob=3 kN"}, "at: found 'wob=3 kN'; allowed: a mapping"),
@@ -496,12 +420,8 @@ def test_a_wrong_simulation_is_told(shared: Path, asked: dict[str, Any], words: 
 
 
 def test_a_run_that_ends_early_is_told(shared: Path) -> None:
-    with pytest.warns(
-        nsdrill.RunWarning, match=r"ended early \(step_limit\).*simulation\.max_steps"
-    ):
-        trace = nsdrill.simulate(
-            shared / "small.yaml", duration="20 s", set={"simulation.max_steps": 1000}
-        )
+    with pytest.warns(nsdrill.RunWarning, match=r"ended early \(step_limit\).*simulation\.max_steps"):
+        trace = nsdrill.simulate(shared / "small.yaml", duration="20 s", set={"simulation.max_steps": 1000})
     assert trace.attrs["status"] == "step_limit"
 
 
@@ -526,36 +446,23 @@ def test_replay_that_ends_elsewhere_is_told(shared: Path, tmp_path: Path) -> Non
     [
         ({"procedure": "up"}, r"8 values of rotary_speed\. Say which one with rotary_speed\."),
         ({"rotary_speed": 3.0}, r"the sweep went up and down\. Say which one with procedure\."),
-        (
-            {"rotary_speed": 3.0, "procedure": "sideways"},
-            "procedure: found 'sideways'; allowed: same, up, down",
-        ),
-        (
-            {"rotary_speed": "600 rpm", "procedure": "up"},
-            r"rotary_speed: found 600 rpm; allowed: from 9\.5493 rpm",
-        ),
+        ({"rotary_speed": 3.0, "procedure": "sideways"}, "procedure: found 'sideways'; allowed: same, up, down"),
+        ({"rotary_speed": "600 rpm", "procedure": "up"}, r"rotary_speed: found 600 rpm; allowed: from 9\.5493 rpm"),
         ({"at": {"bit.rock_stiffness": 1e6}}, "at: found bit.rock_stiffness; allowed: the axes"),
         ({"rotary_speed": 3.0, "procedure": "up", "start": 1}, "start: found 1; allowed: nothing"),
     ],
 )
-def test_a_wrong_replay_is_told(
-    shared: Path, small: xr.Dataset, asked: dict[str, Any], words: str
-) -> None:
+def test_a_wrong_replay_is_told(shared: Path, small: xr.Dataset, asked: dict[str, Any], words: str) -> None:
     for source in (small, shared / "small.h5"):
         with pytest.raises(nsdrill.InputError, match=words) as caught:
             nsdrill.replay(source, **asked)
         assert "--" not in str(caught.value)
 
 
-def test_only_whole_results_are_replayed_and_classified(
-    small: xr.Dataset, trace: xr.Dataset
-) -> None:
+def test_only_whole_results_are_replayed_and_classified(small: xr.Dataset, trace: xr.Dataset) -> None:
     part = small.sel(rotary_speed=[2.0, 3.0])
     words = r"found 2 values of rotary_speed, of \d+ in its study; allowed: all points of the run"
-    for call in (
-        lambda: nsdrill.replay(part, rotary_speed=2.0, procedure="up"),
-        lambda: nsdrill.classify(part),
-    ):
+    for call in (lambda: nsdrill.replay(part, rotary_speed=2.0, procedure="up"), lambda: nsdrill.classify(part)):
         with pytest.raises(nsdrill.FileError, match=words):
             call()
     with pytest.raises(nsdrill.InputError, match="replay: found a trace"):
@@ -573,30 +480,20 @@ def test_classify_a_dataset_and_a_file(shared: Path, small: xr.Dataset, tmp_path
     assert small.identical(before)
     assert not np.array_equal(other.response, small.response)
     assert other.bit_speed_max.identical(small.bit_speed_max)
-    assert (
-        other.attrs["history"]
-        .splitlines()[-1]
-        .endswith("classify classify.stick_slip.stick_slip_index=10")
-    )
+    assert other.attrs["history"].splitlines()[-1].endswith("classify classify.stick_slip.stick_slip_index=10")
     with nsdrill.classify(tmp_path / "out.h5", changes) as in_file:
         assert same(in_file, other)
     assert nsdrill.diff(other, tmp_path / "out.h5")["same_study"]
     assert "stick_slip_index=10" in nsdrill.show(other)
     back = nsdrill.classify(other)
     assert np.array_equal(back.response, small.response)
-    with pytest.raises(
-        nsdrill.InputError, match=r"^changes: operation: found a change of something else"
-    ):
+    with pytest.raises(nsdrill.InputError, match=r"^changes: operation: found a change of something else"):
         nsdrill.classify(small, {"operation.wob": "3 kN"})
-    with pytest.raises(
-        nsdrill.InputError, match=r"classify: found results without bit_speed_min, .* more"
-    ):
+    with pytest.raises(nsdrill.InputError, match=r"classify: found results without bit_speed_min, .* more"):
         nsdrill.classify(small[["status", "response"]])
 
 
-def test_results_of_another_state_of_nsdrill_may_lack_a_feature(
-    small: xr.Dataset, tmp_path: Path
-) -> None:
+def test_results_of_another_state_of_nsdrill_may_lack_a_feature(small: xr.Dataset, tmp_path: Path) -> None:
     """It is NaN where it is asked for; of results that this one made, one that is left
     out is told."""
     part = small.drop_vars("surface_torque_mean")
@@ -607,38 +504,26 @@ def test_results_of_another_state_of_nsdrill_may_lack_a_feature(
     xr.testing.assert_identical(again.radius_max.drop_attrs(), small.radius_max.drop_attrs())
     labels = nsdrill.classify(older, {"classify.stick_slip.stick_slip_index": 60})
     assert labels.response.dtype == small.response.dtype
-    for refused in (
-        lambda: nsdrill.save(part, tmp_path / "part.h5"),
-        lambda: nsdrill.classify(part),
-    ):
+    for refused in (lambda: nsdrill.save(part, tmp_path / "part.h5"), lambda: nsdrill.classify(part)):
         with pytest.raises(nsdrill.InputError, match="without surface_torque_mean"):
             refused()
 
 
-def test_show_is_what_the_command_prints(
-    shared: Path, small: xr.Dataset, trace: xr.Dataset
-) -> None:
+def test_show_is_what_the_command_prints(shared: Path, small: xr.Dataset, trace: xr.Dataset) -> None:
     file = str(shared / "small.h5")
     words = [sys.executable, "-m", "nsdrill", "show", file]
-    assert (
-        nsdrill.show(file) + "\n"
-        == subprocess.run(words, capture_output=True, text=True, check=True).stdout
-    )
+    assert nsdrill.show(file) + "\n" == subprocess.run(words, capture_output=True, text=True, check=True).stdout
     told = nsdrill.show(small).splitlines()
     assert told[0] == "Dataset: results of a sweep. Small"
     assert told[3:] == nsdrill.show(file).splitlines()[3:]
     assert "trace of one run" in nsdrill.show(trace)
     with pytest.raises(nsdrill.InputError, match="show: found results without status"):
         nsdrill.show(small[["response"]])
-    with pytest.raises(
-        nsdrill.InputError, match=r"^results: found a value of the type int; .* or a Dataset"
-    ):
+    with pytest.raises(nsdrill.InputError, match=r"^results: found a value of the type int; .* or a Dataset"):
         nsdrill.show(3)
 
 
-def test_window_hysteresis_and_diff_of_files_and_datasets(
-    shared: Path, small: xr.Dataset, trace: xr.Dataset
-) -> None:
+def test_window_hysteresis_and_diff_of_files_and_datasets(shared: Path, small: xr.Dataset, trace: xr.Dataset) -> None:
     file = shared / "small.h5"
     assert nsdrill.window(small) == nsdrill.window(file)
     assert nsdrill.window(small, severity=4)["safe"] == nsdrill.window(file, 4)["safe"] == 8
@@ -647,9 +532,7 @@ def test_window_hysteresis_and_diff_of_files_and_datasets(
         found = nsdrill.diff(a, b)
         assert found["same_study"]
         assert found["same_numbers"]
-    assert not nsdrill.diff(
-        small, nsdrill.run(NESTED, set={"operation.wob": "30 kN"}, progress=False)
-    )["same_numbers"]
+    assert not nsdrill.diff(small, nsdrill.run(NESTED, set={"operation.wob": "30 kN"}, progress=False))["same_numbers"]
     assert nsdrill.diff(trace, small)["kinds"] == ["trace", "results"]
     assert nsdrill.diff(trace, small)["files"] == ["Dataset a", "Dataset b"]
     for call in (nsdrill.window, nsdrill.hysteresis, nsdrill.attractors):
@@ -664,9 +547,7 @@ def test_window_hysteresis_and_diff_of_files_and_datasets(
 
 
 def test_attractors(small: xr.Dataset, tmp_path: Path) -> None:
-    made = nsdrill.run(
-        NESTED, set={"sweep": {"rotary_speed": ["3 rad/s"]}, "initial.ensemble": 4}, progress=False
-    )
+    made = nsdrill.run(NESTED, set={"sweep": {"rotary_speed": ["3 rad/s"]}, "initial.ensemble": 4}, progress=False)
     nsdrill.save(made, tmp_path / "starts.h5")
     assert nsdrill.attractors(made) == nsdrill.attractors(tmp_path / "starts.h5")
     assert nsdrill.attractors(made)[0]["starts"] == 4
@@ -684,25 +565,15 @@ def test_check(shared: Path) -> None:
         assert report.coefficients.gap == pytest.approx(0.0762, rel=1e-12)
         assert report.points == 16
         assert any(warning.startswith("Short") for warning in report.warnings)
-    assert nsdrill.check(NESTED, {"well.diameter": "400 mm"}).coefficients.gap == pytest.approx(
-        0.0857, rel=1e-12
-    )
+    assert nsdrill.check(NESTED, {"well.diameter": "400 mm"}).coefficients.gap == pytest.approx(0.0857, rel=1e-12)
 
 
-def test_parts_of_which_nothing_is_left(
-    small: xr.Dataset, trace: xr.Dataset, tmp_path: Path
-) -> None:
+def test_parts_of_which_nothing_is_left(small: xr.Dataset, trace: xr.Dataset, tmp_path: Path) -> None:
     for call in (nsdrill.show, nsdrill.plot, nsdrill.window, nsdrill.classify, nsdrill.hysteresis):
-        with pytest.raises(
-            nsdrill.InputError, match="found no values of rotary_speed; allowed: one or more"
-        ):
+        with pytest.raises(nsdrill.InputError, match="found no values of rotary_speed; allowed: one or more"):
             call(small.isel(rotary_speed=slice(0, 0)))
     for part in (trace.isel(time=slice(0, 0)), trace.isel(time=slice(None, None, -1))):
-        for call in (
-            nsdrill.show,
-            nsdrill.plot,
-            lambda data: nsdrill.save(data, tmp_path / "x.h5"),
-        ):
+        for call in (nsdrill.show, nsdrill.plot, lambda data: nsdrill.save(data, tmp_path / "x.h5")):
             with pytest.raises(nsdrill.InputError, match="time does not ascend"):
                 call(part)
     assert not list(tmp_path.iterdir())
@@ -718,20 +589,13 @@ def test_results_without_their_attributes(small: xr.Dataset, tmp_path: Path) -> 
     assert "Responses, up" in nsdrill.show(bare)
     nsdrill.save(bare, tmp_path / "bare.h5")
     assert nsdrill.diff(bare, tmp_path / "bare.h5")["same_numbers"]
-    for call in (
-        nsdrill.classify,
-        lambda data: nsdrill.replay(data, rotary_speed=3.0, procedure="up"),
-    ):
+    for call in (nsdrill.classify, lambda data: nsdrill.replay(data, rotary_speed=3.0, procedure="up")):
         with pytest.raises(nsdrill.FileError, match="found no study"):
             call(bare)
 
 
 def test_something_else_than_nsdrill_made(tmp_path: Path) -> None:
-    for data in (
-        xr.Dataset(),
-        xr.Dataset({"a": ("b", [1.0])}),
-        xr.Dataset({"x": ("time", [1.0])}, {"time": [0.0]}),
-    ):
+    for data in (xr.Dataset(), xr.Dataset({"a": ("b", [1.0])}), xr.Dataset({"x": ("time", [1.0])}, {"time": [0.0]})):
         for call in (nsdrill.show, nsdrill.plot, nsdrill.window, nsdrill.classify):
             with pytest.raises(nsdrill.InputError, match="the Dataset: "):
                 call(data)
@@ -756,11 +620,7 @@ def test_every_message_below_is_in_the_words_of_python() -> None:
         for node in ast.walk(tree):
             if isinstance(node, ast.JoinedStr):
                 texts.append(ast.unparse(node))
-            elif (
-                isinstance(node, ast.Constant)
-                and isinstance(node.value, str)
-                and id(node) not in docstrings
-            ):
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
                 texts.append(node.value)
     named = [text for text in texts if OPTION.search(text)]
     assert len(named) > 30
@@ -771,16 +631,11 @@ def test_paths_are_no_options() -> None:
     assert python_words("/data/a--overwrite.h5: the file exists, by --overwrite.") == (
         "/data/a--overwrite.h5: the file exists, by overwrite=True."
     )
-    assert (
-        python_words("`nsdrill new -o a.yaml` writes one") == "`nsdrill new -o a.yaml` writes one"
-    )
+    assert python_words("`nsdrill new -o a.yaml` writes one") == "`nsdrill new -o a.yaml` writes one"
 
 
 def test_a_results_file_opens_in_xarray_alone(shared: Path) -> None:
-    with (
-        h5py.File(shared / "small.h5") as file,
-        xr.open_dataset(shared / "small.h5", engine="h5netcdf") as data,
-    ):
+    with h5py.File(shared / "small.h5") as file, xr.open_dataset(shared / "small.h5", engine="h5netcdf") as data:
         assert data.sizes["rotary_speed"] == len(file["rotary_speed"])
     kept = read_results(shared / "small.h5")
     with nsdrill.open_results(shared / "small.h5") as data:

@@ -28,9 +28,7 @@ def same(a: xarray.Dataset, b: xarray.Dataset) -> None:
     assert a.sizes == b.sizes
     for name in (*a.data_vars, *a.coords):
         assert a[name].dims == b[name].dims, name
-        assert np.array_equal(
-            a[name].values, b[name].values, equal_nan=a[name].dtype.kind == "f"
-        ), name
+        assert np.array_equal(a[name].values, b[name].values, equal_nan=a[name].dtype.kind == "f"), name
     assert a.attrs["study_sha256"] == b.attrs["study_sha256"]
 
 
@@ -38,9 +36,7 @@ def test_a_number_becomes_an_axis_whatever_the_order(tmp_path: Path) -> None:
     parts = []
     for stiffness in ("30 MN/m", "10 MN/m", "20 MN/m"):
         parts.append(tmp_path / f"{stiffness[:2]}.h5")
-        nsdrill.run(
-            {**STUDY, "bit": {"rock_stiffness": stiffness}}, parts[-1], progress=False
-        ).close()
+        nsdrill.run({**STUDY, "bit": {"rock_stiffness": stiffness}}, parts[-1], progress=False).close()
     whole = nsdrill.combine(parts, tmp_path / "all.h5")
     swept = run(sweep={**STUDY["sweep"], "bit.rock_stiffness": ["10 MN/m", "20 MN/m", "30 MN/m"]})
     same(whole, swept)
@@ -61,9 +57,7 @@ def test_an_operating_value_becomes_an_axis() -> None:
 
 
 def test_an_axis_of_all_gets_the_values_of_all() -> None:
-    parts = [
-        run(sweep={"rotary_speed": values}) for values in (["3 rad/s", "9 rad/s"], ["6 rad/s"])
-    ]
+    parts = [run(sweep={"rotary_speed": values}) for values in (["3 rad/s", "9 rad/s"], ["6 rad/s"])]
     same(nsdrill.combine(parts), run(sweep={"rotary_speed": ["3 rad/s", "6 rad/s", "9 rad/s"]}))
 
 
@@ -101,10 +95,7 @@ def test_attractors_are_numbered_alike_along_the_new_axis() -> None:
 @pytest.mark.parametrize("carried", [False, True])
 def test_refined_sweeps_are_the_refined_sweep_of_all(tmp_path: Path, carried: bool) -> None:
     """Each value of the new axis is refined by itself, also in one study."""
-    sweep: dict[str, Any] = {
-        "rotary_speed": {"from": "1 rad/s", "to": "9 rad/s", "points": 3},
-        "refine": 3,
-    }
+    sweep: dict[str, Any] = {"rotary_speed": {"from": "1 rad/s", "to": "9 rad/s", "points": 3}, "refine": 3}
     if carried:
         sweep |= {"wob": ["20 kN", "60 kN"], "procedure": "up", "along": "wob"}
     torsion = {"model": "torsion", "sweep": sweep}
@@ -116,23 +107,16 @@ def test_refined_sweeps_are_the_refined_sweep_of_all(tmp_path: Path, carried: bo
     for name in ("refine", "points_run", "points_inferred", "border_spacing"):
         assert made.attrs[name] == swept.attrs[name], name
     assert made.attrs["points_inferred"] > 0
-    assert (parts[0]["status"].values != parts[1]["status"].values).any(), (
-        "each has borders of its own"
-    )
+    assert (parts[0]["status"].values != parts[1]["status"].values).any(), "each has borders of its own"
     assert nsdrill.classify(made, {}).sizes == made.sizes
 
 
 def test_a_refined_axis_is_not_put_together() -> None:
     parts = [
-        run(
-            model="torsion",
-            sweep={"rotary_speed": {"from": low, "to": high, "points": 2}, "refine": 1},
-        )
+        run(model="torsion", sweep={"rotary_speed": {"from": low, "to": high, "points": 2}, "refine": 1})
         for low, high in (("1 rad/s", "3 rad/s"), ("5 rad/s", "9 rad/s"))
     ]
-    with pytest.raises(
-        InputError, match=r"rotary_speed.*which is refined: where it is divided depends on all"
-    ):
+    with pytest.raises(InputError, match=r"rotary_speed.*which is refined: where it is divided depends on all"):
         nsdrill.combine(parts)
 
 
@@ -150,14 +134,8 @@ def plain() -> xarray.Dataset:
             "operation.depth: .*; operation.wob: .* differ in one num",
         ),
         ({"well": {"law": "hertz", "stiffness": "25 MN/m^1.5"}}, "well.law"),
-        (
-            {"simulation": {**STUDY["simulation"], "pair": "dormand_prince"}},
-            "a number that a sweep may vary",
-        ),
-        (
-            {"sweep": {"rotary_speed": ["6 rad/s", "9 rad/s"]}},
-            "a value of rotary_speed in two files",
-        ),
+        ({"simulation": {**STUDY["simulation"], "pair": "dormand_prince"}}, "a number that a sweep may vary"),
+        ({"sweep": {"rotary_speed": ["6 rad/s", "9 rad/s"]}}, "a value of rotary_speed in two files"),
         ({"record": {"peaks": 3}}, "record.peaks"),
         (
             {"sweep": {**STUDY["sweep"], "procedure": "up"}},
@@ -171,9 +149,7 @@ def plain() -> xarray.Dataset:
         ({"simulation": {"transient": "5 s", "observe": "8 s"}}, "simulation.transient"),
     ],
 )
-def test_what_differs_in_anything_else_is_refused(
-    plain: xarray.Dataset, changes: Any, message: str
-) -> None:
+def test_what_differs_in_anything_else_is_refused(plain: xarray.Dataset, changes: Any, message: str) -> None:
     with pytest.raises(InputError, match=message):
         nsdrill.combine([plain, run(**changes)])
 
@@ -183,9 +159,7 @@ def test_files_of_other_versions_and_labels_are_refused(plain: xarray.Dataset) -
     with pytest.raises(InputError, match="other versions"):
         nsdrill.combine([plain, other.assign_attrs(model_digest="of another time")])
     with pytest.raises(InputError, match="labels with other thresholds"):
-        nsdrill.combine(
-            [plain, nsdrill.classify(other, {"classify.stick_slip.stick_slip_index": 50})]
-        )
+        nsdrill.combine([plain, nsdrill.classify(other, {"classify.stick_slip.stick_slip_index": 50})])
     with pytest.raises(InputError, match="two or more"):
         nsdrill.combine([plain])
     with pytest.raises(InputError, match="a list of two or more"):

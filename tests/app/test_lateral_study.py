@@ -27,18 +27,9 @@ simulation: {transient: 100 s, observe: 40 s}
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (
-            "stabilizer: {clearance: 80 mm}",
-            r"stabilizer.clearance: found '80 mm'; allowed: below the gap .* 76.2 mm",
-        ),
-        (
-            "stabilizer: {clearance: 70 mm}\nsweep: {well.diameter: [14 in, 15 in]}",
-            r"below the gap .* 63.5 mm",
-        ),
-        (
-            "sweep: {stabilizer.clearance: [0 mm, 80 mm]}",
-            "80 mm at the greatest of sweep.stabilizer.clearance",
-        ),
+        ("stabilizer: {clearance: 80 mm}", r"stabilizer.clearance: found '80 mm'; allowed: below the gap .* 76.2 mm"),
+        ("stabilizer: {clearance: 70 mm}\nsweep: {well.diameter: [14 in, 15 in]}", r"below the gap .* 63.5 mm"),
+        ("sweep: {stabilizer.clearance: [0 mm, 80 mm]}", "80 mm at the greatest of sweep.stabilizer.clearance"),
         ("stabilizer: {friction: {static: 0.4}}", "stabilizer.clearance: null does without"),
         (
             "sweep: {stabilizer.friction.decay: [0 s/m, 3 s/m]}",
@@ -48,16 +39,10 @@ simulation: {transient: 100 s, observe: 40 s}
             "stabilizer: {clearance: 0 mm, friction: {static: 0.2}}",
             "at least stabilizer.friction.dynamic, which is 0.3",
         ),
-        (
-            "modes: {lateral: frozen}\nwell: {inclination: 30 deg}",
-            "'30 deg', which modes.lateral: frozen",
-        ),
+        ("modes: {lateral: frozen}\nwell: {inclination: 30 deg}", "'30 deg', which modes.lateral: frozen"),
         ("modes: {lateral: frozen}\nstabilizer: {clearance: 1 mm}", "which modes.lateral: frozen"),
         ("modes: {lateral: frozen}\nsweep: {mud.swirl: [0, 0.5]}", "which modes.lateral: frozen"),
-        (
-            "modes: {axial: frozen}\nwell: {axial_friction: true}",
-            "found true, which modes.axial: frozen",
-        ),
+        ("modes: {axial: frozen}\nwell: {axial_friction: true}", "found true, which modes.axial: frozen"),
         ("well: {inclination: 91 deg}", "at least 0 and at most 90 deg"),
         ("well: {inclination: 30}", "without a unit"),
         ("well: {axial_friction: 1}", "true or false"),
@@ -70,18 +55,14 @@ def test_what_cannot_be_is_refused(text: str, said: str) -> None:
 
 
 def test_records_check_the_clearance_too() -> None:
-    with pytest.raises(
-        ValueError, match=r"stabilizer\.clearance: found 0.08 m, allowed: below the gap"
-    ):
+    with pytest.raises(ValueError, match=r"stabilizer\.clearance: found 0.08 m, allowed: below the gap"):
         Parameters(stabilizer=Stabilizer(0.08))
 
 
 def test_a_span_that_nothing_holds_is_told() -> None:
     soft = "operation: {wob: 3 MN}\nwell: {stiffness: 0.1 MN/m}"
     assert any(word.startswith("Unheld") for word in nsdrill.check(soft).warnings)
-    assert any(
-        word.startswith("Buckled") for word in nsdrill.check("operation: {wob: 3 MN}").warnings
-    )
+    assert any(word.startswith("Buckled") for word in nsdrill.check("operation: {wob: 3 MN}").warnings)
 
 
 def test_a_study_of_before_is_the_same_study() -> None:
@@ -92,12 +73,7 @@ def test_a_study_of_before_is_the_same_study() -> None:
     del old["well"]["inclination"], old["well"]["axial_friction"]
     again = study_from_resolved(json.loads(json.dumps(old)))
     assert (again.parameters, again.sha256) == (study.parameters, study.sha256)
-    for key in (
-        "mud.swirl=0.5",
-        "well.inclination=1 deg",
-        "well.axial_friction=true",
-        "stabilizer.clearance=0 mm",
-    ):
+    for key in ("mud.swirl=0.5", "well.inclination=1 deg", "well.axial_friction=true", "stabilizer.clearance=0 mm"):
         assert parse_study(study.text, overrides=[key]).sha256 != study.sha256
 
 
@@ -117,9 +93,7 @@ def test_a_collar_on_the_low_side_is_called_so(inclined: Path) -> None:
     found = nsdrill.open_results(inclined)
     rides = found.sel(well_inclination=np.radians(60), rotary_speed=3.0, method="nearest")
     assert int(rides.whirl_kind) == LOW_SIDE
-    assert (float(rides.wall_contact_fraction), abs(float(rides.whirl_ratio))) == pytest.approx(
-        (1.0, 0.0), abs=1e-2
-    )
+    assert (float(rides.wall_contact_fraction), abs(float(rides.whirl_ratio))) == pytest.approx((1.0, 0.0), abs=1e-2)
     # It climbs against the drive.
     assert (float(rides.x_mean), float(rides.y_mean)) == pytest.approx((-0.0141, -0.0713), abs=1e-3)
     assert float(rides.stabilizer_contact_fraction) == 1.0

@@ -56,17 +56,11 @@ def test_units_may_have_a_row_of_their_own_and_columns_another_name(table):
     """As exports have it: semicolons, a byte order mark, comments, columns of no use."""
     text = "\ufeff# rig 7\nTIME_STR;RPM;WOBA;TQA\n;rpm;klbf;kft-lbf\na;60;10;3.5\nb;90;20;4.5\n"
     how = Reading(
-        {"RPM": "rotary_speed", "WOBA": "wob", "TQA": "surface_torque_mean"},
-        ["*"],
-        {"surface_torque_mean": "2 %"},
+        {"RPM": "rotary_speed", "WOBA": "wob", "TQA": "surface_torque_mean"}, ["*"], {"surface_torque_mean": "2 %"}
     )
     found = table(text, how)
-    np.testing.assert_allclose(
-        found.values["surface_torque_mean"], [4745.3628, 6101.1808], rtol=1e-6
-    )
-    np.testing.assert_allclose(
-        found.errors["surface_torque_mean"], 0.02 * found.values["surface_torque_mean"]
-    )
+    np.testing.assert_allclose(found.values["surface_torque_mean"], [4745.3628, 6101.1808], rtol=1e-6)
+    np.testing.assert_allclose(found.errors["surface_torque_mean"], 0.02 * found.values["surface_torque_mean"])
     assert found.notes == ("passed over: TIME_STR",)
 
 
@@ -77,9 +71,7 @@ def test_errors_may_have_columns(table):
 
 def test_values_that_are_not_measured_are_passed_over(table):
     text = "wob [kN],bit_force_max [kN],stick_slip_index [%]\n10,20,\n20,-999.25,40\n,30,50\n30,,\n"
-    with pytest.raises(
-        FileError, match=r"line 2: stick_slip_index: found a gap; allowed: a number. --skip-gaps"
-    ):
+    with pytest.raises(FileError, match=r"line 2: stick_slip_index: found a gap; allowed: a number. --skip-gaps"):
         table(text)
     found = table(text, Reading(gaps=True))
     assert found.at["wob"].tolist() == [10e3, 20e3]
@@ -118,10 +110,7 @@ def test_noise_of_a_setting_is_no_change_of_it(table):
 
     def noisy(rows):
         split = [row.split(",") for row in rows]
-        return [
-            ",".join((t, s, f"{float(w) * (1 + 0.01 * rng.standard_normal()):.4f}", q))
-            for t, s, w, q in split
-        ]
+        return [",".join((t, s, f"{float(w) * (1 + 0.01 * rng.standard_normal()):.4f}", q)) for t, s, w, q in split]
 
     assert table(log(noisy)).points == 2
 
@@ -149,46 +138,22 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (
-            "wob [kN],bit_force_max\n10,20\n",
-            "line 1: bit_force_max: found no unit; allowed: bit_force_max [klbf] or",
-        ),
-        (
-            "wob [m],bit_force_max [kN]\n10,20\n",
-            "line 1: wob: found '1 m', in units of length; allowed: a number with",
-        ),
+        ("wob [kN],bit_force_max\n10,20\n", "line 1: bit_force_max: found no unit; allowed: bit_force_max [klbf] or"),
+        ("wob [m],bit_force_max [kN]\n10,20\n", "line 1: wob: found '1 m', in units of length; allowed: a number with"),
         ("wob [kg],bit_force_max [kN]\n10,20\n", "'kg' is a unit of mass, not of force"),
-        (
-            "wob [kN],bit_force [kN]\n10,20\n",
-            "the column 'bit_force', which is not known. Did you mean bit_force_max",
-        ),
-        (
-            "wob [kN],bit_force [kN]\n10,20\n",
-            "bit_force by itself is a signal over time, which needs a column time.",
-        ),
-        (
-            "wob,bit_force_max [kN]\n10,20\n",
-            "wob: found no unit; allowed: wob [klbf] or another unit of force in",
-        ),
+        ("wob [kN],bit_force [kN]\n10,20\n", "the column 'bit_force', which is not known. Did you mean bit_force_max"),
+        ("wob [kN],bit_force [kN]\n10,20\n", "bit_force by itself is a signal over time, which needs a column time."),
+        ("wob,bit_force_max [kN]\n10,20\n", "wob: found no unit; allowed: wob [klbf] or another unit of force in"),
         ("wob [kN],gamma [api]\n10,20\n", "--ignore 'gamma' passes over it"),
-        (
-            "wob [kN],bit_force_max [kN]\n10,2x\n",
-            "line 2: bit_force_max: found '2x'; allowed: a number.",
-        ),
+        ("wob [kN],bit_force_max [kN]\n10,2x\n", "line 2: bit_force_max: found '2x'; allowed: a number."),
         ('wob [kN],bit_force_max [kN]\n10,"2,5"\n', "Write a decimal point"),
         (
             "wob [kN],rotary_speed [rpm],bit_force_max [kN]\n10,70,1\n10,5, 70,5, 1,40\n",
             "line 3: found 6 cells under 3 columns; allowed: a cell for each column. Write a decimal",
         ),
         ("wob,bit_force_max\nkN,kN,kN\n10,20\n", "line 2: found 3 cells under 2 columns"),
-        (
-            "wob [kN],bit_force_max [kN]\n1_000,20\n",
-            "line 2: wob: found '1_000'; allowed: a number",
-        ),
-        (
-            "wob [kN],bit_force_max [kN]\n10,٢٠\n",
-            "line 2: bit_force_max: found '٢٠'; allowed: a num",
-        ),
+        ("wob [kN],bit_force_max [kN]\n1_000,20\n", "line 2: wob: found '1_000'; allowed: a number"),
+        ("wob [kN],bit_force_max [kN]\n10,٢٠\n", "line 2: bit_force_max: found '٢٠'; allowed: a num"),
         ("wob [kN],bit_force_max [kN]\n10\n", "line 2: bit_force_max: found a gap"),
         ("wob [kN],wob [N],bit_force_max [kN]\n1,1,1\n", "found two columns of wob"),
         ("wob [kN]\n10\n", "line 1: found no measured value; allowed: a feature that a run has"),
@@ -196,36 +161,18 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         ("", "found no table"),
         (b"wob [kN]\n\xff\xfe\n", "no text in UTF-8"),
         ("wob [kN],bit_force_max [kN]\n-10,20\n", "line 2: wob: found -10 kN; allowed:"),
-        (
-            "stick_slip_index [rpm],wob [kN]\n1,10\n",
-            "stick_slip_index: found the unit 'rpm'; allowed: percent, or 1",
-        ),
-        (
-            "bit_force_max [kN],bit_force_max_error [kN],wob [kN]\n1,0,10\n",
-            "found an error of 0 or less",
-        ),
-        (
-            log(lambda rows: [rows[1], rows[0], *rows[2:]]),
-            "line 3: time: found 0 s after 0.5 s; allowed: a time that",
-        ),
+        ("stick_slip_index [rpm],wob [kN]\n1,10\n", "stick_slip_index: found the unit 'rpm'; allowed: percent, or 1"),
+        ("bit_force_max [kN],bit_force_max_error [kN],wob [kN]\n1,0,10\n", "found an error of 0 or less"),
+        (log(lambda rows: [rows[1], rows[0], *rows[2:]]), "line 3: time: found 0 s after 0.5 s; allowed: a time that"),
         (log(lambda rows: rows[:100]), "found no stretch of at least 120 s"),
         (log(name="gamma"), "the column 'gamma', which is not known"),
         (log(name="TQA"), "--rename 'TQA=surface_torque' says what it is"),
         ("RPM [rpm],bit_force_max [kN]\n60,20\n", "Did you mean rotary_speed? Allowed"),
         ("RPM [rpm],bit_force_max [kN]\n60,20\n", "--rename 'RPM=rotary_speed'"),
         ("TQA [kN*m],wob [kN]\n5,20\n", "Did you mean surface_torque_mean?"),
-        (
-            log(lambda rows: [*rows[:9], rows[9].rpartition(",")[0] + ",", *rows[10:]]),
-            "line 11: surface_torque: found",
-        ),
-        (
-            "time [s],wob [kN],hook_load [kN]\n0,1,2\n",
-            "It is one of the model segments; the study has another.",
-        ),
-        (
-            "time [s],surface_torque [kN m]\n0,1\n1,1\n",
-            "found no setting (wob, rotary_speed, depth) beside the time",
-        ),
+        (log(lambda rows: [*rows[:9], rows[9].rpartition(",")[0] + ",", *rows[10:]]), "line 11: surface_torque: found"),
+        ("time [s],wob [kN],hook_load [kN]\n0,1,2\n", "It is one of the model segments; the study has another."),
+        ("time [s],surface_torque [kN m]\n0,1\n1,1\n", "found no setting (wob, rotary_speed, depth) beside the time"),
     ],
 )
 def test_what_cannot_be_used_is_told_with_its_line(table, text, said):
@@ -238,20 +185,11 @@ def test_what_cannot_be_used_is_told_with_its_line(table, text, said):
 def test_wrong_options(table):
     text = "wob [kN],bit_force_max [kN]\n10,20\n"
     for how, said in (
-        (
-            Reading(rename={"TQA": "surface_torque"}),
-            "--rename: found no column 'TQA'; allowed: those of the file",
-        ),
+        (Reading(rename={"TQA": "surface_torque"}), "--rename: found no column 'TQA'; allowed: those of the file"),
         (Reading(ignore=["TQA"]), "--ignore: found no column 'TQA'"),
         (Reading(errors={"bit_force_max": "5 rpm"}), "--error bit_force_max: found '5 rpm'"),
-        (
-            Reading(errors={"bit_force_max": "-5 percent"}),
-            "--error bit_force_max: found '-5 percent'",
-        ),
-        (
-            Reading(errors={"radius_max": "1 mm"}),
-            "--error: found radius_max, which is not measured",
-        ),
+        (Reading(errors={"bit_force_max": "-5 percent"}), "--error bit_force_max: found '-5 percent'"),
+        (Reading(errors={"radius_max": "1 mm"}), "--error: found radius_max, which is not measured"),
     ):
         with pytest.raises(InputError) as caught:
             table(text, how)
@@ -308,10 +246,7 @@ def test_errors_may_be_numbers_in_si(table):
     assert found.errors["bit_force_max"].tolist() == [500.0, 500.0]
     assert found.errors["stick_slip_index"].tolist() == [3.0, 3.0]
     for wrong in (0.0, -1.0, float("nan"), True, [1.0]):
-        with pytest.raises(
-            InputError,
-            match=r"errors, bit_force_max: found .*; allowed: a number above 0 in SI \[N\]",
-        ):
+        with pytest.raises(InputError, match=r"errors, bit_force_max: found .*; allowed: a number above 0 in SI \[N\]"):
             table(text, Reading(errors={"bit_force_max": wrong}))
 
 
@@ -336,9 +271,6 @@ def test_samples_as_slow_as_the_motion_leave_the_extremes_as_they_are(table):
     found = table(f"time [s],wob [kN],surface_torque [N m]\n{rows}", Reading(settle=0.0))
     assert found.values["surface_torque_max"][0] == pytest.approx(torque.max())
     assert found.values["surface_torque_min"][0] == pytest.approx(torque.min())
-    assert any(
-        "with a sample every 1 s, has noise or a motion as fast as the samples" in one
-        for one in found.notes
-    )
+    assert any("with a sample every 1 s, has noise or a motion as fast as the samples" in one for one in found.notes)
     plain = np.hypot(0.05, 0.02) * torque.max()
     assert found.errors["surface_torque_max"][0] > 1.2 * plain

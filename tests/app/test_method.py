@@ -42,17 +42,15 @@ def test_auto_is_implicit_where_friction_is_steep_and_the_file_says_so() -> None
         assert one.tobytes() == other.tobytes()
 
 
-CHAIN = STEEP.replace(
-    "[100 s/rad, 20000 s/rad]PROCEDURE", "[A, B, C, D, E], procedure: up-down"
-).replace("METHOD", "auto")
+CHAIN = STEEP.replace("[100 s/rad, 20000 s/rad]PROCEDURE", "[A, B, C, D, E], procedure: up-down").replace(
+    "METHOD", "auto"
+)
 
 
 def chain_of(*smoothings: float):  # type: ignore[no-untyped-def]
     text = CHAIN
     for letter, smoothing in zip("ABCDE", smoothings, strict=True):
-        text = text.replace(f"{letter},", f"{smoothing} s/rad,").replace(
-            f"{letter}]", f"{smoothing} s/rad]"
-        )
+        text = text.replace(f"{letter},", f"{smoothing} s/rad,").replace(f"{letter}]", f"{smoothing} s/rad]")
     return parse_study(text)
 
 
@@ -94,17 +92,12 @@ def test_bits_of_a_chain_that_changes_its_method(tmp_path, monkeypatch) -> None:
     results = {name: read_results(path) for name, path in files.items()}
     for name, values in results["one"].variables.items():
         for other in ("eight", "resumed"):
-            assert np.asarray(values).tobytes() == np.asarray(results[other][name]).tobytes(), (
-                name,
-                other,
-            )
+            assert np.asarray(values).tobytes() == np.asarray(results[other][name]).tobytes(), (name, other)
 
 
 def test_a_model_that_cannot_says_why() -> None:
     several = ", ".join(f"{{at: {place / 14:.3f}}}" for place in range(1, 14))
-    study = parse_study(
-        f"model: beam\nsimulation: {{method: implicit}}\nbeam: {{stations: [{several}]}}"
-    )
+    study = parse_study(f"model: beam\nsimulation: {{method: implicit}}\nbeam: {{stations: [{several}]}}")
     with pytest.raises(InputError, match=r"as 13 stations rub on the same modes"):
         chosen_of(study)
 
@@ -127,9 +120,7 @@ def test_stabilisers_and_wall_with_friction_along_the_hole_are_implicit_together
 
 def test_a_limit_of_steps_says_which_friction_and_what_to_set() -> None:
     text = STEEP.replace("METHOD", "explicit, max_steps: 1000").replace("PROCEDURE", "")
-    found = simulate(
-        parse_study(text.replace("modes:", "bit: {friction: {smoothing: 20000 s/rad}}\nmodes:"))
-    )
+    found = simulate(parse_study(text.replace("modes:", "bit: {friction: {smoothing: 20000 s/rad}}\nmodes:")))
     assert found.trace.attrs["status"] == "step_limit"
     assert "bit.friction.smoothing" in found.advice
     assert "simulation.method: auto" in found.advice

@@ -18,9 +18,7 @@ from nsdrill.store import read_results
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
 @pytest.mark.parametrize("name", ["small", "map"])
-def test_workers_and_lanes_change_no_bit(
-    shared: Path, tmp_path: Path, name: str, workers: int
-) -> None:
+def test_workers_and_lanes_change_no_bit(shared: Path, tmp_path: Path, name: str, workers: int) -> None:
     study = nsdrill.load_study(shared / f"{name}.yaml")
     run_study(study, tmp_path / "out.h5", workers=workers, lanes=1)
     made, kept = read_results(tmp_path / "out.h5"), read_results(shared / f"{name}.h5")
@@ -46,9 +44,7 @@ def test_interrupt_between_slices(shared: Path, tmp_path: Path, name: str, after
     assert all(made[variable].tobytes() == kept[variable].tobytes() for variable in kept.variables)
 
 
-def test_interrupt_while_the_results_are_written(
-    small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupt_while_the_results_are_written(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(path: Path, log: object) -> None:
         raise KeyboardInterrupt
 
@@ -74,9 +70,7 @@ def test_dask_gives_the_same_bits(shared: Path, tmp_path: Path) -> None:
                 study = nsdrill.load_study(shared / f"{name}.yaml")
                 run_study(study, tmp_path / f"{name}.h5", executor=executor, workers=workers)
             made, kept = read_results(tmp_path / f"{name}.h5"), read_results(shared / f"{name}.h5")
-            assert all(
-                made[variable].tobytes() == kept[variable].tobytes() for variable in kept.variables
-            )
+            assert all(made[variable].tobytes() == kept[variable].tobytes() for variable in kept.variables)
 
 
 def test_dask_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -93,15 +87,10 @@ def test_wrong_workers(small: Path, tmp_path: Path) -> None:
     assert not list(tmp_path.glob("out*"))
 
 
-def test_resume_refuses_another_version(
-    small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_resume_refuses_another_version(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = nsdrill.load_study(small)
     with monkeypatch.context() as patch:
-        patch.setattr(
-            "nsdrill.app.run.write_results",
-            lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt),
-        )
+        patch.setattr("nsdrill.app.run.write_results", lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(Interrupted):
             run_study(study, tmp_path / "out.h5")
     monkeypatch.setattr("nsdrill.app.provenance.source_digest", lambda: "another")
@@ -118,10 +107,7 @@ def test_a_carried_chain_hands_on_its_state(shared: Path) -> None:
 
 
 def test_importing_nsdrill_is_cheap() -> None:
-    code = (
-        "import sys, nsdrill; print([m for m in ('numba', 'h5py', 'numpy', 'pint') if m in "
-        "sys.modules])"
-    )
+    code = "import sys, nsdrill; print([m for m in ('numba', 'h5py', 'numpy', 'pint') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
     assert set(nsdrill.__all__) <= set(dir(nsdrill))
@@ -144,10 +130,7 @@ def test_a_sweep_too_large_for_the_memory_is_refused_before_it_begins(
     # 464^3 points: 4.0 GB at 40 bytes, 115 GB at the 1100 bytes of a record
     study = nsdrill.load_study(HUGE)
     monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 3e9)
-    with pytest.raises(
-        nsdrill.InputError,
-        match=r"99897344 points, which takes 4.3 GB of memory; allowed: up to 3 GB",
-    ):
+    with pytest.raises(nsdrill.InputError, match=r"99897344 points, which takes 4.3 GB of memory; allowed: up to 3 GB"):
         nsdrill.run(study, tmp_path / "out.h5")
     assert not list(tmp_path.iterdir())
     monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 5e9)
@@ -181,17 +164,11 @@ def test_very_many_runs_are_asked_for(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("procedure", ["up", "down", "up-down"])
-def test_where_chains_go_on_however_they_are_looked_at(
-    procedure: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_chains_go_on_however_they_are_looked_at(procedure: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from nsdrill.app import stages
     from nsdrill.sweep.plan import Plan
 
-    axes = {
-        "depth": np.array([1e3]),
-        "wob": np.arange(1.0, 6.0),
-        "rotary_speed": np.arange(1.0, 8.0),
-    }
+    axes = {"depth": np.array([1e3]), "wob": np.arange(1.0, 6.0), "rotary_speed": np.arange(1.0, 8.0)}
     plan = Plan(axes, procedure, "wob")
     pending, length = np.ones(plan.points, bool), plan.chain_length
     wanted = np.arange(plan.chains) * 2 % (length + 1)
@@ -199,6 +176,4 @@ def test_where_chains_go_on_however_they_are_looked_at(
         pending[plan.points_of(chain, np.arange(place))] = False
     for block in (1, 3, length, 2 * length, 1000):
         monkeypatch.setattr(stages, "_BLOCK", block)
-        assert (
-            stages._first_pending(plan, pending, np.arange(plan.chains)).tolist() == wanted.tolist()
-        )
+        assert stages._first_pending(plan, pending, np.arange(plan.chains)).tolist() == wanted.tolist()

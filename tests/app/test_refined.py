@@ -50,10 +50,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_what_was_run_has_the_bits_of_the_full_grid(whole: Path) -> None:
     full = run_in_memory(
-        study_of(
-            GRID.replace("points: 4", "points: 13").replace("points: 5", "points: 17"),
-            "sweep.refine=0",
-        )
+        study_of(GRID.replace("points: 4", "points: 13").replace("points: 5", "points: 17"), "sweep.refine=0")
     )
     found = read_results(whole)
     for axis in ("wob", "rotary_speed"):
@@ -81,9 +78,7 @@ def test_the_coarse_values_keep_their_bits() -> None:
     for axis in ("wob", "rotary_speed"):
         assert np.array_equal(fine[axis][::32], coarse[axis])
     odd = "sweep: {wob: {from: 1.1 lbf, to: 0.7 MN, points: 38}, refine: 6}"
-    assert np.array_equal(
-        study_of(odd).axes["wob"][::64], study_of(odd, "sweep.refine=0").axes["wob"]
-    )
+    assert np.array_equal(study_of(odd).axes["wob"][::64], study_of(odd, "sweep.refine=0").axes["wob"])
 
 
 def test_what_the_file_says_of_it(whole: Path) -> None:
@@ -103,9 +98,7 @@ def test_what_the_file_says_of_it(whole: Path) -> None:
 
 @TEXTS
 @pytest.mark.parametrize("after", [1, 4])
-def test_an_interrupted_run_goes_on(
-    tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
     look_often(monkeypatch)
     study, out, one = study_of(text), tmp_path / "out.h5", tmp_path / "one.h5"
     run_study(study, one, workers=2, lanes=8)
@@ -140,9 +133,7 @@ def test_chains_are_run_whole_and_where_neighbours_differ(tmp_path: Path) -> Non
         assert np.array_equal(kind[:, left], kind[:, left - 1])
     one = run_in_memory(
         study_of(
-            CHAINS.replace(
-                "from: 1 rad/s, to: 9 rad/s, points: 9", "from: 1 rad/s, to: 9 rad/s, points: 33"
-            ),
+            CHAINS.replace("from: 1 rad/s, to: 9 rad/s, points: 9", "from: 1 rad/s, to: 9 rad/s, points: 33"),
             "sweep.refine=0",
         )
     )
@@ -187,9 +178,7 @@ def test_new_labels_are_inferred_anew_or_refused(tmp_path: Path, whole: Path) ->
     assert same(out, whole)
 
 
-@pytest.mark.parametrize(
-    "more", [["record.poincare=12"], ["simulation.verify=true", "record.exponent=true"]]
-)
+@pytest.mark.parametrize("more", [["record.poincare=12"], ["simulation.verify=true", "record.exponent=true"]])
 def test_the_labels_of_the_study_are_those_in_the_file(tmp_path: Path, more: list[str]) -> None:
     out = tmp_path / "out.h5"
     run_study(study_of(GRID, *more), out)
@@ -199,13 +188,8 @@ def test_the_labels_of_the_study_are_those_in_the_file(tmp_path: Path, more: lis
 def test_an_inferred_point_cannot_be_replayed(whole: Path) -> None:
     found = read_results(whole)
     _, _, w, s = np.argwhere(found["status"] == INFERRED)[0]
-    place = {
-        "wob": float(found.coords["wob"][w]),
-        "rotary_speed": float(found.coords["rotary_speed"][s]),
-    }
-    with pytest.raises(
-        InputError, match=r"was not run.*nearest point that was run: --wob \S+kN --rotary-speed"
-    ):
+    place = {"wob": float(found.coords["wob"][w]), "rotary_speed": float(found.coords["rotary_speed"][s])}
+    with pytest.raises(InputError, match=r"was not run.*nearest point that was run: --wob \S+kN --rotary-speed"):
         replay(whole, **place)
 
 
@@ -220,10 +204,7 @@ def test_without_a_file(whole: Path) -> None:
     ("overrides", "words"),
     [
         (["sweep.refine=7"], "at least 0 and at most 6"),
-        (
-            ["sweep.wob=[20 kN, 30 kN]", "sweep.procedure=up", "sweep.along=rotary_speed"],
-            "beside rotary_speed",
-        ),
+        (["sweep.wob=[20 kN, 30 kN]", "sweep.procedure=up", "sweep.along=rotary_speed"], "beside rotary_speed"),
         (["sweep.wob=20 kN", "sweep.rotary_speed=[1 rad/s]"], "with no axis to refine"),
         (["sweep.wob.points=10000000"], "over all axes, refined"),
     ],

@@ -91,17 +91,12 @@ def test_variables_units_and_names(data, name: str) -> None:  # type: ignore[no-
         assert data[name].dims == (*grid, "state")
         # One unit for all nine would be wrong.
         assert "units" not in data[name].attrs
-        assert (
-            dict(zip(STATES, data[name].attrs["state_units"].split(", "), strict=True))
-            == STATE_UNITS
-        )
+        assert dict(zip(STATES, data[name].attrs["state_units"].split(", "), strict=True)) == STATE_UNITS
 
 
 def test_coordinates(data, name: str) -> None:  # type: ignore[no-untyped-def]
     assert {axis: data[axis].attrs["units"] for axis in AXES} == AXES
-    assert {axis: data[axis].attrs["key"] for axis in AXES} == {
-        axis: f"operation.{axis}" for axis in AXES
-    }
+    assert {axis: data[axis].attrs["key"] for axis in AXES} == {axis: f"operation.{axis}" for axis in AXES}
     assert set(data.coords) == {"procedure", *AXES, "peak", "state"}
     assert [str(name) for name in data["state"].values] == STATES
     procedures = ["same"] if name == "map" else ["up", "down"]
@@ -117,9 +112,7 @@ def test_values_of_the_axes(shared: Path) -> None:
     with xarray.open_dataset(shared / "map.h5", engine="h5netcdf") as data:
         assert data["wob"].values.tolist() == [20e3, 40e3, 60e3, 80e3, 100e3]
         # The list of the study is 60, 30, 45, 75 rpm: ascending in the file, in rad/s.
-        assert np.allclose(
-            data["rotary_speed"].values, np.array([30, 45, 60, 75]) * np.pi / 30, rtol=1e-15
-        )
+        assert np.allclose(data["rotary_speed"].values, np.array([30, 45, 60, 75]) * np.pi / 30, rtol=1e-15)
         assert float(data["depth"]) == 2000.0
 
 
@@ -142,9 +135,7 @@ def test_values_are_consistent(data) -> None:  # type: ignore[no-untyped-def]
     assert (v["bit_speed_min"] <= v["bit_speed_mean"]).all()
     assert (v["bit_speed_mean"] <= v["bit_speed_max"]).all()
     assert np.allclose(
-        v["stick_slip_index"],
-        100 * (v["bit_speed_max"] - v["bit_speed_min"]) / (2 * v["bit_speed_mean"]),
-        rtol=1e-9,
+        v["stick_slip_index"], 100 * (v["bit_speed_max"] - v["bit_speed_min"]) / (2 * v["bit_speed_mean"]), rtol=1e-9
     )
     assert np.array_equal((v["response"] & 1) > 0, v["lift_off_fraction"] > 0.01)
     assert np.array_equal((v["response"] & 2) > 0, v["stick_slip_index"] > 80)
@@ -200,11 +191,7 @@ def test_study_digest_is_of_the_resolved_study(shared: Path) -> None:
     with h5py.File(shared / "small.h5") as file:
         attrs = dict(file.attrs)
     assert attrs["study_sha256"] == study.sha256
-    parts = {
-        name: value
-        for name, value in json.loads(attrs["study_resolved"]).items()
-        if name != "title"
-    }
+    parts = {name: value for name, value in json.loads(attrs["study_resolved"]).items() if name != "title"}
     del parts["operation"]["rotary_speed"]  # swept
     for later in ("model", "modes", "drive", "stabilizer"):  # as they always were
         del parts[later]
@@ -279,10 +266,7 @@ def test_a_study_that_is_not_that_of_the_points(
         resolved = json.loads(file.attrs["study_resolved"])
         resolved["sweep"][key] = value
         file.attrs["study_resolved"] = json.dumps(resolved)
-    for ask in (
-        lambda: reclassify(path, []),
-        lambda: replay(path, rotary_speed=3.0, procedure="up"),
-    ):
+    for ask in (lambda: reclassify(path, []), lambda: replay(path, rotary_speed=3.0, procedure="up")):
         with pytest.raises(nsdrill.FileError, match=words):
             ask()
 

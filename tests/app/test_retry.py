@@ -53,9 +53,7 @@ def limits(text: str, folder: Path) -> tuple[int, int]:
 
 
 @TEXTS
-def test_with_nothing_changed_the_file_stays_what_it_was(
-    out: Path, tmp_path: Path, text: str
-) -> None:
+def test_with_nothing_changed_the_file_stays_what_it_was(out: Path, tmp_path: Path, text: str) -> None:
     low, _ = limits(text, tmp_path)
     study = study_of(text, low)
     first = run_study(study, out)
@@ -69,9 +67,7 @@ def test_with_nothing_changed_the_file_stays_what_it_was(
 
 
 @TEXTS
-def test_a_larger_limit_gives_the_file_of_a_run_with_it(
-    out: Path, tmp_path: Path, text: str
-) -> None:
+def test_a_larger_limit_gives_the_file_of_a_run_with_it(out: Path, tmp_path: Path, text: str) -> None:
     low, high = limits(text, tmp_path)
     run_study(study_of(text, low), out)
     for limit in (high, 10**7):
@@ -98,9 +94,7 @@ def test_an_interrupted_retry_goes_on(
     low, high = limits(text, tmp_path)
     run_study(study_of(text, low), out)
     with pytest.raises(Interrupted):
-        run_study(
-            study_of(text, high), out, retry_failed=True, workers=1, lanes=1, watch=Interrupt(after)
-        )
+        run_study(study_of(text, high), out, retry_failed=True, workers=1, lanes=1, watch=Interrupt(after))
     with pytest.raises(FileError, match="another study"):
         run_study(study_of(text, low), out, resume=True)
     run_study(study_of(text, high), out, resume=True)
@@ -127,15 +121,10 @@ def test_what_may_not_differ(out: Path, tmp_path: Path) -> None:
     low, high = limits(GRID, tmp_path)
     run_study(study_of(GRID, high), out)
     before = out.read_bytes()
-    with pytest.raises(
-        FileError,
-        match=f"max_steps: {high} there, {low} here.* only simulation.max_steps may differ",
-    ):
+    with pytest.raises(FileError, match=f"max_steps: {high} there, {low} here.* only simulation.max_steps may differ"):
         run_study(study_of(GRID, low), out, retry_failed=True)
     other = GRID.replace("20 kN", "21 kN")
-    with pytest.raises(
-        FileError, match=r"only simulation\.max_steps may differ, and only be larger"
-    ):
+    with pytest.raises(FileError, match=r"only simulation\.max_steps may differ, and only be larger"):
         run_study(study_of(other, high), out, retry_failed=True)
     with pytest.raises(FileError, match="to the points that failed: --retry-failed"):
         run_study(study_of(GRID, 10**7), out, resume=True)
@@ -184,8 +173,7 @@ def test_a_full_disk_leaves_the_failed_points_where_they_are(
     with monkeypatch.context() as patch:
         patch.setattr(where, refuse)
         with pytest.raises(
-            nsdrill.NsdrillError,
-            match=r"out.h5.part: could not be rewritten: no space left on device. Nothing was ch",
+            nsdrill.NsdrillError, match=r"out.h5.part: could not be rewritten: no space left on device. Nothing was ch"
         ):
             run_study(study_of(GRID, 10**7), out, retry_failed=True)
     assert out.read_bytes() == before

@@ -133,18 +133,13 @@ def test_every_python_computes_the_same_bits(shared: Path) -> None:
             continue
         assert done.returncode == 0, (version, done.stderr)
         there, bits = json.loads(done.stdout)
-        if differing := [
-            text for text in unlike(there) if not text.startswith(("Python", "model digest"))
-        ]:
+        if differing := [text for text in unlike(there) if not text.startswith(("Python", "model digest"))]:
             passed_over.append(f"{version} has {'; '.join(differing)}")
             continue
         assert [name for name in mine if bits[name] != mine[name]] == [], version
         compared.append(version)
     if not compared:
-        pytest.skip(
-            f"found no Python to compare {HERE} with: "
-            f"{', '.join(passed_over) or 'there is no other one'}"
-        )
+        pytest.skip(f"found no Python to compare {HERE} with: {', '.join(passed_over) or 'there is no other one'}")
 
 
 # Numbers made by numpy after a run, of a Hertz wall and of returns to the section.
@@ -177,14 +172,9 @@ def test_numbers_made_afterwards_do_not_depend_on_the_processor() -> None:
     if not newer:
         pytest.skip("numpy has no code for newer processors here")
     told = set()
-    for more in (
-        {},
-        {"NPY_DISABLE_CPU_FEATURES": " ".join(newer), "OPENBLAS_CORETYPE": "Prescott"},
-    ):
+    for more in ({}, {"NPY_DISABLE_CPU_FEATURES": " ".join(newer), "OPENBLAS_CORETYPE": "Prescott"}):
         env = {**os.environ, **more, "PYTHONPATH": str(SRC)}
-        done = subprocess.run(
-            [sys.executable, "-c", AFTERWARDS], capture_output=True, text=True, env=env, timeout=300
-        )
+        done = subprocess.run([sys.executable, "-c", AFTERWARDS], capture_output=True, text=True, env=env, timeout=300)
         assert done.returncode == 0, done.stderr
         told.add(done.stdout)
     assert len(told) == 1, told
@@ -193,10 +183,7 @@ def test_numbers_made_afterwards_do_not_depend_on_the_processor() -> None:
 def begin(study: Any, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run interrupted before its results file was made."""
     with monkeypatch.context() as patch:
-        patch.setattr(
-            "nsdrill.app.run.write_results",
-            lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt),
-        )
+        patch.setattr("nsdrill.app.run.write_results", lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(Interrupted):
             run_study(study, path)
 
@@ -205,9 +192,7 @@ def other(monkeypatch: pytest.MonkeyPatch, **found: str) -> None:
     """Let this process find other versions: ``python`` or the name of a package."""
     from nsdrill.app.provenance import version
 
-    monkeypatch.setattr(
-        "nsdrill.app.provenance.version", lambda name: found.get(name) or version(name)
-    )
+    monkeypatch.setattr("nsdrill.app.provenance.version", lambda name: found.get(name) or version(name))
     if "python" in found:
         monkeypatch.setattr("platform.python_version", lambda: found["python"])
 
@@ -227,9 +212,7 @@ def test_resume_names_what_differs(
     before = part_path(out).read_bytes()
     with monkeypatch.context() as patch:
         other(patch, **found)
-        with pytest.raises(
-            FileError, match=f"made with other versions.*{said}.*Finish it with those.*--overwrite"
-        ):
+        with pytest.raises(FileError, match=f"made with other versions.*{said}.*Finish it with those.*--overwrite"):
             run_study(study, out, resume=True)
     assert part_path(out).read_bytes() == before
     assert run_study(study, out, resume=True).already == 16
@@ -244,9 +227,7 @@ def test_resume_takes_a_later_release_of_the_same_python(
     assert run_study(study, out, resume=True).already == 16
 
 
-def test_a_log_of_an_older_nsdrill_is_refused(
-    small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_log_of_an_older_nsdrill_is_refused(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It holds fewer attributes; what it does hold is compared."""
     study, out = nsdrill.load_study(small), tmp_path / "out.h5"
     begin(study, out, monkeypatch)
@@ -256,10 +237,7 @@ def test_a_log_of_an_older_nsdrill_is_refused(
     attrs = {name: value for name, value in header["attrs"].items() if name not in new}
     for change, said in (
         ({"model_digest": "0123456789abcdef"}, "model digest 0123456789abcdef there, "),
-        (
-            {"model_digest": "0123456789abcdef", "python_version": "3.10.2"},
-            f"Python 3.10 there, {HERE} here; model",
-        ),
+        ({"model_digest": "0123456789abcdef", "python_version": "3.10.2"}, f"Python 3.10 there, {HERE} here; model"),
     ):
         part_path(out).unlink()
         RunLog.create(part_path(out), {**header, "attrs": {**attrs, **change}}, 16, kept).close()
@@ -277,9 +255,7 @@ def test_the_digest_holds_the_constants(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.parametrize("what", ["source_digest", "_libm_digest"])
-def test_the_digest_holds_sources_and_mathematics(
-    monkeypatch: pytest.MonkeyPatch, what: str
-) -> None:
+def test_the_digest_holds_sources_and_mathematics(monkeypatch: pytest.MonkeyPatch, what: str) -> None:
     before = versions()
     monkeypatch.setattr(f"nsdrill.app.provenance.{what}", lambda: "another")
     assert any(text.startswith("model digest") for text in unlike(before))
@@ -304,22 +280,13 @@ def test_replay_says_what_differs(shared: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize("name", ["python", "numpy_version", "llvmlite", "model_digest"])
-def test_a_worker_with_other_versions_is_refused(
-    monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
+def test_a_worker_with_other_versions_is_refused(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     distributed = pytest.importorskip("distributed")
     worker = {**versions(), name: "9.9"}
-    monkeypatch.setattr(
-        distributed.Client, "run", lambda self, function, **more: {"tcp://far:1": worker}
-    )
+    monkeypatch.setattr(distributed.Client, "run", lambda self, function, **more: {"tcp://far:1": worker})
     with (
-        distributed.LocalCluster(
-            n_workers=1, processes=False, dashboard_address=None, protocol="tcp"
-        ) as cluster,
-        pytest.raises(
-            NsdrillError,
-            match=r"worker tcp://far:1 has other versions.* 9\.9 there.*Nothing has run",
-        ),
+        distributed.LocalCluster(n_workers=1, processes=False, dashboard_address=None, protocol="tcp") as cluster,
+        pytest.raises(NsdrillError, match=r"worker tcp://far:1 has other versions.* 9\.9 there.*Nothing has run"),
         dask_executor(cluster.scheduler_address),
     ):
         pass

@@ -38,10 +38,7 @@ def test_the_final_state_of_a_rolling_run_is_the_start_of_another() -> None:
     final = first["final_state"].ravel()
     gap = (0.381 - 0.2286) / 2
     assert np.hypot(final[0], final[2]) > gap + 1e-3
-    given = [
-        f"initial.{name}={value!r} {UNITS[name]}"
-        for name, value in zip(STATE_NAMES, final.tolist(), strict=True)
-    ]
+    given = [f"initial.{name}={value!r} {UNITS[name]}" for name, value in zip(STATE_NAMES, final.tolist(), strict=True)]
     second = run_in_memory(parse_study(ROLLING, "s", [*given, "simulation.transient=0 s"]))
     assert second["initial_state"].tobytes() == first["final_state"].tobytes()
     assert second["wall_contact_fraction"].item() == 1.0
@@ -55,7 +52,5 @@ def test_the_final_state_of_a_rolling_run_is_the_start_of_another() -> None:
 )
 def test_how_deep_in_the_wall(wall: str, deepest: float) -> None:
     parse_study(f"{ROLLING}well: {{{wall}}}\ninitial: {{x: 0 m, y: {deepest - 1e-6} m}}")
-    with pytest.raises(
-        StudyError, match=r"at most 86.2 mm: the gap between collar and wall, 76.2 mm"
-    ):
+    with pytest.raises(StudyError, match=r"at most 86.2 mm: the gap between collar and wall, 76.2 mm"):
         parse_study(f"{ROLLING}well: {{{wall}}}\ninitial: {{x: 0 m, y: {deepest + 1e-6} m}}")

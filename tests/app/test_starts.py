@@ -33,8 +33,7 @@ simulation: {transient: 5 s, observe: 10 s}
 record: {peaks: 3}
 """
 SLICE = TEXT.replace(
-    "{ensemble: 7, seed: 2}",
-    "{slice: {z: {from: -3 mm, to: 3 mm, points: 3}, x: {from: 0 mm, to: 70 mm, points: 4}}}",
+    "{ensemble: 7, seed: 2}", "{slice: {z: {from: -3 mm, to: 3 mm, points: 3}, x: {from: 0 mm, to: 70 mm, points: 4}}}"
 )
 
 
@@ -46,9 +45,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def same(a: Results, b: Results) -> bool:
-    return list(a.variables) == list(b.variables) and all(
-        a[n].tobytes() == b[n].tobytes() for n in a.variables
-    )
+    return list(a.variables) == list(b.variables) and all(a[n].tobytes() == b[n].tobytes() for n in a.variables)
 
 
 def test_the_file(made: Path) -> None:
@@ -135,9 +132,7 @@ def test_attractors_as_plain_data(made: Path) -> None:
             assert one["share"] == one["members"] / 7
             assert (one["low"], one["high"]) == wilson(one["members"], 7)
             chosen = numbers == one["number"]
-            assert one["features"]["radius_max"] == np.median(
-                results["radius_max"][0, i, 0, 0][chosen]
-            )
+            assert one["features"]["radius_max"] == np.median(results["radius_max"][0, i, 0, 0][chosen])
             assert len(np.unique(results["response"][0, i, 0, 0][chosen])) == 1
 
 
@@ -173,9 +168,7 @@ def test_numbers_are_the_same_along_the_axis(made: Path, tmp_path: Path) -> None
     few, many = sorted((set(together[0]), set(together[1])), key=len)
     assert few < many or few == many
     for before, after in zip(apart, together, strict=True):
-        assert len(set(zip(before, after, strict=True))) == len(set(before)) == len(set(after)), (
-            "the same groups"
-        )
+        assert len(set(zip(before, after, strict=True))) == len(set(before)) == len(set(after)), "the same groups"
     reclassify(path, [])
     assert same(read_results(path), read_results(made))
 
@@ -215,11 +208,6 @@ def test_failed_starts_are_counted_and_named(tmp_path: Path) -> None:
         (float([2000.0, 3000.0][d]), int(k)) for _, d, _, _, k in np.argwhere(failed)
     ]
     assert sum(point["failed"] for point in summary["operating_points"]) == failed.sum()
-    again = run_study(
-        parse_study(TEXT, overrides=["simulation.max_steps=1000000"]),
-        path,
-        workers=1,
-        retry_failed=True,
-    )
+    again = run_study(parse_study(TEXT, overrides=["simulation.max_steps=1000000"]), path, workers=1, retry_failed=True)
     assert again.failed == 0
     assert read_results(path)["attractor"].min() >= 1

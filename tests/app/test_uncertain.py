@@ -17,10 +17,7 @@ from nsdrill.errors import FileError, InputError
 from nsdrill.study.load import parse_study
 
 SHORT: dict[str, Any] = {
-    "sweep": {
-        "wob": ["20 kN", "60 kN"],
-        "rotary_speed": {"from": "3 rad/s", "to": "9 rad/s", "points": 3},
-    },
+    "sweep": {"wob": ["20 kN", "60 kN"], "rotary_speed": {"from": "3 rad/s", "to": "9 rad/s", "points": 3}},
     "uncertain": {
         "bit.rock_stiffness": {"lognormal": {"median": "25 MN/m", "factor": 2}},
         "depth": {"uniform": ["1000 m", "2000 m"]},
@@ -43,11 +40,7 @@ def carried(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def of_one(study: dict[str, Any], data: xarray.Dataset, number: int) -> dict[str, Any]:
     """The study whose numbers are those of one sample."""
     one = {key: value for key, value in study.items() if key != "uncertain"}
-    values = {
-        name: float(data[name][number])
-        for name in data["status"].coords
-        if data[name].dims == ("sample",)
-    }
+    values = {name: float(data[name][number]) for name in data["status"].coords if data[name].dims == ("sample",)}
     return {
         **one,
         "bit": {"rock_stiffness": f"{values['bit_rock_stiffness']!r} N/m"},
@@ -60,9 +53,7 @@ def same(a: xarray.Dataset, b: xarray.Dataset) -> None:
     assert set(a.data_vars) == set(b.data_vars)
     for name in a.data_vars:
         assert a[name].dims == b[name].dims
-        assert np.array_equal(
-            a[name].values, b[name].values, equal_nan=a[name].dtype.kind == "f"
-        ), name
+        assert np.array_equal(a[name].values, b[name].values, equal_nan=a[name].dtype.kind == "f"), name
 
 
 def test_each_sample_has_the_bits_of_a_study_of_its_own(carried: Path) -> None:
@@ -78,9 +69,7 @@ def test_each_sample_has_the_bits_of_a_study_of_its_own(carried: Path) -> None:
 def test_numbers_do_not_depend_on_workers_or_neighbours(carried: Path) -> None:
     with nsdrill.open_results(carried) as data:
         same(data.load(), nsdrill.run(CARRIED, progress=False, workers=3))
-        alone = nsdrill.run(
-            {**CARRIED, "sweep": {**CARRIED["sweep"], "wob": ["60 kN"]}}, progress=False
-        )
+        alone = nsdrill.run({**CARRIED, "sweep": {**CARRIED["sweep"], "wob": ["60 kN"]}}, progress=False)
         same(data.isel(wob=1), alone)
 
 
@@ -93,9 +82,7 @@ def test_any_sample_is_replayed_bit_for_bit(carried: Path) -> None:
     with pytest.raises(InputError, match=r"has 8 samples .* Say which one with at=.*, 0 to 7"):
         nsdrill.replay(carried, at={"wob": "60 kN", "rotary_speed": "9 rad/s"}, procedure="up")
     with pytest.raises(InputError, match=r"sample.*: found 8; allowed: 0 to 7"):
-        nsdrill.replay(
-            carried, at={"wob": "60 kN", "rotary_speed": "9 rad/s", "sample": 8}, procedure="up"
-        )
+        nsdrill.replay(carried, at={"wob": "60 kN", "rotary_speed": "9 rad/s", "sample": 8}, procedure="up")
 
 
 def test_one_sample_is_simulated_from_the_study(carried: Path) -> None:
@@ -124,9 +111,7 @@ def test_an_interrupted_run_goes_on_to_the_same_numbers(tmp_path: Path, carried:
     same(nsdrill.run(many, path, resume=True, progress=False), nsdrill.open_results(carried).load())
 
 
-def test_a_log_with_other_samples_is_not_gone_on_with(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_log_with_other_samples_is_not_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     class Enough(Exception):
         pass
 
@@ -180,17 +165,11 @@ def test_failed_points_are_run_again(tmp_path: Path) -> None:
     with pytest.warns(nsdrill.RunWarning):
         nsdrill.run(few, tmp_path / "out.h5", progress=False)
     more = {**SHORT, "simulation": {**SHORT["simulation"], "max_steps": 1_000_000}}
-    same(
-        nsdrill.run(more, tmp_path / "out.h5", retry_failed=True, progress=False),
-        nsdrill.run(SHORT, progress=False),
-    )
+    same(nsdrill.run(more, tmp_path / "out.h5", retry_failed=True, progress=False), nsdrill.run(SHORT, progress=False))
 
 
 def test_a_table_of_samples_is_run_row_by_row() -> None:
-    table = {
-        "bit.rock_stiffness": ["10 MN/m", "40 MN/m", "20 MN/m"],
-        "bit.friction.static": [0.3, 0.5, 0.4],
-    }
+    table = {"bit.rock_stiffness": ["10 MN/m", "40 MN/m", "20 MN/m"], "bit.friction.static": [0.3, 0.5, 0.4]}
     data = nsdrill.run({**SHORT, "uncertain": {"table": table}}, progress=False)
     assert data["bit_rock_stiffness"].values.tolist() == [10e6, 40e6, 20e6]
     one = {**SHORT, "bit": {"rock_stiffness": "20 MN/m", "friction": {"static": 0.4}}}
@@ -244,23 +223,17 @@ def least_weight(study: nsdrill.Study, stiffness: Any) -> Any:
     return bit.surface_amplitude * (made.k_a + stiffness) * abs(string) / abs(string + stiffness)
 
 
-def test_probability_of_lift_off_is_that_of_the_closed_form(
-    lift_off: tuple[nsdrill.Study, xarray.Dataset],
-) -> None:
+def test_probability_of_lift_off_is_that_of_the_closed_form(lift_off: tuple[nsdrill.Study, xarray.Dataset]) -> None:
     study, data = lift_off
     low, mode, high, least, most = 10e6, 20e6, 60e6, 5e3, 40e3
 
     def density(k: float) -> float:
         return (
-            2 * (k - low) / (high - low) / (mode - low)
-            if k < mode
-            else 2 * (high - k) / (high - low) / (high - mode)
+            2 * (k - low) / (high - low) / (mode - low) if k < mode else 2 * (high - k) / (high - low) / (high - mode)
         )
 
     def lifted(k: float) -> float:
-        return float(
-            density(k) * np.clip((least_weight(study, k) - least) / (most - least), 0.0, 1.0)
-        )
+        return float(density(k) * np.clip((least_weight(study, k) - least) / (most - least), 0.0, 1.0))
 
     exact, _ = integrate.quad(lifted, low, high, points=[mode], limit=200)
     assert 0.2 < exact < 0.8
@@ -271,9 +244,7 @@ def test_probability_of_lift_off_is_that_of_the_closed_form(
     assert float(found["probability"].sel(outcome="safe")) == pytest.approx(1.0 - exact, abs=0.01)
 
 
-def test_each_sample_lifts_off_where_the_closed_form_says(
-    lift_off: tuple[nsdrill.Study, xarray.Dataset],
-) -> None:
+def test_each_sample_lifts_off_where_the_closed_form_says(lift_off: tuple[nsdrill.Study, xarray.Dataset]) -> None:
     study, data = lift_off
     margin = data["operation_wob"].values / least_weight(study, data["bit_rock_stiffness"].values)
     clear = np.abs(margin - 1.0) > 0.02
@@ -281,9 +252,7 @@ def test_each_sample_lifts_off_where_the_closed_form_says(
 
 
 def test_sensitivity_of_lift_off_is_that_of_the_closed_form() -> None:
-    text = AXIAL.replace("design: sobol", "design: saltelli").replace(
-        "samples: 1024", "samples: 512"
-    )
+    text = AXIAL.replace("design: sobol", "design: saltelli").replace("samples: 1024", "samples: 512")
     study = parse_study(text, "axial.yaml")
     data = nsdrill.run(study, progress=False)
     assert data.sizes["sample"] == 4 * 512
@@ -298,9 +267,7 @@ def test_sensitivity_of_lift_off_is_that_of_the_closed_form() -> None:
     variance = np.concatenate([a, b]).var()
     for key, part in zip(order, mixed, strict=True):
         row = next(row for row in safe["unknowns"] if row["key"].endswith(key))
-        assert row["first"] == pytest.approx(
-            np.mean((b - b.mean()) * (part - a)) / variance, abs=0.08
-        )
+        assert row["first"] == pytest.approx(np.mean((b - b.mean()) * (part - a)) / variance, abs=0.08)
         assert row["total"] == pytest.approx(np.mean((a - part) ** 2) / 2 / variance, abs=0.06)
     assert found["measure_first"]["key"] == "operation.wob"
 
@@ -309,10 +276,7 @@ def test_results_without_samples_are_refused() -> None:
     plain = {key: value for key, value in SHORT.items() if key != "uncertain"}
     data = nsdrill.run(plain, progress=False)
     for function in (nsdrill.probability, nsdrill.sensitivity):
-        with pytest.raises(
-            InputError,
-            match="without samples; allowed: results of a study with the section uncertain",
-        ):
+        with pytest.raises(InputError, match="without samples; allowed: results of a study with the section uncertain"):
             function(data)
     with pytest.raises(InputError, match="confidence: found results without samples"):
         nsdrill.window(data, confidence=0.9)
@@ -321,11 +285,7 @@ def test_results_without_samples_are_refused() -> None:
 def test_the_other_models_have_samples_too() -> None:
     for model in ("torsion",):
         section = {"wob": {"uniform": ["20 kN", "30 kN"]}, "samples": 4}
-        study = {
-            "model": model,
-            "uncertain": section,
-            "simulation": {"transient": "1 s", "observe": "2 s"},
-        }
+        study = {"model": model, "uncertain": section, "simulation": {"transient": "1 s", "observe": "2 s"}}
         data = nsdrill.run(study, progress=False)
         assert data["status"].dims == ("sample",)
         assert len(np.unique(data["bit_speed_max"])) > 1

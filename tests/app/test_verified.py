@@ -40,17 +40,12 @@ def study_of(text: str, *overrides: str) -> Study:
 
 def same(one: Path, two: Path) -> bool:
     a, b = read_results(one), read_results(two)
-    return set(a.variables) == set(b.variables) and all(
-        a[n].tobytes() == b[n].tobytes() for n in a.variables
-    )
+    return set(a.variables) == set(b.variables) and all(a[n].tobytes() == b[n].tobytes() for n in a.variables)
 
 
 @TEXTS
 def test_the_runs_are_those_of_the_unchecked_sweep(text: str) -> None:
-    plain, checked = (
-        run_in_memory(study_of(text, "simulation.verify=false")),
-        run_in_memory(study_of(text)),
-    )
+    plain, checked = (run_in_memory(study_of(text, "simulation.verify=false")), run_in_memory(study_of(text)))
     for name, values in plain.variables.items():
         assert values.tobytes() == checked[name].tobytes(), name
     more = set(checked.variables) - set(plain.variables)
@@ -79,27 +74,18 @@ def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
             state = states[i]
             names = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
             units = ("m", "m/s", "m", "m/s", "m", "m/s", "rad", "rad/s", "rad")
-            given = [
-                f"initial.{n}={v!r} {u}"
-                for n, v, u in zip(names, state.tolist(), units, strict=True)
-            ]
+            given = [f"initial.{n}={v!r} {u}" for n, v, u in zip(names, state.tolist(), units, strict=True)]
             speed = float(found.coords["rotary_speed"][i])
             one = run_in_memory(
                 study_of(
-                    text.split("  procedure")[0].replace(
-                        "{from: 2 rad/s, to: 9 rad/s, points: 8}", f"{speed!r} rad/s"
-                    ),
+                    text.split("  procedure")[0].replace("{from: 2 rad/s, to: 9 rad/s, points: 8}", f"{speed!r} rad/s"),
                     "simulation.verify=false",
                     f"simulation.rtol={check_.simulation.rtol!r}",
                     *given,
                 )
             )
             for name in ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction"):
-                assert one[name].item() == found[f"{check_.name}_{name}"][1, 0, 0, i], (
-                    check_.name,
-                    i,
-                    name,
-                )
+                assert one[name].item() == found[f"{check_.name}_{name}"][1, 0, 0, i], (check_.name, i, name)
             assert one["response"].item() == found[f"{check_.name}_response"][1, 0, 0, i]
 
 
@@ -113,9 +99,7 @@ def test_run_again_alike_nothing_differs(monkeypatch: pytest.MonkeyPatch) -> Non
 
 @TEXTS
 @pytest.mark.parametrize("after", [1, 3])
-def test_an_interrupted_run_goes_on(
-    tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
     look_often(monkeypatch)
     study, out, one = study_of(text), tmp_path / "out.h5", tmp_path / "one.h5"
     run_study(study, one, workers=2, lanes=8)
@@ -126,12 +110,7 @@ def test_an_interrupted_run_goes_on(
         except Interrupted:
             there = read_partial(part_path(out))
             ran = there["status"] == OK
-            stages.add(
-                tuple(
-                    bool(np.any(there[f"{check_}_status"][ran] != PENDING))
-                    for check_ in ("tight", "long")
-                )
-            )
+            stages.add(tuple(bool(np.any(there[f"{check_}_status"][ran] != PENDING)) for check_ in ("tight", "long")))
     assert len(stages) >= 2, "never interrupted in the middle of the checks"
     assert same(one, out)
     before = out.read_bytes()
@@ -157,12 +136,9 @@ def test_checks_that_failed_are_retried(tmp_path: Path, monkeypatch: pytest.Monk
     assert told["failed_checks"]["tight"] == failed.sum()
     ran = found["status"] == OK
     other = [
-        (found[f"{name}_status"] == OK) & (found[f"{name}_response"] != found["response"])
-        for name in ("tight", "long")
+        (found[f"{name}_status"] == OK) & (found[f"{name}_response"] != found["response"]) for name in ("tight", "long")
     ]
-    assert told["response_differs"] == np.count_nonzero(ran & np.any(other, axis=0)), (
-        "a failed check found no response"
-    )
+    assert told["response_differs"] == np.count_nonzero(ran & np.any(other, axis=0)), "a failed check found no response"
     assert told["check_failed"] == np.count_nonzero(failed & ~np.any(other, axis=0)) > 0
     run_study(study_of(GRID, "simulation.max_steps=50000000"), out, retry_failed=True)
     run_study(study_of(GRID), whole)
@@ -184,21 +160,13 @@ def test_what_is_said_of_it() -> None:
     found = run_in_memory(study_of(REFINED))
     told = summarize(found)["trust"]
     ran = int(np.count_nonzero(found["status"] == OK))
-    assert (
-        told["agree"] + told["features_differ"] + told["response_differs"]
-        == ran
-        < found["status"].size
-    )
+    assert told["agree"] + told["features_differ"] + told["response_differs"] == ran < found["status"].size
     assert told["agree"] == np.count_nonzero(found["trusted"])
     for check_ in ("tight", "long"):
         differs = (found[f"{check_}_response"] != found["response"]) & (found["status"] == OK)
-        assert (
-            sum(row["points"] for row in told["changed"] if row["check"] == check_) == differs.sum()
-        )
+        assert sum(row["points"] for row in told["changed"] if row["check"] == check_) == differs.sum()
     assert any("1e-08" in warning for warning in check(study_of(GRID)).warnings)
-    assert not any(
-        "Verify" in warning for warning in check(study_of(GRID, "simulation.verify=false")).warnings
-    )
+    assert not any("Verify" in warning for warning in check(study_of(GRID, "simulation.verify=false")).warnings)
 
 
 def test_what_was_inferred_is_no_cause_of_distrust() -> None:

@@ -65,11 +65,7 @@ def test_each_word_has_the_bits_of_a_study_of_its_own(path: Path) -> None:
             single = alone(kind, f"{inertia} kg*m^2")
             for name in single.data_vars:
                 here = one[name].sel(state=single.state) if "state" in one[name].dims else one[name]
-                assert np.array_equal(here.values, single[name].values, equal_nan=True), (
-                    kind,
-                    inertia,
-                    name,
-                )
+                assert np.array_equal(here.values, single[name].values, equal_nan=True), (kind, inertia, name)
             more = [name for name in one.data_vars if name not in single]
             assert all(np.all(np.isnan(one[name])) for name in more), kind
     assert np.all(np.isnan(every.drive_speed_mean.sel(drive_kind="ideal")))
@@ -170,9 +166,7 @@ def test_files_that_differ_in_a_word_become_one(tmp_path: Path, path: Path) -> N
     assert key == "drive.kind"
     write_results(tmp_path / "both.h5", ResultsSource(whole))
     swept = nsdrill.run(
-        STUDY.replace("  drive.inertia: [1500 kg*m^2, 2500 kg*m^2]\n", "").replace(
-            ", inertia: 2000 kg*m^2", ""
-        )
+        STUDY.replace("  drive.inertia: [1500 kg*m^2, 2500 kg*m^2]\n", "").replace(", inertia: 2000 kg*m^2", "")
     )
     both = nsdrill.open_results(tmp_path / "both.h5")
     assert both.drive_kind.values.tolist() == ["ideal", "stiff"]
@@ -188,10 +182,7 @@ def test_a_file_with_words_is_classified_shown_and_seen(path: Path) -> None:
     assert note["axes"]["drive_kind"] == {"values": ["ideal", "stiff"], "points": 2}
     window = nsdrill.window(path)
     assert window["third"] == "drive_kind"
-    assert [one["at"] for one in window["maps"]] == [
-        {"drive_kind": "ideal"},
-        {"drive_kind": "stiff"},
-    ]
+    assert [one["at"] for one in window["maps"]] == [{"drive_kind": "ideal"}, {"drive_kind": "stiff"}]
     before = nsdrill.open_results(path).load()
     again = nsdrill.classify(before)
     for name in ("response", "stick_slip_severity", "settled"):
@@ -211,36 +202,21 @@ simulation: {transient: 0.2 s, observe: 0.5 s}
         "steady": pytest.approx(13.0),
         "rest": 0.0,
     }
-    loaded = nsdrill.load_study(
-        "sweep: {drillstring.eccentric_weight: [true, false]}\nwell: {inclination: 30 deg}\n"
-    )
+    loaded = nsdrill.load_study("sweep: {drillstring.eccentric_weight: [true, false]}\nwell: {inclination: 30 deg}\n")
     assert loaded.resolved["sweep"]["drillstring.eccentric_weight"] == [False, True]
 
 
 def test_what_no_word_reads_is_refused_and_what_one_reads_is_not() -> None:
     cases = (
-        (
-            "drive: {matching: 3}\nsweep: {drive.kind: [ideal, stiff]}\n",
-            "one of the words of sweep.drive.kind reads",
-        ),
-        (
-            "sweep: {drive.kind: [ideal, stiff], drive.matching: [1, 2]}\n",
-            "one of the words of sweep.drive.kind reads",
-        ),
-        (
-            "modes: {axial: frozen, lateral: frozen}\nsweep: {modes.torsional: [free, frozen]}\n",
-            "at least one free",
-        ),
-        (
-            "modes: {torsional: frozen}\nsweep: {drive.kind: [ideal, stiff]}\n",
-            "stiff with modes.torsional: frozen",
-        ),
+        ("drive: {matching: 3}\nsweep: {drive.kind: [ideal, stiff]}\n", "one of the words of sweep.drive.kind reads"),
+        ("sweep: {drive.kind: [ideal, stiff], drive.matching: [1, 2]}\n", "one of the words of sweep.drive.kind reads"),
+        ("modes: {axial: frozen, lateral: frozen}\nsweep: {modes.torsional: [free, frozen]}\n", "at least one free"),
+        ("modes: {torsional: frozen}\nsweep: {drive.kind: [ideal, stiff]}\n", "stiff with modes.torsional: frozen"),
         ("sweep: {drive.kind: [ideal, ideal]}\n", "there a second time"),
         ("sweep: {drive.kind: [ideal, soft]}\n", "allowed: ideal, stiff, soft_torque"),
         ("sweep: {drive.kind: {from: ideal, to: stiff, points: 2}}\n", "found a mapping"),
         (
-            "sweep: {drive.kind: [ideal, stiff], rotary_speed: [3 rad/s], procedure: up, along: "
-            "drive.kind}\n",
+            "sweep: {drive.kind: [ideal, stiff], rotary_speed: [3 rad/s], procedure: up, along: drive.kind}\n",
             "allowed: an axis over a number: rotary_speed or another by its key",
         ),
         ("sweep: {well.law: [linear, hertz]}\n", "the units of well.stiffness depend"),
@@ -254,10 +230,8 @@ def test_what_no_word_reads_is_refused_and_what_one_reads_is_not() -> None:
         assert words in str(error.value), text
     for text in (
         "drive: {matching: 3, torque_limit: 60 kN*m}\nsweep: {drive.kind: [ideal, soft_torque]}\n",
-        "bit: {friction: {b0: 30 mm, static: 0.6}}\nsweep: {bit.friction.law: [rational, "
-        "linear]}\n",
-        "mud: {swirl: 0.3}\nsweep: {modes.lateral: [free, frozen], drillstring.eccentricity: [1 "
-        "mm, 5 mm]}\n",
+        "bit: {friction: {b0: 30 mm, static: 0.6}}\nsweep: {bit.friction.law: [rational, linear]}\n",
+        "mud: {swirl: 0.3}\nsweep: {modes.lateral: [free, frozen], drillstring.eccentricity: [1 mm, 5 mm]}\n",
     ):
         nsdrill.load_study(text)
 

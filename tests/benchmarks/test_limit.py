@@ -16,9 +16,7 @@ def test_stick_slip_approaches_the_limit_cycle_of_coulombs_friction() -> None:
     limit = filippov()
     found = {smoothing: stick_slip(smoothing) for smoothing in (1e4, 1e6)}
     for name in ("bit_speed_max", "bit_torque_max", "surface_torque_min", "surface_torque_max"):
-        far, near = (
-            (found[smoothing][name] - limit[name]) / limit[name] for smoothing in (1e4, 1e6)
-        )
+        far, near = ((found[smoothing][name] - limit[name]) / limit[name] for smoothing in (1e4, 1e6))
         assert abs(near) < 5e-3, name
         assert far / near == pytest.approx(10.0, rel=0.3), name
     assert found[1e6]["stuck_fraction"] == pytest.approx(limit["stuck_fraction"], abs=0.01)

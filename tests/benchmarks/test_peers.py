@@ -16,6 +16,4 @@ def test_scipy_and_nsdrill_reach_the_same_state() -> None:
     problem = workload.problem_of(work)
     end = Scipy("RK45").run(problem, 1e-9).end
     # Both follow the tolerance; half a second is too short for chaos.
-    np.testing.assert_array_less(
-        np.abs(end - columns["final_state"][:, :8]) / problem.state_scales, 1e-5
-    )
+    np.testing.assert_array_less(np.abs(end - columns["final_state"][:, :8]) / problem.state_scales, 1e-5)

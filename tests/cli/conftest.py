@@ -8,9 +8,7 @@ from .helpers import Answer, Call, call_here
 
 
 @pytest.fixture
-def call(
-    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> Call:
+def call(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Call:
     """Gives a command in an empty folder."""
     monkeypatch.chdir(tmp_path)
 

@@ -25,9 +25,7 @@ class Answer:
     err: str
 
 
-def call_here(
-    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object
-) -> Answer:
+def call_here(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> Answer:
     """``nsdrill words...`` in this process."""
     monkeypatch.setattr(sys, "argv", ["nsdrill", *map(str, words)])
     capfd.readouterr()

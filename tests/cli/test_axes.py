@@ -43,9 +43,7 @@ def test_a_table_has_the_axis_with_its_units(call: Call, rock: Path) -> None:
     assert call("export", rock, "-o", "rock.csv").code == 0
     with open("rock.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert [float(row["bit_rock_stiffness [N m-1]"]) for row in rows] == pytest.approx(
-        [10e6, 20e6, 40e6]
-    )
+    assert [float(row["bit_rock_stiffness [N m-1]"]) for row in rows] == pytest.approx([10e6, 20e6, 40e6])
 
 
 def test_a_replay_tells_its_value_of_the_axis(call: Call, rock: Path) -> None:
@@ -75,12 +73,9 @@ def test_a_study_without_a_sweep_is_told_in_full(call: Call) -> None:
 
 def test_pictures_name_what_is_held(tmp_path: Path) -> None:
     head = (
-        "operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}\nsimulation: {transient: 0 "
-        "s, observe: 0.1 s}\n"
+        "operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}\nsimulation: {transient: 0 s, observe: 0.1 s}\n"
     )
-    axes = (
-        "{bit.rock_stiffness: [10 MN/m, 20 MN/m], initial.x: [1 mm, 2 mm], mud.drag: [0.5, 1, 2]}"
-    )
+    axes = "{bit.rock_stiffness: [10 MN/m, 20 MN/m], initial.x: [1 mm, 2 mm], mud.drag: [0.5, 1, 2]}"
     for name, study in {"one": head, "three": f"{head}sweep: {axes}\n"}.items():
         nsdrill.run(parse_study(study), tmp_path / f"{name}.h5", workers=1)
     one = draw(read_results(tmp_path / "one.h5"))

@@ -27,12 +27,7 @@ def test_kinds_of_a_study_are_listed(call: Call, small: Path) -> None:
 
 
 def test_along_an_axis_of_the_study(call: Call, small: Path) -> None:
-    assert (
-        call(
-            "plot", small, "--kind", "critical-speeds", "--along", "rotary_speed", "-o", "a.svg"
-        ).code
-        == 0
-    )
+    assert call("plot", small, "--kind", "critical-speeds", "--along", "rotary_speed", "-o", "a.svg").code == 0
     answer = call(
         "plot",
         small,
@@ -52,47 +47,23 @@ def test_along_an_axis_of_the_study(call: Call, small: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (
-            ["--kind", "buckling", "--along", "wob"],
-            "--along: found wob, which the study does not sweep; allowed: ",
-        ),
-        (
-            ["--kind", "drive-card", "--along", "depth"],
-            "--along: found with --kind drive-card, which is of one point",
-        ),
-        (
-            ["--kind", "buckling", "--wob", "30 kN"],
-            "--wob: found with a study; allowed: with results.",
-        ),
+        (["--kind", "buckling", "--along", "wob"], "--along: found wob, which the study does not sweep; allowed: "),
+        (["--kind", "drive-card", "--along", "depth"], "--along: found with --kind drive-card, which is of one point"),
+        (["--kind", "buckling", "--wob", "30 kN"], "--wob: found with a study; allowed: with results."),
         (["--kind", "buckling", "--start", "0"], "--start: found with a study"),
         (["--kind", "bucklin"], "found 'bucklin' with a study. Did you mean 'buckling'?"),
         (["--kind", "map"], "found 'map' with a study. Allowed of a study, which is not run:"),
         ([], "plot kind: found a study without a kind."),
-        (
-            ["--kind", "drive-tuning", "--set", "modes.torsional=frozen"],
-            "found modes.torsional: frozen",
-        ),
+        (["--kind", "drive-tuning", "--set", "modes.torsional=frozen"], "found modes.torsional: frozen"),
         (["--kind", "buckling", "--set", "operation.wob=30"], "operation.wob"),
         (
-            [
-                "--kind",
-                "critical-speeds",
-                "--along",
-                "initial.x",
-                "--set",
-                "sweep={initial.x: [1 mm, 2 mm]}",
-            ],
+            ["--kind", "critical-speeds", "--along", "initial.x", "--set", "sweep={initial.x: [1 mm, 2 mm]}"],
             "found initial.x, on which no chart depends",
         ),
-        (
-            ["--kind", "critical-speeds", "--set", "sweep={depth: [3000 m]}"],
-            "found one value of depth in the sweep",
-        ),
+        (["--kind", "critical-speeds", "--set", "sweep={depth: [3000 m]}"], "found one value of depth in the sweep"),
     ],
 )
-def test_what_does_not_fit_is_told(
-    call: Call, small: Path, tmp_path: Path, words: list[str], said: str
-) -> None:
+def test_what_does_not_fit_is_told(call: Call, small: Path, tmp_path: Path, words: list[str], said: str) -> None:
     answer = call("plot", small, *words, "-o", "chart.png")
     assert answer.code == 2
     assert said in answer.err

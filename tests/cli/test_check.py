@@ -51,10 +51,7 @@ def test_json(call: Call, small: Path) -> None:
     assert answer.err == ""
     report = json.loads(answer.out)
     assert list(report["coefficients"]) == NAMES
-    assert report["size"]["disk"] == {
-        "value": 16 * record_dtype(Kept(4, options=("drilled",))).itemsize,
-        "units": "B",
-    }
+    assert report["size"]["disk"] == {"value": 16 * record_dtype(Kept(4, options=("drilled",))).itemsize, "units": "B"}
     for coefficient in report["coefficients"].values():
         assert set(coefficient) == {"value", "units"}
     for name, value in KNOWN.items():
@@ -83,14 +80,7 @@ def test_text(call: Call, small: Path) -> None:
 
 
 def test_further_figures(call: Call, small: Path) -> None:
-    further = (
-        "collar_vertical",
-        "euler_fixed_free",
-        "pipe_sinusoidal",
-        "lateral_2",
-        "mud_plane",
-        "axial_rock_wave_4",
-    )
+    further = ("collar_vertical", "euler_fixed_free", "pipe_sinusoidal", "lateral_2", "mud_plane", "axial_rock_wave_4")
     short, full = (call("check", small, *words).out for words in ([], ["--all"]))
     figures = json.loads(call("check", small, "--json").out)["figures"]
     assert "further quantities with --all" in short
@@ -116,32 +106,15 @@ def test_further_figures(call: Call, small: Path) -> None:
         # The buckling load of a span of 40 m is 171.5 kN; 500 kN is far above.
         (["drillstring.collar.span=40 m", "operation.wob=500 kN"], "Buckled: at 500 kN"),
         (["bit.friction.smoothing=50000 s/rad", "simulation.method=explicit"], "Slow: "),
+        (["drillstring.eccentricity=10 cm"], "Eccentric: the eccentricity (100 mm) exceeds the clearance (76.2 mm)"),
         (
-            ["drillstring.eccentricity=10 cm"],
-            "Eccentric: the eccentricity (100 mm) exceeds the clearance (76.2 mm)",
+            ["drive={kind: pi, stiffness: 900 N m/rad, damping: 1500 N m s/rad, speed_gain: -3000 N m s/rad}"],
+            "Unstable: without any friction at the bit the string and its drive do not come to rest: an eigenvalue is",
         ),
-        (
-            [
-                "drive={kind: pi, stiffness: 900 N m/rad, damping: 1500 N m s/rad, speed_gain: "
-                "-3000 "
-                "N m s/rad}"
-            ],
-            "Unstable: without any friction at the bit the string and its drive do not come to "
-            "rest: an eigenvalue is",
-        ),
-        (
-            ["simulation.observe=20 s"],
-            "Short: at 1 rad/s the observation of 20 s holds only 3.18 revolutions",
-        ),
-        (
-            ["simulation.observe=20 s"],
-            "Short: the torsional period at the greatest depth is 5.95 s",
-        ),
+        (["simulation.observe=20 s"], "Short: at 1 rad/s the observation of 20 s holds only 3.18 revolutions"),
+        (["simulation.observe=20 s"], "Short: the torsional period at the greatest depth is 5.95 s"),
         # 4000 points of 10 000 returns of 8 numbers of 8 bytes each.
-        (
-            ["record.poincare=10000", "sweep.rotary_speed.points=2000"],
-            "Large: the results take up to 2.56 GB",
-        ),
+        (["record.poincare=10000", "sweep.rotary_speed.points=2000"], "Large: the results take up to 2.56 GB"),
     ],
 )
 def test_warnings(call: Call, small: Path, changes: list[str], said: str) -> None:
@@ -149,9 +122,7 @@ def test_warnings(call: Call, small: Path, changes: list[str], said: str) -> Non
     answer = call("check", small, "--set", "simulation.observe=200 s", *sets)
     assert answer.code == 0
     assert f"Warning: {said}" in unwrapped(answer.err)
-    warnings = json.loads(
-        call("check", small, "--set", "simulation.observe=200 s", *sets, "--json").out
-    )["warnings"]
+    warnings = json.loads(call("check", small, "--set", "simulation.observe=200 s", *sets, "--json").out)["warnings"]
     assert any(warning.startswith(said) for warning in warnings)
 
 
@@ -221,11 +192,7 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
         offset = 25.4 * float(below[1])
 
         def reached(offset: float, speed: int = speed) -> bool:
-            sets = [
-                "sweep={}",
-                f"drillstring.eccentricity={offset} mm",
-                f"operation.rotary_speed={speed} rpm",
-            ]
+            sets = ["sweep={}", f"drillstring.eccentricity={offset} mm", f"operation.rotary_speed={speed} rpm"]
             found = [
                 json.loads(
                     call(
@@ -234,11 +201,7 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
                         "--json",
                         "--units",
                         "si",
-                        *(
-                            word
-                            for one in (*sets, f"operation.wob={wob} klbf")
-                            for word in ("--set", one)
-                        ),
+                        *(word for one in (*sets, f"operation.wob={wob} klbf") for word in ("--set", one)),
                     ).out
                 )["figures"]
                 for wob in (5, 25)
@@ -249,10 +212,7 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
         assert reached(1.005 * offset)
         assert not reached(0.995 * offset)
     assert "Wall:" not in call("check", "rotary.yaml", *sweep).err  # 2 mm: 62 rpm
-    assert (
-        "Wall:"
-        not in call("check", "rotary.yaml", *sets, "--set", "drillstring.collar.span=30 ft").err
-    )
+    assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "drillstring.collar.span=30 ft").err
     assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "modes.lateral=frozen").err
     assert "The eccentricity is 0.5 in" in said
     # Of one system of units each, without and with it: 60 rpm, 140 rpm, 0.5 in.
@@ -282,24 +242,14 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
             *(word for one in more for word in ("--set", one)),
         )
         return re.search(
-            r"Start: .* begins at 80 rpm.* reaches the wall \(([\d.]+) rpm to ([\d.]+) rpm\)",
-            unwrapped(said.err),
+            r"Start: .* begins at 80 rpm.* reaches the wall \(([\d.]+) rpm to ([\d.]+) rpm\)", unwrapped(said.err)
         )
 
     found = told()
     assert found is not None
     for wob, said in zip((25, 5), found.groups(), strict=True):
-        at = [
-            "--set",
-            "sweep={}",
-            "--set",
-            f"operation.wob={wob} klbf",
-            "--set",
-            "operation.rotary_speed=80 rpm",
-        ]
-        figures = json.loads(
-            call("check", "rotary.yaml", *sets, *at, "--json", "--units", "si").out
-        )["figures"]
+        at = ["--set", "sweep={}", "--set", f"operation.wob={wob} klbf", "--set", "operation.rotary_speed=80 rpm"]
+        figures = json.loads(call("check", "rotary.yaml", *sets, *at, "--json", "--units", "si").out)["figures"]
         assert figures["wall_speed"]["value"] * 30 / math.pi == pytest.approx(float(said), rel=1e-3)
     # every point from its own start
     assert told("sweep.procedure=same", "sweep.along=null") is None
@@ -310,14 +260,12 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
 def test_numbers_on_which_the_answer_hangs_are_named(call: Call) -> None:
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
     said = unwrapped(call("check", "rotary.yaml", "--units", "field").err)
-    moved = re.search(
-        r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", said
-    )
+    moved = re.search(r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", said)
     assert moved is not None
     figures = {
-        value: json.loads(call("check", "rotary.yaml", *sets, "--json", "--units", "si").out)[
-            "figures"
-        ]["wall_speed"]["value"]
+        value: json.loads(call("check", "rotary.yaml", *sets, "--json", "--units", "si").out)["figures"]["wall_speed"][
+            "value"
+        ]
         for value in ("2 mm", "1 mm")
         for sets in [
             [

@@ -44,9 +44,9 @@ def test_the_help_has_groups_and_says_what_q_is(call: Call) -> None:
 def test_the_former_name_of_branches_still_works(call: Call) -> None:
     now, former = call("branches", "--help"), call("continue", "--help")
     assert now.code == former.code == 0
-    assert now.out.replace("nsdrill branches", "") == former.out.replace(
-        "nsdrill continue", ""
-    ).replace("nsdrill branches", "")
+    assert now.out.replace("nsdrill branches", "") == former.out.replace("nsdrill continue", "").replace(
+        "nsdrill branches", ""
+    )
     assert call("contine").err.startswith("Usage")
 
 
@@ -96,9 +96,7 @@ def test_the_short_study_has_the_defaults_of_its_model(model: str, units: str) -
         for part in name.split("."):
             here, default = here[part], default[part]  # type: ignore[index]
         assert here == (
-            default
-            if isinstance(default, str | None | tuple | list)
-            else pytest.approx(default, rel=1e-3)
+            default if isinstance(default, str | None | tuple | list) else pytest.approx(default, rel=1e-3)
         ), key
 
 
@@ -152,11 +150,7 @@ def complete(*words: str) -> list[str]:
         "_NSDRILL_COMPLETE": "bash_complete",
     }
     done = subprocess.run(
-        [sys.executable, "-m", "nsdrill"],
-        capture_output=True,
-        text=True,
-        env=environment,
-        check=True,
+        [sys.executable, "-m", "nsdrill"], capture_output=True, text=True, env=environment, check=True
     )
     return [line.partition(",")[2] for line in done.stdout.splitlines()]
 

@@ -48,33 +48,16 @@ def test_the_file_is_read_by_xarray(made: Path) -> None:
         assert data.attrs["nsdrill_kind"] == "branches"
         assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
         assert int(data["row_size"].sum()) == data.sizes["point"]
-        for name in (
-            "rotary_speed",
-            "wob",
-            "depth",
-            "period",
-            "unstable",
-            "label",
-            "arclength",
-            "residual",
-        ):
+        for name in ("rotary_speed", "wob", "depth", "period", "unstable", "label", "arclength", "residual"):
             assert data[name].dims == ("point",)
         assert data["state"].shape == (data.sizes["point"], 2)
         assert list(data["state_name"].values) == ["twist", "bit_speed"]
-        words = dict(
-            zip(
-                data["label"].attrs["flag_values"],
-                data["label"].attrs["flag_meanings"].split(),
-                strict=True,
-            )
-        )
+        words = dict(zip(data["label"].attrs["flag_values"], data["label"].attrs["flag_meanings"].split(), strict=True))
         assert {words[code] for code in data["label"].values} >= {"hopf", "fold", "end"}
         assert float(data["residual"].max()) < 1e-6
         # Along a branch of steady drilling the bit turns at the set speed.
         steady = data["branch_of_point"].values == 0
-        assert data["bit_speed_max"].values[steady] == pytest.approx(
-            data["rotary_speed"].values[steady], rel=1e-6
-        )
+        assert data["bit_speed_max"].values[steady] == pytest.approx(data["rotary_speed"].values[steady], rel=1e-6)
 
 
 def test_show_says_what_special_points_mean(made: Path, call: Call) -> None:
@@ -184,16 +167,7 @@ def test_plot_export_and_orbit(made: Path, call: Call) -> None:
     assert rows[fold + 1].startswith(f"{fold},")
     assert ",fold," in rows[fold + 1]
     assert call("export", made / "b.h5", "-o", "b.nc").code == 0
-    answer = call(
-        "simulate",
-        made / "study.yaml",
-        "--orbit",
-        made / "b.h5",
-        "--point",
-        points - 1,
-        "-o",
-        "o.h5",
-    )
+    answer = call("simulate", made / "study.yaml", "--orbit", made / "b.h5", "--point", points - 1, "-o", "o.h5")
     assert answer.code == 0
     trace = nsdrill.open_results("o.h5")
     assert float(trace["time"][-1]) == pytest.approx(float(last["period"]), rel=1e-2)
@@ -208,20 +182,11 @@ def test_an_orbit_is_of_the_string_of_its_branches(made: Path, call: Call) -> No
     the study's."""
     study = made / "study.yaml"
     words = ("simulate", study, "--orbit", made / "b.h5", "--point", 3)
-    assert (
-        call(*words, "-o", "a.h5").code
-        == call(*words, "--set", "operation.wob=30 kN", "-o", "b.h5").code
-        == 0
-    )
-    np.testing.assert_array_equal(
-        nsdrill.open_results("a.h5")["twist"], nsdrill.open_results("b.h5")["twist"]
-    )
+    assert call(*words, "-o", "a.h5").code == call(*words, "--set", "operation.wob=30 kN", "-o", "b.h5").code == 0
+    np.testing.assert_array_equal(nsdrill.open_results("a.h5")["twist"], nsdrill.open_results("b.h5")["twist"])
     other = call(*words, "--set", "bit.friction.static=0.6", "-o", "c.h5")
     assert other.code == 2
-    assert (
-        "made from another string than that of the study (bit.friction.static: 0.5 there, 0.6 here)"
-        in other.err
-    )
+    assert "made from another string than that of the study (bit.friction.static: 0.5 there, 0.6 here)" in other.err
     assert "nsdrill show --study prints it" in other.err
     assert not Path("c.h5").exists()
 
@@ -231,12 +196,8 @@ def test_a_table_in_field_units_has_those_of_each_column(made: Path, call: Call)
     with open("b.csv", newline="") as file:
         row = next(csv.DictReader(file))
     with xarray.open_dataset(made / "b.h5", engine="h5netcdf") as data:
-        assert float(row["depth [ft]"]) == pytest.approx(
-            float(data["depth"][0]) / 0.3048, rel=1e-12
-        )
-        assert float(row["rotary_speed [rpm]"]) == pytest.approx(
-            float(data["rotary_speed"][0]) * 30 / np.pi, rel=1e-12
-        )
+        assert float(row["depth [ft]"]) == pytest.approx(float(data["depth"][0]) / 0.3048, rel=1e-12)
+        assert float(row["rotary_speed [rpm]"]) == pytest.approx(float(data["rotary_speed"][0]) * 30 / np.pi, rel=1e-12)
 
 
 def test_a_picture_is_limited_along_the_number_that_is_continued(made: Path) -> None:
@@ -247,29 +208,16 @@ def test_a_picture_is_limited_along_the_number_that_is_continued(made: Path) -> 
 def test_nothing_is_left_of_a_finished_file(made: Path, call: Call) -> None:
     before = (made / "b.h5").read_bytes()
     assert call("continue", made / "study.yaml", "-o", made / "b.h5", "--resume").code == 0
-    other = call(
-        "continue",
-        made / "study.yaml",
-        "-o",
-        made / "b.h5",
-        "--resume",
-        "--set",
-        "continue.points=200",
-    )
+    other = call("continue", made / "study.yaml", "-o", made / "b.h5", "--resume", "--set", "continue.points=200")
     assert other.code == 2
-    assert (
-        "finished, and made from another study (continue.points: 300 there, 200 here)" in other.err
-    )
+    assert "finished, and made from another study (continue.points: 300 there, 200 here)" in other.err
     assert (made / "b.h5").read_bytes() == before
 
 
 def test_what_leaves_its_motion_has_no_features() -> None:
     from nsdrill.app.continuing import stays_on_motion
 
-    growth, circles = (
-        np.array([1.24, 1.24, 2e6, 1.0001, 1e5]),
-        np.array([True, False, False, True, False]),
-    )
+    growth, circles = (np.array([1.24, 1.24, 2e6, 1.0001, 1e5]), np.array([True, False, False, True, False]))
     assert stays_on_motion(growth, circles).tolist() == [False, True, False, True, True]
 
 
@@ -304,13 +252,7 @@ def test_curves_over_a_map_are_asked_for_by_name(made: Path, call: Call) -> None
 )
 def test_what_cannot_be_continued_is_said(settings: list[str], words: str, call: Call) -> None:
     Path("study.yaml").write_text(STUDY)
-    answer = call(
-        "continue",
-        "study.yaml",
-        "-o",
-        "b.h5",
-        *(part for text in settings for part in ("--set", text)),
-    )
+    answer = call("continue", "study.yaml", "-o", "b.h5", *(part for text in settings for part in ("--set", text)))
     assert answer.code == 2
     assert words in " ".join(answer.err.split())
     assert [path.name for path in Path().iterdir()] == ["study.yaml"]
@@ -325,27 +267,20 @@ def test_a_study_without_the_section(call: Call) -> None:
 
 def test_other_symmetry_at_the_ends(call: Call) -> None:
     Path("study.yaml").write_text(
-        "continue: {along: well.inclination, from: 0 deg, to: 5 deg, seeds: {well.inclination: [2 "
-        "deg]}}\n"
+        "continue: {along: well.inclination, from: 0 deg, to: 5 deg, seeds: {well.inclination: [2 deg]}}\n"
     )
     answer = call("continue", "study.yaml", "-o", "b.h5")
     assert answer.code == 2
     assert "different symmetries" in answer.err
-    Path("study.yaml").write_text(
-        "model: segments\ncontinue: {along: wob, from: 50 kN, to: 100 kN}\n"
-    )
+    Path("study.yaml").write_text("model: segments\ncontinue: {along: wob, from: 50 kN, to: 100 kN}\n")
     answer = call("continue", "study.yaml", "-o", "b.h5")
     assert answer.code == 2
     assert "segments" in answer.err
-    Path("study.yaml").write_text(
-        "continue: {along: wob, from: 10 kN, to: 30 kN, motions: [stick_slip]}\n"
-    )
+    Path("study.yaml").write_text("continue: {along: wob, from: 10 kN, to: 30 kN, motions: [stick_slip]}\n")
     answer = call("continue", "study.yaml", "-o", "b.h5")
     assert answer.code == 2
     assert "Over lobes it is a torus" in " ".join(answer.err.split())
-    Path("study.yaml").write_text(
-        "drive: {kind: dc_motor}\ncontinue: {along: wob, from: 10 kN, to: 30 kN}\n"
-    )
+    Path("study.yaml").write_text("drive: {kind: dc_motor}\ncontinue: {along: wob, from: 10 kN, to: 30 kN}\n")
     answer = call("continue", "study.yaml", "-o", "b.h5")
     assert answer.code == 2
     assert "found dc_motor" in answer.err
@@ -379,12 +314,7 @@ def test_existing_files_and_wrong_seeds(made: Path, call: Call) -> None:
     [
         {},
         {"initial.bit_speed": ["0 rad/s", "9 rad/s"]},  # both are starts of the same string
-        {
-            "bit.friction.static": [
-                0.3,
-                nsdrill.load_study(STUDY).resolved["bit"]["friction"]["static"],
-            ]
-        },
+        {"bit.friction.static": [0.3, nsdrill.load_study(STUDY).resolved["bit"]["friction"]["static"]]},
     ],
     ids=lambda axis: next(iter(axis), "speed alone"),
 )
@@ -402,9 +332,7 @@ def test_seeds_of_a_sweep(call: Call, axis: dict[str, list[object]]) -> None:
             settled = settled.isel(bit_friction_static=-1)
         seeds = int((settled == 1).sum())
     Path("study.yaml").write_text(STUDY)
-    answer = call(
-        "continue", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", "continue.points=700"
-    )
+    answer = call("continue", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", "continue.points=700")
     assert answer.code == 0
     data = nsdrill.open_results("b.h5")
     assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
@@ -419,24 +347,13 @@ def test_seeds_of_a_sweep_of_a_choice(call: Call) -> None:
     )
     sweep = "sweep: {rotary_speed: [5 rad/s], drive.kind: [ideal, stiff]}\n"
     Path("sweep.yaml").write_text(study + sweep)
-    Path("study.yaml").write_text(
-        f"{study}continue: {{along: rotary_speed, from: 3 rad/s, to: 8 rad/s, points: 20}}\n"
-    )
+    Path("study.yaml").write_text(f"{study}continue: {{along: rotary_speed, from: 3 rad/s, to: 8 rad/s, points: 20}}\n")
     nsdrill.run("sweep.yaml", "out.h5", progress=False)
     for kind, said in (
         ("ideal", "found no settled point"),
         ("pi", "found drive_kind from ideal to stiff, of which none is pi"),
     ):
-        answer = call(
-            "continue",
-            "study.yaml",
-            "-o",
-            "b.h5",
-            "--seeds",
-            "out.h5",
-            "--set",
-            f"drive.kind={kind}",
-        )
+        answer = call("continue", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", f"drive.kind={kind}")
         assert answer.code == 2
         assert said in answer.err
 
@@ -469,23 +386,11 @@ def test_killed_and_resumed(made: Path, tmp_path: Path) -> None:
         assert part.exists()
         assert finish(start("continue", "study.yaml", "-o", "b.h5", cwd=tmp_path)).code == 2
         other = finish(
-            start(
-                "continue",
-                "study.yaml",
-                "-o",
-                "b.h5",
-                "--resume",
-                "--set",
-                "operation.wob=30kN",
-                cwd=tmp_path,
-            )
+            start("continue", "study.yaml", "-o", "b.h5", "--resume", "--set", "operation.wob=30kN", cwd=tmp_path)
         )
         assert other.code == 2
         assert "another study" in other.err
-        assert (
-            finish(start("continue", "study.yaml", "-o", "b.h5", "--resume", cwd=tmp_path)).code
-            == 0
-        )
+        assert finish(start("continue", "study.yaml", "-o", "b.h5", "--resume", cwd=tmp_path)).code == 0
     assert not part.exists()
     one, two = nsdrill.open_results(made / "b.h5"), nsdrill.open_results(tmp_path / "b.h5")
     for name in ("rotary_speed", "state", "multiplier_real", "period", "label", "bit_speed_max"):

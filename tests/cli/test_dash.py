@@ -16,9 +16,7 @@ from .helpers import SCRIPT, Answer, Call
 
 
 def piped(text: str, *words: object, cwd: Path) -> Answer:
-    done = subprocess.run(
-        [SCRIPT, *map(str, words)], cwd=cwd, input=text, capture_output=True, text=True, timeout=120
-    )
+    done = subprocess.run([SCRIPT, *map(str, words)], cwd=cwd, input=text, capture_output=True, text=True, timeout=120)
     assert "Traceback" not in done.stderr
     return Answer(done.returncode, done.stdout, done.stderr)
 
@@ -34,9 +32,7 @@ def test_a_study_on_standard_input(shared: Path, tmp_path: Path) -> None:
     assert checked.code == 0
     assert checked.out.startswith("standard input: valid. Small\n16 points: ")
     assert piped(text, "run", "-", "-o", "out.h5", "--quiet", cwd=tmp_path).code == 0
-    assert (
-        "the same to the bit" in piped("", "diff", "out.h5", shared / "small.h5", cwd=tmp_path).out
-    )
+    assert "the same to the bit" in piped("", "diff", "out.h5", shared / "small.h5", cwd=tmp_path).out
     assert piped(text, "simulate", "-", "-o", "t.h5", "--duration", "1 s", cwd=tmp_path).code == 0
 
 

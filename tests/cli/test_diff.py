@@ -41,9 +41,7 @@ def test_two_studies(call: Call, shared: Path) -> None:
     found = nsdrill.diff(*files)
     assert found == json.loads(call("diff", *files, "--json").out)
     assert found["study"] == [{"key": "simulation.max_steps", "a": "50000000", "b": "1000"}]
-    failed = sum(
-        one["points"] for one in found["responses"]["changes"] if one["to"] == "step_limit"
-    )
+    failed = sum(one["points"] for one in found["responses"]["changes"] if one["to"] == "step_limit")
     status = next(row for row in found["variables"] if row["name"] == "status")
     assert status["points"] == failed > 0
     radius = next(row for row in found["variables"] if row["name"] == "radius_max")
@@ -90,17 +88,10 @@ def test_two_weights_are_compared_and_samples_by_their_values(call: Call) -> Non
         "sweep": {"rotary_speed": ["3 rad/s", "6 rad/s"]},
         "uncertain": {"bit.friction.static": {"uniform": [0.2, 0.6]}, "samples": 2},
     }
-    for name, change in (
-        ("a", {}),
-        ("b", {"operation.wob": "60 kN"}),
-        ("c", {"uncertain.seed": 2}),
-    ):
+    for name, change in (("a", {}), ("b", {"operation.wob": "60 kN"}), ("c", {"uncertain.seed": 2})):
         nsdrill.run(study, f"{name}.h5", set=change, progress=False).close()
     answer = call("diff", "a.h5", "b.h5", "--units", "field")
-    assert (
-        "wob: 4.99975 klbf in a, 13.4885 klbf in b; their points are compared all the same."
-        in answer.out
-    )
+    assert "wob: 4.99975 klbf in a, 13.4885 klbf in b; their points are compared all the same." in answer.out
     assert "Compared: all 4 points." in answer.out
     assert "28.6479 rpm, sample 0" in call("diff", "a.h5", "b.h5", "--units", "field", "--bits").out
     answer = call("diff", "a.h5", "c.h5")
@@ -111,9 +102,7 @@ def test_two_weights_are_compared_and_samples_by_their_values(call: Call) -> Non
     for one in found["outcomes"]:
         for side, name in (("a", "a.h5"), ("b", "c.h5")):
             with nsdrill.open_results(name) as data:
-                mean = (
-                    nsdrill.probability(data)["probability"].sel(outcome=one["name"]).mean().item()
-                )
+                mean = nsdrill.probability(data)["probability"].sel(outcome=one["name"]).mean().item()
             assert one[side] == pytest.approx(mean)
     assert "Probabilities at 2 operating points, means and largest change:" in answer.out
 
@@ -122,9 +111,7 @@ def test_labels_of_another_threshold(call: Call, shared: Path) -> None:
     shutil.copy(shared / "small.h5", "labels.h5")
     reclassify("labels.h5", ["classify.whirl.wall_contact_fraction=0.9"])
     found = nsdrill.diff(shared / "small.h5", "labels.h5")
-    assert found["study"] == [
-        {"key": "classify.whirl.wall_contact_fraction", "a": "0.01", "b": "0.9"}
-    ]
+    assert found["study"] == [{"key": "classify.whirl.wall_contact_fraction", "a": "0.01", "b": "0.9"}]
     assert {row["name"] for row in found["variables"] if not row["same"]} <= {
         "response",
         "whirl_kind",
@@ -149,10 +136,7 @@ def test_traces(call: Call, shared: Path) -> None:
     )
     write_trace("one.h5", one)
     write_trace("other.h5", other)
-    assert (
-        "The files are the same to the bit: 101 samples, 21 variables."
-        in call("diff", "one.h5", "one.h5").out
-    )
+    assert "The files are the same to the bit: 101 samples, 21 variables." in call("diff", "one.h5", "one.h5").out
     answer = call("diff", "one.h5", "other.h5", "--exit-code")
     assert answer.code == 1
     assert "  rotary_speed  3.0 rad/s  4.0 rad/s" in answer.out
@@ -161,9 +145,7 @@ def test_traces(call: Call, shared: Path) -> None:
     other.variables["wall_friction"] = -other["wall_friction"]
     assert not other["wall_friction"].any(), "the collar is off the wall"
     write_trace("signs.h5", other)
-    assert re.search(
-        r"wall_friction +101 +the sign of zero alone", call("diff", "one.h5", "signs.h5").out
-    )
+    assert re.search(r"wall_friction +101 +the sign of zero alone", call("diff", "one.h5", "signs.h5").out)
     answer = call("diff", shared / "small.h5", "one.h5", "--exit-code")
     assert answer.code == 1
     assert "One is a sweep, the other a trace" in answer.out

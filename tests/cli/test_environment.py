@@ -12,17 +12,9 @@ READ = re.compile(r"(?:environ(?:\.\w+\()?\[?|getenv\(|envvar=|_VARIABLE = )\s*[
 
 
 def test_every_variable_that_is_read_is_documented() -> None:
-    sources = [
-        path.read_text(encoding="utf-8") for path in Path(nsdrill.__file__).parent.rglob("*.py")
-    ]
+    sources = [path.read_text(encoding="utf-8") for path in Path(nsdrill.__file__).parent.rglob("*.py")]
     found = {name for text in sources for name in READ.findall(text)}
-    assert {
-        "NSDRILL_UNITS",
-        "NSDRILL_LANES",
-        "NSDRILL_DEBUG",
-        "NUMBA_CACHE_DIR",
-        "XDG_CACHE_HOME",
-    } <= found
+    assert {"NSDRILL_UNITS", "NSDRILL_LANES", "NSDRILL_DEBUG", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME"} <= found
     page = (DOCS / "commands.md").read_text(encoding="utf-8")
     section = page.partition("\n## Environment\n")[2].partition("\n## ")[0]
     for name in sorted(found):

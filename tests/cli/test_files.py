@@ -23,14 +23,7 @@ from nsdrill.store import log_from_results, read_results, read_trace
 
 from .helpers import Call
 
-LABELS = (
-    "response",
-    "whirl_kind",
-    "stick_slip_severity",
-    "bounce_severity",
-    "whirl_severity",
-    "settled",
-)
+LABELS = ("response", "whirl_kind", "stick_slip_severity", "bounce_severity", "whirl_severity", "settled")
 
 
 @pytest.fixture
@@ -89,35 +82,19 @@ def test_show_lists_failed_points(call: Call, shared: Path) -> None:
 def test_show_trace(call: Call, shared: Path) -> None:
     assert call("simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s").code == 0
     out = call("show", "trace.h5").out
-    for text in (
-        "trace of one run. Small",
-        "22.24 kN (5 klbf)",
-        "101 over 1 s",
-        "ended ok",
-        "bit_torque",
-        "N m",
-    ):
+    for text in ("trace of one run. Small", "22.24 kN (5 klbf)", "101 over 1 s", "ended ok", "bit_torque", "N m"):
         assert text in out
     summary = json.loads(call("show", "trace.h5", "--json").out)
     assert summary["samples"] == 101
     assert summary["ranges"]["bit_speed"]["units"] == "rad s-1"
 
 
-@pytest.mark.parametrize(
-    "command", [["show"], ["plot", "-o", "x.png"], ["export", "-o", "x.csv"], ["classify"]]
-)
+@pytest.mark.parametrize("command", [["show"], ["plot", "-o", "x.png"], ["export", "-o", "x.csv"], ["classify"]])
 @pytest.mark.parametrize(
     ("name", "said"),
-    [
-        ("missing.h5", "there is no such file"),
-        ("text.h5", "not an HDF5 file"),
-        (".", "no file"),
-        ("cut.h5", "damaged"),
-    ],
+    [("missing.h5", "there is no such file"), ("text.h5", "not an HDF5 file"), (".", "no file"), ("cut.h5", "damaged")],
 )
-def test_files_that_cannot_be_read(
-    call: Call, shared: Path, command: list[str], name: str, said: str
-) -> None:
+def test_files_that_cannot_be_read(call: Call, shared: Path, command: list[str], name: str, said: str) -> None:
     Path("text.h5").write_text("no HDF5")
     Path("cut.h5").write_bytes((shared / "small.h5").read_bytes()[:30_000])
     answer = call(command[0], name, *command[1:])
@@ -158,34 +135,18 @@ def test_plot_lists_its_kinds_and_draws_them(call: Call, shared: Path) -> None:
     cut = call("plot", shared / "map.h5", "--kind", "list", "--wob", "40kN")
     assert cut.out.split()[0] == "bifurcation"
     for name in names[:3]:
-        assert (
-            call(
-                "plot", shared / "map.h5", "--kind", name, "--units", "field", "-o", f"{name}.svg"
-            ).code
-            == 0
-        )
+        assert call("plot", shared / "map.h5", "--kind", name, "--units", "field", "-o", f"{name}.svg").code == 0
 
 
 def test_plot_cut_of_a_map(call: Call, shared: Path) -> None:
-    assert (
-        call(
-            "plot", shared / "map.h5", "--wob", "40 kN", "--kind", "bifurcation", "-o", "cut.svg"
-        ).code
-        == 0
-    )
-    near = call(
-        "plot", shared / "map.h5", "--wob", "41 kN", "--kind", "bifurcation", "-o", "near.svg"
-    )
+    assert call("plot", shared / "map.h5", "--wob", "40 kN", "--kind", "bifurcation", "-o", "cut.svg").code == 0
+    near = call("plot", shared / "map.h5", "--wob", "41 kN", "--kind", "bifurcation", "-o", "near.svg")
     assert near.code == 0
     assert "At 40 kN, the nearest of the sweep." in near.err
-    assert Path("near.svg").stat().st_size == Path("cut.svg").stat().st_size, (
-        "the nearest value is drawn"
-    )
+    assert Path("near.svg").stat().st_size == Path("cut.svg").stat().st_size, "the nearest value is drawn"
     missed = call("plot", shared / "map.h5", "--wob", "200 kN", "-o", "missed.svg")
     assert missed.code == 2
-    assert (
-        "allowed: 20 kN to 100 kN, as the sweep, of which the nearest value is drawn" in missed.err
-    )
+    assert "allowed: 20 kN to 100 kN, as the sweep, of which the nearest value is drawn" in missed.err
     assert not Path("missed.svg").exists()
 
 
@@ -246,16 +207,7 @@ def test_simulate(call: Call, small: Path) -> None:
 
 
 def test_simulate_that_ends_early(call: Call, small: Path) -> None:
-    answer = call(
-        "simulate",
-        small,
-        "-o",
-        "trace.h5",
-        "--duration",
-        "100 s",
-        "--set",
-        "simulation.max_steps=1000",
-    )
+    answer = call("simulate", small, "-o", "trace.h5", "--duration", "100 s", "--set", "simulation.max_steps=1000")
     assert answer.code == 3
     assert "step_limit" in answer.err
     assert "simulation.max_steps" in answer.err
@@ -290,16 +242,7 @@ def test_simulate_refusals(call: Call, small: Path, words: list[str], said: str)
 @pytest.mark.parametrize("procedure", ["up", "down"])
 @pytest.mark.parametrize("speed", ["1 rad/s", "5 rad/s", "76.394 rpm"])
 def test_replay_bit_for_bit(call: Call, shared: Path, procedure: str, speed: str) -> None:
-    answer = call(
-        "replay",
-        shared / "small.h5",
-        "--rotary-speed",
-        speed,
-        "--procedure",
-        procedure,
-        "-o",
-        "trace.h5",
-    )
+    answer = call("replay", shared / "small.h5", "--rotary-speed", speed, "--procedure", procedure, "-o", "trace.h5")
     assert answer.code == 0
     assert "bit for bit" in answer.err
     trace, results = read_trace("trace.h5"), read_results(shared / "small.h5")
@@ -314,9 +257,7 @@ def test_replay_bit_for_bit(call: Call, shared: Path, procedure: str, speed: str
     assert trace["radius"][window].max() <= results["radius_max"][p, 0, 0, s] * (1 + 1e-9)
 
 
-def test_replay_with_other_bits_says_why(
-    call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_replay_with_other_bits_says_why(call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A stored end that is not that of the run, in a file made with another Python."""
     from nsdrill.app.trajectory import read_point, read_results
 
@@ -361,10 +302,7 @@ def test_replay_of_a_failed_point(call: Call, shared: Path) -> None:
         (["--rotary-speed", "3 rad/s"], "went up and down. Say which one with --procedure"),
         (["--rotary-speed", "3 rad/s", "--procedure", "same"], "found same, allowed: up, down"),
         (["--rotary-speed", "9 rad/s", "--procedure", "up"], "allowed: from 1 rad/s to 8 rad/s"),
-        (
-            ["--rotary-speed", "3 rad/s", "--procedure", "up", "--depth", "3000 m"],
-            "2000 m, the only value",
-        ),
+        (["--rotary-speed", "3 rad/s", "--procedure", "up", "--depth", "3000 m"], "2000 m, the only value"),
         (["--rotary-speed", "3 m", "--procedure", "up"], "--rotary-speed: found '3 m'"),
     ],
 )
@@ -376,16 +314,7 @@ def test_replay_refusals(call: Call, shared: Path, words: list[str], said: str) 
 
 
 def test_replay_takes_the_nearest_and_says_so(call: Call, shared: Path) -> None:
-    answer = call(
-        "replay",
-        shared / "small.h5",
-        "-o",
-        "t.h5",
-        "--rotary-speed",
-        "3.2 rad/s",
-        "--procedure",
-        "up",
-    )
+    answer = call("replay", shared / "small.h5", "-o", "t.h5", "--rotary-speed", "3.2 rad/s", "--procedure", "up")
     assert answer.code == 0
     assert "3 rad/s, up, the nearest of the sweep" in answer.err
 
@@ -406,15 +335,11 @@ def test_export_csv(call: Call, shared: Path) -> None:
     with open("out.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 16
-    for row, status, least in zip(
-        rows, results["status"].ravel(), results["bit_speed_min"].ravel(), strict=True
-    ):
+    for row, status, least in zip(rows, results["status"].ravel(), results["bit_speed_min"].ravel(), strict=True):
         assert row["status"] == str(status)
         assert row["status_words"] == {1: "ok", 3: "step_limit"}[int(status)]
         for label in ("response", "whirl_kind", "settled"):
-            assert (row[f"{label}_words"] == "unknown") == (status != 1), (
-                "a failed run has no label"
-            )
+            assert (row[f"{label}_words"] == "unknown") == (status != 1), "a failed run has no label"
         assert np.array_equal(float(row["bit_speed_min [rad s-1]"]), least, equal_nan=True)
     assert "axial_peaks_3 [m]" in rows[0]
     assert "final_state_twist [rad]" in rows[0]
@@ -526,10 +451,7 @@ def test_a_trace_is_exported_in_either_system(call: Call, tmp_path: Path) -> Non
     call("new", "-o", study)
     call("simulate", study, "--duration", "2s", "--sample", "0.5s", "-o", trace)
     rows = [row.split(",") for row in call("export", trace, "-o", "-").out.splitlines()]
-    field = [
-        row.split(",")
-        for row in call("export", trace, "-o", "-", "--units", "field").out.splitlines()
-    ]
+    field = [row.split(",") for row in call("export", trace, "-o", "-", "--units", "field").out.splitlines()]
     kept = nsdrill.open_results(trace)
     place = [head.partition(" ")[0] for head in rows[0]].index("bit_force")
     assert [float(row[place]) for row in rows[1:]] == kept["bit_force"].values.tolist()

@@ -50,8 +50,7 @@ def write_data(values, error=0.03):
     noise = np.random.default_rng(5).standard_normal(values.shape)
     values = values * (1 + error * noise)
     lines = [
-        "rotary_speed [rpm], wob [klbf], stick_slip_index [%], surface_torque_max [kft.lbf], "
-        "surface_torque_min [N m]"
+        "rotary_speed [rpm], wob [klbf], stick_slip_index [%], surface_torque_max [kft.lbf], surface_torque_min [N m]"
     ]
     for (speed, wob), (index, most, least) in zip(POINTS, values.T, strict=True):
         row = (speed * 30 / np.pi, wob / 4448.2216152605, index, most / 1355.8179483314, least)
@@ -91,8 +90,7 @@ def test_known_values_come_back(call: Call, truth: np.ndarray):
     assert adjusted.samples == 128
     (static,) = (one for one in note["unknowns"] if one["key"] == "bit.friction.static")
     assert np.quantile(adjusted.drawn["bit.friction.static"], [0.05, 0.95]) == pytest.approx(
-        [static["posterior"][0], static["posterior"][2]],
-        abs=0.3 * (static["posterior"][2] - static["posterior"][0]),
+        [static["posterior"][0], static["posterior"][2]], abs=0.3 * (static["posterior"][2] - static["posterior"][0])
     )
     assert adjusted.axes["rotary_speed"].tolist() == [3.0, 6.0]  # the sweep is left as it is
 
@@ -100,9 +98,7 @@ def test_known_values_come_back(call: Call, truth: np.ndarray):
 def test_what_the_data_cannot_tell_is_said(call: Call, truth: np.ndarray):
     """Smooth drilling at high speed hardly knows the friction of a bit at rest."""
     write_data(truth)
-    Path("field.csv").write_text(
-        "rotary_speed [rpm], wob [klbf], stick_slip_index [%]\n200, 13, 1\n", encoding="utf-8"
-    )
+    Path("field.csv").write_text("rotary_speed [rpm], wob [klbf], stick_slip_index [%]\n200, 13, 1\n", encoding="utf-8")
     answer = call(
         "fit",
         "study.yaml",
@@ -125,9 +121,7 @@ def test_data_that_the_model_cannot_give_are_refused_credit(call: Call, truth: n
     values = truth.copy()
     values[1] *= 5.0  # five times the torque of any friction that is allowed
     write_data(values)
-    answer = call(
-        "fit", "study.yaml", "--data", "field.csv", "--batch", "32", "--rounds", "3", "--quiet"
-    )
+    answer = call("fit", "study.yaml", "--data", "field.csv", "--batch", "32", "--rounds", "3", "--quiet")
     assert answer.code == 0, answer.err
     assert "THE MODEL DOES NOT GIVE THESE DATA" in answer.out
     assert "most in surface_torque_max" in answer.out
@@ -137,21 +131,13 @@ def test_data_that_the_model_cannot_give_are_refused_credit(call: Call, truth: n
     ("change", "said"),
     [
         ("uncertain: {}", "study.yaml: found no unknown; allowed: a section `uncertain`"),
-        (
-            "uncertain: {table: {bit.friction.static: [0.3, 0.4]}}",
-            "study.yaml: found uncertain.table; allowed: distr",
-        ),
-        (
-            "uncertain: {wob: {uniform: [10 kN, 20 kN]}}",
-            "found a column of wob, which is an unknown",
-        ),
+        ("uncertain: {table: {bit.friction.static: [0.3, 0.4]}}", "study.yaml: found uncertain.table; allowed: distr"),
+        ("uncertain: {wob: {uniform: [10 kN, 20 kN]}}", "found a column of wob, which is an unknown"),
     ],
 )
 def test_studies_that_cannot_be_adjusted(call: Call, truth: np.ndarray, change, said):
     write_data(truth)
-    Path("study.yaml").write_text(
-        PRIOR.partition("uncertain:")[0] + change + "\n", encoding="utf-8"
-    )
+    Path("study.yaml").write_text(PRIOR.partition("uncertain:")[0] + change + "\n", encoding="utf-8")
     answer = call("fit", "study.yaml", "--data", "field.csv", "-o", "new.yaml")
     assert answer.code == 2
     assert said in answer.err
@@ -169,67 +155,30 @@ def test_a_point_at_which_the_study_does_not_hold_is_told_with_its_line(call: Ca
 
 def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call: Call):
     Path("study.yaml").write_text(PRIOR, encoding="utf-8")
-    Path("field.csv").write_text(
-        "rotary_speed [rpm],stick_slip_index [%]\n40,1\n3,2\n", encoding="utf-8"
-    )
-    words = (
-        "fit",
-        "study.yaml",
-        "--data",
-        "field.csv",
-        "--batch",
-        "16",
-        "--rounds",
-        "2",
-        "--quiet",
-    )
-    said = (
-        "Warning: field.csv, line 3: rotary_speed is 3 rpm, and the study sweeps 3 rad/s to 6 "
-        "rad/s."
-    )
+    Path("field.csv").write_text("rotary_speed [rpm],stick_slip_index [%]\n40,1\n3,2\n", encoding="utf-8")
+    words = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--quiet")
+    said = "Warning: field.csv, line 3: rotary_speed is 3 rpm, and the study sweeps 3 rad/s to 6 rad/s."
     assert said in call(*words).err
-    Path("field.csv").write_text(
-        "rotary_speed [rpm],stick_slip_index [%]\n40,1\n80,2\n", encoding="utf-8"
-    )
+    Path("field.csv").write_text("rotary_speed [rpm],stick_slip_index [%]\n40,1\n80,2\n", encoding="utf-8")
     assert "Warning" not in call(*words).err
 
 
 def test_the_numbers_for_programs_may_be_in_field_units(call: Call, truth: np.ndarray):
     write_data(truth)
     damping = "uncertain={drillstring.damping: {uniform: [10 N*m*s/rad, 90 N*m*s/rad]}}"
-    words = (
-        "fit",
-        "study.yaml",
-        "--data",
-        "field.csv",
-        "--json",
-        "--quiet",
-        "--batch",
-        "16",
-        "--rounds",
-        "2",
-        "--set",
-    )
-    si, field = (
-        json.loads(call(*words, damping, "--units", units).out) for units in ("si", "field")
-    )
+    words = ("fit", "study.yaml", "--data", "field.csv", "--json", "--quiet", "--batch", "16", "--rounds", "2", "--set")
+    si, field = (json.loads(call(*words, damping, "--units", units).out) for units in ("si", "field"))
     (one,), (two,) = si["unknowns"], field["unknowns"]
     assert (one["units"], two["units"]) == ("N m s/rad", "ft*lbf*s/rad")
     for name in ("prior", "posterior"):
-        np.testing.assert_allclose(
-            np.array(one[name]) / np.array(two[name]), 1.3558179483314, rtol=1e-9
-        )
+        np.testing.assert_allclose(np.array(one[name]) / np.array(two[name]), 1.3558179483314, rtol=1e-9)
     torque = {note["features"][1]["units"]: note["features"][1]["error"] for note in (si, field)}
     assert torque["N m"] / torque["kft*lbf"] == pytest.approx(1355.8179483314)
 
 
 def test_outputs_are_claimed_before_anything_is_run(call: Call, truth: np.ndarray):
     write_data(truth)
-    for option, name in (
-        ("-o", "study.yaml"),
-        ("--picture", "field.csv"),
-        ("--picture", "fit.gif"),
-    ):
+    for option, name in (("-o", "study.yaml"), ("--picture", "field.csv"), ("--picture", "fit.gif")):
         answer = call("fit", "study.yaml", "--data", "field.csv", option, name)
         assert answer.code == 2, answer.err
     Path("there.yaml").write_text("title: mine\n", encoding="utf-8")
@@ -241,9 +190,7 @@ def test_from_python(tmp_path, monkeypatch, truth):
     monkeypatch.chdir(tmp_path)
     write_data(truth)
     errors = dict.fromkeys(NAMES, "3 percent")
-    found = nsdrill.fit(
-        "study.yaml", "field.csv", errors=errors, batch=32, rounds=3, samples=16, progress=False
-    )
+    found = nsdrill.fit("study.yaml", "field.csv", errors=errors, batch=32, rounds=3, samples=16, progress=False)
     assert found.note["kind"] == "fit"
     assert nsdrill.load_study(found.study).samples == 16
     assert len(found.picture("field").axes) == 5
@@ -251,9 +198,7 @@ def test_from_python(tmp_path, monkeypatch, truth):
     with pytest.raises(InputError, match=r"skip_gaps=True passes over rows"):
         nsdrill.fit("study.yaml", "field.csv", progress=False)
     Path("field.csv").write_text("wob [kN],gamma [%]\n10,1\n", encoding="utf-8")
-    with pytest.raises(
-        InputError, match=r"rename=\{'gamma': 'NAME'\} says what it is, ignore=\['gamma'\] passes"
-    ):
+    with pytest.raises(InputError, match=r"rename=\{'gamma': 'NAME'\} says what it is, ignore=\['gamma'\] passes"):
         nsdrill.fit("study.yaml", "field.csv", progress=False)
     for wrong in ({"batch": 3}, {"rounds": 0.5}, {"samples": True}):
         with pytest.raises(InputError, match="allowed: a whole number"):
@@ -273,23 +218,16 @@ def test_its_runs_have_the_bits_of_studies_of_their_own(tmp_path):
     drawn = _unknown_values(keys, z)
     for sample in range(2):
         for point in range(3):
-            sets = {
-                "sweep": {},
-                "uncertain": {},
-                **{key: float(one[sample]) for key, one in drawn.items()},
-            }
+            sets = {"sweep": {}, "uncertain": {}, **{key: float(one[sample]) for key, one in drawn.items()}}
             sets |= {"operation.wob": f"{float(at['wob'][point])} N"}
             sets |= {"operation.rotary_speed": f"{float(at['rotary_speed'][point])} rad/s"}
             own = nsdrill.run(study, set=sets, progress=False)
-            assert [own[name].item() for name in values] == found[
-                sample, [point, 3 + point]
-            ].tolist()
+            assert [own[name].item() for name in values] == found[sample, [point, 3 + point]].tolist()
 
 
 def test_the_weight_on_bit_may_be_an_unknown_under_either_key(call: Call):
     Path("field.csv").write_text(
-        "operation.rotary_speed [rad/s], stick_slip_index [%], surface_torque_max [N m]\n"
-        "4, 150, 2500\n9, 10, 2000\n"
+        "operation.rotary_speed [rad/s], stick_slip_index [%], surface_torque_max [N m]\n4, 150, 2500\n9, 10, 2000\n"
     )
     wanted = "  operation.wob: {uniform: [30 kN, 70 kN]}\n  bit.friction.static"
     Path("study.yaml").write_text(PRIOR.replace("  bit.friction.static", wanted))

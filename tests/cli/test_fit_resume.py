@@ -54,9 +54,7 @@ def fit_until(runs: int, path: str = "adjusted.yaml", **more: object) -> int:
         if progress.done >= runs:
             raise KeyboardInterrupt
 
-    with pytest.raises(
-        KeyboardInterrupt, match=r"runs are safe in adjusted.yaml.part.*resume=True"
-    ):
+    with pytest.raises(KeyboardInterrupt, match=r"runs are safe in adjusted.yaml.part.*resume=True"):
         nsdrill.fit("study.yaml", "rig.csv", path, progress=tell, **{**HOW, **more})
     return made
 
@@ -118,14 +116,7 @@ def test_more_rounds_go_on_from_fewer():
     """A round does not know how many there may be."""
     whole = nsdrill.fit("study.yaml", "rig.csv", progress=False, **{**HOW, "rounds": 5})
     fit_until(3 * (2 * 16 + 20 + 16) + 1, rounds=3)
-    again = nsdrill.fit(
-        "study.yaml",
-        "rig.csv",
-        "adjusted.yaml",
-        resume=True,
-        progress=False,
-        **{**HOW, "rounds": 5},
-    )
+    again = nsdrill.fit("study.yaml", "rig.csv", "adjusted.yaml", resume=True, progress=False, **{**HOW, "rounds": 5})
     assert again.study == whole.study
 
 
@@ -135,24 +126,15 @@ def test_what_is_there_is_not_taken_for_another_fit(call: Call):
     words = ("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--quiet", *OPTIONS)
     answer = call(*words)
     assert answer.code == 2
-    assert (
-        "adjusted.yaml.part: an unfinished fit is there. Go on with it by --resume, or"
-        in answer.err
-    )
-    for other in (
-        ("--set", "uncertain.seed=2"),
-        ("--error", "stick_slip_index=20"),
-        ("--batch", "20"),
-    ):
+    assert "adjusted.yaml.part: an unfinished fit is there. Go on with it by --resume, or" in answer.err
+    for other in (("--set", "uncertain.seed=2"), ("--error", "stick_slip_index=20"), ("--batch", "20")):
         answer = call(*words, "--resume", *other)
         assert answer.code == 2
         assert "made from another study, from other data or with another --batch" in answer.err
     assert call(*words, "--resume", "--overwrite").code == 2
     assert Path("adjusted.yaml.part").read_bytes() == part
     assert not Path("adjusted.yaml").exists()
-    answer = call(
-        "run", "study.yaml", "--set", "sweep={wob: [10 kN]}", "-o", "adjusted.yaml", "--resume"
-    )
+    answer = call("run", "study.yaml", "--set", "sweep={wob: [10 kN]}", "-o", "adjusted.yaml", "--resume")
     assert answer.code == 2
     assert "adjusted.yaml.part" in answer.err
     assert call(*words, "--overwrite").code == 0
@@ -252,10 +234,7 @@ def test_a_signal_ends_the_command_with_130_and_it_goes_on():
     process.send_signal(signal.SIGCONT)
     answer = finish(process)
     assert answer.code == 130, answer.err
-    assert (
-        "runs are safe in adjusted.yaml.part. Go on with the same command and --resume."
-        in answer.err
-    )
+    assert "runs are safe in adjusted.yaml.part. Go on with the same command and --resume." in answer.err
     assert not Path("adjusted.yaml").exists()
     answer = finish(start(*words, "--resume", "--rounds", 2, "--quiet"))
     assert answer.code == 0, answer.err

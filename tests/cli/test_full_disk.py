@@ -35,9 +35,7 @@ def disk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[Path,
     if request.param == "file too large":
         yield folder, limited, request.param
         return
-    made = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=16M", "none", folder], capture_output=True, check=False
-    )
+    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16M", "none", folder], capture_output=True, check=False)
     if made.returncode:
         pytest.skip("a file system cannot be mounted here")
 
@@ -165,9 +163,7 @@ def test_what_is_kept_of_unfinished_work_stays(
         found = call("show", output)
         assert found.code == 2
         assert "which nsdrill show describes" in found.err
-        assert (
-            f"an unfinished {'fit' if kind == 'fit' else 'continuation'}" in call("show", part).out
-        )
+        assert f"an unfinished {'fit' if kind == 'fit' else 'continuation'}" in call("show", part).out
     assert call(*words, "-o", output, "--resume").code == 0
     assert os.listdir(folder) == [output.name]
     if kind == "fit":

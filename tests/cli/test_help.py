@@ -13,17 +13,7 @@ from nsdrill.cli.main import COMMANDS, group
 
 from .helpers import Call
 
-HEAVY = (
-    "numba",
-    "h5py",
-    "matplotlib",
-    "pydantic",
-    "scipy",
-    "xarray",
-    "distributed",
-    "ruamel.yaml",
-    "numpy",
-)
+HEAVY = ("numba", "h5py", "matplotlib", "pydantic", "scipy", "xarray", "distributed", "ruamel.yaml", "numpy")
 
 
 @pytest.mark.parametrize("words", [["--help"], *([name, "--help"] for name in COMMANDS)])
@@ -34,9 +24,7 @@ def test_help_imports_nothing_heavy(words: list[str]) -> None:
         "try: main()\n"
         f"except SystemExit: print('heavy:', [m for m in {HEAVY!r} if m in sys.modules])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, *words], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
     assert done.stdout.rstrip().endswith("heavy: []")
     assert "Usage: nsdrill" in done.stdout
     assert done.stderr == ""
@@ -63,9 +51,7 @@ def test_what_is_not_needed_is_not_imported(shared: Path, tmp_path: Path, words:
         "except SystemExit: print('heavy:', [m for m in ('numba', 'scipy', 'matplotlib') if m in "
         "sys.modules])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, *words], capture_output=True, text=True, check=True, cwd=shared
-    )
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True, cwd=shared)
     assert done.stdout.rstrip().endswith("heavy: []")
 
 
@@ -90,9 +76,7 @@ def test_a_summary_imports_the_model_of_its_file_only(shared: Path) -> None:
         "if m.startswith('nsdrill.models.')} & {'beam', 'segments', 'torsion'}, "
         "'nsdrill.plot' in sys.modules)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=shared
-    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=shared)
     assert done.stdout.rstrip().endswith("set() False")
 
 

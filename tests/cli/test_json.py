@@ -14,18 +14,8 @@ from nsdrill.data import json_text
 
 
 def test_undefined_numbers_are_null() -> None:
-    data = {
-        "a": math.nan,
-        "b": [math.inf, (-math.inf, np.float64("nan"))],
-        "c": np.array([1.0, np.nan]),
-        3: np.int8(2),
-    }
-    assert json.loads(json_text(data)) == {
-        "a": None,
-        "b": [None, [None, None]],
-        "c": [1.0, None],
-        "3": 2,
-    }
+    data = {"a": math.nan, "b": [math.inf, (-math.inf, np.float64("nan"))], "c": np.array([1.0, np.nan]), 3: np.int8(2)}
+    assert json.loads(json_text(data)) == {"a": None, "b": [None, [None, None]], "c": [1.0, None], "3": 2}
 
 
 def test_no_json_is_written_that_may_hold_nan() -> None:
@@ -33,11 +23,8 @@ def test_no_json_is_written_that_may_hold_nan() -> None:
         call
         for path in Path(nsdrill.__file__).parent.rglob("*.py")
         for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(call, ast.Call)
-        and ast.unparse(call.func) in ("json.dumps", "json.dump", "dumps", "dump")
+        if isinstance(call, ast.Call) and ast.unparse(call.func) in ("json.dumps", "json.dump", "dumps", "dump")
     ]
     assert calls
     for call in calls:
-        assert [ast.unparse(word.value) for word in call.keywords if word.arg == "allow_nan"] == [
-            "False"
-        ]
+        assert [ast.unparse(word.value) for word in call.keywords if word.arg == "allow_nan"] == ["False"]

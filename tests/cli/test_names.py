@@ -29,9 +29,7 @@ def test_odd_names(call: Call, small: Path, shared: Path, tmp_path: Path, name: 
     assert call("plot", results, "-o", f"{odd}.png").code == 0
     assert call("export", results, "-o", f"{odd}.csv").code == 0
     assert call("show", f"{odd}.nothing").code == 2
-    again = call(
-        "replay", results, "-o", f"{odd}.again.h5", "--rotary-speed", "3 rad/s", "--procedure", "up"
-    )
+    again = call("replay", results, "-o", f"{odd}.again.h5", "--rotary-speed", "3 rad/s", "--procedure", "up")
     assert (again.code, "bit for bit" in again.err) == (0, True)
     for made, attribute in ((f"{odd}.trace.h5", "study_source"), (f"{odd}.again.h5", "replay_of")):
         with h5py.File(made) as file:
@@ -40,21 +38,12 @@ def test_odd_names(call: Call, small: Path, shared: Path, tmp_path: Path, name: 
     assert told.isascii() or name == NAMES[2]
 
 
-def test_a_run_under_an_odd_name(
-    small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_under_an_odd_name(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a process of its own, whose output knows Latin letters only."""
     monkeypatch.setenv("PYTHONIOENCODING", "latin-1")
     odd = os.fsdecode(bytes(tmp_path) + b"/\xff\n")
     shutil.copyfile(small, f"{odd}.yaml")
-    assert (
-        finish(
-            start(
-                "run", f"{odd}.yaml", "-o", f"{odd}.h5", "--workers", "1", "--set", "title=\u65e5"
-            )
-        ).code
-        == 0
-    )
+    assert finish(start("run", f"{odd}.yaml", "-o", f"{odd}.h5", "--workers", "1", "--set", "title=\u65e5")).code == 0
     shown = finish(start("show", f"{odd}.h5"))
     assert (shown.code, shown.err) == (0, "")
     assert shown.out.splitlines()[0].endswith("\\xff\\n.h5: results of a sweep. \\u65e5")

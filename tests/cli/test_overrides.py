@@ -45,16 +45,7 @@ def test_show(call: Call, shared: Path, old: Path) -> None:
 
 
 def test_traces(call: Call, shared: Path) -> None:
-    words = [
-        "simulate",
-        shared / "small.yaml",
-        "-o",
-        "trace.h5",
-        "--duration",
-        "1s",
-        "--set",
-        "operation.wob=30 kN",
-    ]
+    words = ["simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s", "--set", "operation.wob=30 kN"]
     assert call(*words).code == 0
     assert "  overrides      operation.wob = 30 kN\n" in call("show", "trace.h5").out
     # An operating value that was changed stands in the title among the others, once.

@@ -24,26 +24,14 @@ def size(path: Path) -> tuple[int, int]:
 
 def test_a_picture_is_as_large_as_asked(call: Any, shared: Path, tmp_path: Path) -> None:
     path = tmp_path / "a.png"
-    answer = call(
-        "plot",
-        shared / "small.h5",
-        "-o",
-        path,
-        "--width",
-        "3.3in",
-        "--height",
-        "60mm",
-        "--no-title",
-    )
+    answer = call("plot", shared / "small.h5", "-o", path, "--width", "3.3in", "--height", "60mm", "--no-title")
     assert answer.code == 0, answer.err
     assert size(path) == pytest.approx((3.3 * 300, 60 / 25.4 * 300), abs=1)
 
 
 def test_a_style_file_sets_the_resolution(call: Any, shared: Path, tmp_path: Path) -> None:
     (tmp_path / "a.mplstyle").write_text("savefig.dpi: 100\n")
-    answer = call(
-        "plot", shared / "small.h5", "-o", tmp_path / "a.png", "--style", tmp_path / "a.mplstyle"
-    )
+    answer = call("plot", shared / "small.h5", "-o", tmp_path / "a.png", "--style", tmp_path / "a.mplstyle")
     assert answer.code == 0, answer.err
     assert size(tmp_path / "a.png")[0] == 700
 
@@ -74,9 +62,7 @@ def test_results_are_no_film(call: Any, shared: Path, tmp_path: Path) -> None:
     assert "--animate: found no collar that moves in the hole; allowed: a trace" in answer.err
 
 
-def test_a_film_from_both_sides(
-    call: Any, shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_film_from_both_sides(call: Any, shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The command and the function give the same bytes; without ffmpeg both say that it
     is a GIF."""
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -84,15 +70,7 @@ def test_a_film_from_both_sides(
     nsdrill.save(trace, tmp_path / "trace.h5")
     part = (float(trace.time[0]), float(trace.time[0]) + 0.2)
     answer = call(
-        "plot",
-        tmp_path / "trace.h5",
-        "--animate",
-        "-o",
-        tmp_path / "a.mp4",
-        "--to",
-        f"{part[1]} s",
-        "--width",
-        "2in",
+        "plot", tmp_path / "trace.h5", "--animate", "-o", tmp_path / "a.mp4", "--to", f"{part[1]} s", "--width", "2in"
     )
     assert answer.code == 0, answer.err
     assert "There is no ffmpeg here, which MP4 needs: a GIF is written in place of" in answer.err
@@ -117,34 +95,18 @@ def test_python_takes_the_same_and_tells_in_its_words(shared: Path) -> None:
         nsdrill.plot(shared / "small.h5", title="\U0001fae8")
 
 
-def test_the_list_of_kinds_is_short_and_all_names_are_taken(
-    call: Call, shared: Path, tmp_path: Path
-) -> None:
+def test_the_list_of_kinds_is_short_and_all_names_are_taken(call: Call, shared: Path, tmp_path: Path) -> None:
     """A line for each kind; those that are panels of others stand below."""
     listed = call("plot", shared / "small.h5", "--list")
     kinds = [line.split()[0] for line in listed.out.splitlines() if "--panel:" not in line]
     assert [name for name in kinds if name in all_kinds()] == ["bifurcation", "value", "window"]
     assert "value --panel: summary, stick_slip_index" in listed.out
     for name in ("summary", "radius_max", "lift_off"):
-        assert (
-            call("plot", shared / "small.h5", "--kind", name, "-o", tmp_path / f"{name}.png").code
-            == 0
-        )
+        assert call("plot", shared / "small.h5", "--kind", name, "-o", tmp_path / f"{name}.png").code == 0
     listed = call("plot", shared / "map.h5", "--list")
     assert "map --panel: whirl_kind" in listed.out
-    assert (
-        call("plot", shared / "map.h5", "--kind", "whirl_kind", "-o", tmp_path / "w.png").code == 0
-    )
-    again = call(
-        "plot",
-        shared / "map.h5",
-        "--kind",
-        "map",
-        "--panel",
-        "whirl_kind",
-        "-o",
-        tmp_path / "p.png",
-    )
+    assert call("plot", shared / "map.h5", "--kind", "whirl_kind", "-o", tmp_path / "w.png").code == 0
+    again = call("plot", shared / "map.h5", "--kind", "map", "--panel", "whirl_kind", "-o", tmp_path / "p.png")
     assert again.code == 0
     assert (tmp_path / "p.png").read_bytes() == (tmp_path / "w.png").read_bytes()
 

@@ -31,10 +31,7 @@ def test_check_says_what_moves(call: Call, ramp: Path) -> None:
     assert "Ramp, for nsdrill simulate: speed 3 rad/s at 0 s, 5 rad/s at 2 s" in answer.out
     assert "At the start of the ramp: 2000 m, 22.24 kN (5 klbf), 3 rad/s" in answer.out
     data = json.loads(call("check", ramp, "--json").out)
-    assert data["ramps"]["rotary_speed"] == {
-        "time": [0.0, 2.0, 3.0, 4.0],
-        "value": [3.0, 5.0, 5.0, 4.0],
-    }
+    assert data["ramps"]["rotary_speed"] == {"time": [0.0, 2.0, 3.0, 4.0], "value": [3.0, 5.0, 5.0, 4.0]}
     assert data["points"] == 0
 
 
@@ -54,17 +51,12 @@ def test_simulate_follows_the_ramp_to_its_last_knot(call: Call, ramp: Path) -> N
         assert file.attrs["rotary_speed"] == 3.0
     told = call("show", "t.h5").out
     assert "ramp: 3 rad/s at 0 s, 5 rad/s at 2 s, 5 rad/s at 3 s, 4 rad/s at 4 s" in told
-    assert (
-        json.loads(call("show", "t.h5", "--json").out)["ramps"]["rotary_speed"]["time"][-1] == 4.0
-    )
+    assert json.loads(call("show", "t.h5", "--json").out)["ramps"]["rotary_speed"]["time"][-1] == 4.0
 
 
 def test_options_replace_the_ramp_and_the_duration(call: Call, ramp: Path) -> None:
     assert call("simulate", ramp, "-o", "a.h5", "--duration", "1 s").code == 0
-    assert (
-        call("simulate", ramp, "-o", "b.h5", "--duration", "5 s", "--rotary-speed", "6 rad/s").code
-        == 0
-    )
+    assert call("simulate", ramp, "-o", "b.h5", "--duration", "5 s", "--rotary-speed", "6 rad/s").code == 0
     with h5py.File("a.h5") as short, h5py.File("b.h5") as constant:
         assert short["drive_speed"][-1] == pytest.approx(4.0)
         assert constant["time"][-1] == pytest.approx(5.0)
@@ -125,10 +117,7 @@ def test_pictures_of_a_ramp(call: Call, ramp: Path) -> None:
     for words, says in (
         (("plain.h5", "--kind", "ramp"), "does not fit a trace (it shows a run along a ramp)"),
         (("t.h5", "--kind", "orbit", "--over", "out.h5"), "found with --kind orbit"),
-        (
-            ("out.h5", "--over", "out.h5"),
-            "--over: found with --kind bifurcation; allowed: with --kind branches, ramp",
-        ),
+        (("out.h5", "--over", "out.h5"), "--over: found with --kind bifurcation; allowed: with --kind branches, ramp"),
         (("t.h5", "--kind", "ramp", "--over", "plain.h5"), "this is a trace"),
         (("t.h5", "--kind", "ramp", "--over", "none.h5"), "no such file"),
     ):

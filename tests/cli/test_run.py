@@ -34,10 +34,7 @@ LONG_CHAIN = (
 
 def same_numbers(a: Path, b: Path) -> bool:
     first, second = read_results(a), read_results(b)
-    return all(
-        first[name].tobytes() == second[name].tobytes()
-        for name in (*first.variables, *first.coords)
-    )
+    return all(first[name].tobytes() == second[name].tobytes() for name in (*first.variables, *first.coords))
 
 
 def test_run_says_what_it_did_on_stderr(call: Call, small: Path) -> None:
@@ -86,10 +83,7 @@ def test_failed_points_are_exit_code_3_and_listed(call: Call, small: Path) -> No
     failed = np.count_nonzero(read_results("out.h5")["status"] == 3)
     assert failed > 0
     assert f"{failed} points failed and are marked" in answer.err
-    assert (
-        call("run", small, "-o", "out.h5", "--resume", "--set", "simulation.max_steps=1000").code
-        == 3
-    )
+    assert call("run", small, "-o", "out.h5", "--resume", "--set", "simulation.max_steps=1000").code == 3
     assert f"Failed points ({failed})" in call("show", "out.h5").out
 
 
@@ -102,19 +96,10 @@ def test_failed_points_are_exit_code_3_and_listed(call: Call, small: Path) -> No
         (["small.yaml", "-o", "small.yaml", "--overwrite"], "this is the input"),
         (["small.yaml", "-o", "./small.yaml", "--overwrite"], "this is the input"),
         (["small.yaml", "-o", "/dev/full"], "device"),
-        (
-            ["small.yaml", "-o", "out.h5", "--set", "operation.wbo=3 kN"],
-            "Did you mean operation.wob?",
-        ),
-        (
-            ["small.yaml", "-o", "out.h5", "--set", "operation.wob=3 kg"],
-            "operation.wob: found '3 kg'",
-        ),
+        (["small.yaml", "-o", "out.h5", "--set", "operation.wbo=3 kN"], "Did you mean operation.wob?"),
+        (["small.yaml", "-o", "out.h5", "--set", "operation.wob=3 kg"], "operation.wob: found '3 kg'"),
         (["small.yaml", "-o", "out.h5", "--set", "nonsense"], "--set key=value"),
-        (
-            ["small.yaml", "-o", "out.h5", "--scheduler", "tcp://localhost:1"],
-            "allowed: with engine 'dask'",
-        ),
+        (["small.yaml", "-o", "out.h5", "--scheduler", "tcp://localhost:1"], "allowed: with engine 'dask'"),
         (["/dev/null", "-o", "out.h5"], "found an empty document; allowed: a study"),
     ],
 )
@@ -151,9 +136,7 @@ def test_interrupted_and_resumed_is_as_undisturbed(
     assert unfinished.code == 0
     assert "an unfinished sweep" in unfinished.out
     assert "pending" in unfinished.out
-    resumed = finish(
-        start("run", "long.yaml", "-o", "out.h5", "--resume", "--workers", "2", cwd=tmp_path)
-    )
+    resumed = finish(start("run", "long.yaml", "-o", "out.h5", "--resume", "--workers", "2", cwd=tmp_path))
     assert resumed.code == 0
     assert "were there already" in resumed.err
     assert same_numbers(tmp_path / "out.h5", undisturbed[text])

@@ -35,10 +35,7 @@ def test_check_counts_the_starts(call: Call) -> None:
     Path("s.yaml").write_text(TEXT)
     answer = call("check", "s.yaml")
     assert answer.code == 0
-    assert (
-        "14 points: depth 2000 m to 3000 m (2 values); every operating point from 7 states, an"
-        in answer.out
-    )
+    assert "14 points: depth 2000 m to 3000 m (2 values); every operating point from 7 states, an" in answer.out
 
 
 def test_show(call: Call, made: Path) -> None:

@@ -23,12 +23,7 @@ def shell(text: str, cwd: Path) -> Answer:
     ends with TimeoutExpired."""
     env = {**os.environ, "N": SCRIPT, "PYTHONUNBUFFERED": ""}
     done = subprocess.run(
-        ["/bin/bash", "-c", f"set -o pipefail; {text}"],
-        cwd=cwd,
-        env=env,
-        capture_output=True,
-        text=True,
-        timeout=120,
+        ["/bin/bash", "-c", f"set -o pipefail; {text}"], cwd=cwd, env=env, capture_output=True, text=True, timeout=120
     )
     assert "Traceback" not in done.stderr
     assert "bug" not in done.stderr
@@ -39,11 +34,7 @@ def shell(text: str, cwd: Path) -> Answer:
     ("command", "code", "said"),
     [
         ("$N new >&-", 1, "Error: standard output: cannot be written: Bad file descriptor.\n"),
-        (
-            "$N new > /dev/full",
-            1,
-            "Error: standard output: cannot be written: No space left on device.\n",
-        ),
+        ("$N new > /dev/full", 1, "Error: standard output: cannot be written: No space left on device.\n"),
         (
             "PYTHONUNBUFFERED=1 $N --version > /dev/full",
             1,
@@ -70,9 +61,7 @@ def test_a_run_that_nobody_listens_to(small: Path, shared: Path, streams: str) -
 def same_results(path: Path, other: Path) -> None:
     mine, theirs = read_results(path), read_results(other)
     for name in theirs.variables:
-        assert np.array_equal(mine[name], theirs[name], equal_nan=theirs[name].dtype.kind == "f"), (
-            name
-        )
+        assert np.array_equal(mine[name], theirs[name], equal_nan=theirs[name].dtype.kind == "f"), name
 
 
 def test_data_come_where_messages_do_not(small: Path) -> None:
@@ -87,10 +76,7 @@ def test_data_come_where_messages_do_not(small: Path) -> None:
         (["show", "pipe"], "pipe: this is no file."),
         (["plot", "pipe", "-o", "x.png"], "pipe: this is no file."),
         (["check", "pipe"], "pipe: is a pipe, and nobody writes to it"),
-        (
-            ["run", "STUDY", "-o", "old.h5", "--overwrite"],
-            "old.h5.part: this is no run log of nsdrill",
-        ),
+        (["run", "STUDY", "-o", "old.h5", "--overwrite"], "old.h5.part: this is no run log of nsdrill"),
         (["show", "socket"], "socket: this is no file."),
         (["check", "socket"], "socket: is a socket"),
         (["show", "/dev/zero"], "/dev/zero: this is no file."),
@@ -121,9 +107,7 @@ def test_a_study_from_a_pipe(small: Path) -> None:
     assert "valid. Small" in answer.out
 
 
-def test_the_end_of_a_file_is_no_interrupt(
-    call: Call, small: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_end_of_a_file_is_no_interrupt(call: Call, small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """click takes EOFError for one: code 130, with which a job script would go on for
     ever."""
 
@@ -136,9 +120,7 @@ def test_the_end_of_a_file_is_no_interrupt(
     assert "Ran out of input" in answer.err
 
 
-def test_a_damaged_cache_is_told_once(
-    shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_damaged_cache_is_told_once(shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Empty files, as a power cut leaves them; one small function, to be quick."""
     study, whole = shared / "small.yaml", shared / "small.h5"  # whose functions are in the cache
     folder = Path(shutil.copytree(cache_directory(), tmp_path / "compiled"))

@@ -58,9 +58,7 @@ def test_the_study_decides_the_units_of_check(study: Path, call: Call) -> None:
     asked = json.loads(call("check", study, "--json").out)
     assert asked["coefficients"]["gap"]["units"] == "in"
     plain = json.loads(call("check", study, "--json", "--set", "units=si").out)
-    assert plain["coefficients"]["gap"] == pytest.approx(
-        {"value": (12.25 - 8) * 0.0254 / 2, "units": "m"}
-    )
+    assert plain["coefficients"]["gap"] == pytest.approx({"value": (12.25 - 8) * 0.0254 / 2, "units": "m"})
 
 
 def test_the_study_decides_the_units_of_what_is_shown(

@@ -21,9 +21,7 @@ KLBF, FOOT, INCH, RPM, TURN = 4448.2216152605, 0.3048, 0.0254, np.pi / 30, 2 * n
 
 
 def both(call: Call, *words: object) -> tuple[Any, Any]:
-    si, field = (
-        json.loads(call(*words, "--json", "--units", units).out) for units in ("si", "field")
-    )
+    si, field = (json.loads(call(*words, "--json", "--units", units).out) for units in ("si", "field"))
     return si, field
 
 
@@ -50,9 +48,7 @@ def test_check(call: Call, small: Path) -> None:
             units = row["units"]
             if units != "1":
                 shown = field[group][name]
-                assert to_si(f"{shown['value']!r} {shown['units']}", units) == pytest.approx(
-                    row["value"], rel=1e-12
-                )
+                assert to_si(f"{shown['value']!r} {shown['units']}", units) == pytest.approx(row["value"], rel=1e-12)
 
 
 def test_warnings_of_check(call: Call, small: Path) -> None:
@@ -75,9 +71,7 @@ def test_show(call: Call, shared: Path) -> None:
     assert field["axes"]["depth"]["to"] == pytest.approx(2000 / FOOT)
     assert field["ranges"]["bit_torque_max"]["units"] == "kft*lbf"
     torque = 1000 * FOOT * KLBF / 1000
-    assert field["ranges"]["bit_torque_max"]["max"] == pytest.approx(
-        si["ranges"]["bit_torque_max"]["max"] / torque
-    )
+    assert field["ranges"]["bit_torque_max"]["max"] == pytest.approx(si["ranges"]["bit_torque_max"]["max"] / torque)
     assert field["ranges"]["stuck_fraction"] == si["ranges"]["stuck_fraction"]
 
 
@@ -85,9 +79,7 @@ def test_show_of_one_axis_and_of_failed_points(call: Call, shared: Path) -> None
     si, field = both(call, "show", shared / "failing.h5")
     for name in ("intervals", "failed", "hysteresis"):
         assert structure(field[name]) == structure(si[name])
-    assert field["failed"][0]["rotary_speed"] == pytest.approx(
-        si["failed"][0]["rotary_speed"] / RPM
-    )
+    assert field["failed"][0]["rotary_speed"] == pytest.approx(si["failed"][0]["rotary_speed"] / RPM)
     assert field["intervals"][0]["from"] == pytest.approx(si["intervals"][0]["from"] / RPM)
 
 
@@ -97,24 +89,13 @@ def test_simulate_says_its_point(call: Call, small: Path) -> None:
         (("--units", "field"), "Point: 10000 ft, 4.99975 klbf, 28.6479 rpm."),
     ):
         answer = call(
-            "simulate",
-            small,
-            "-o",
-            "t.h5",
-            "--duration",
-            "1 s",
-            "--depth",
-            "10000 ft",
-            *words,
-            "--overwrite",
+            "simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft", *words, "--overwrite"
         )
         assert answer.err.startswith(said)
 
 
 def test_a_trace(call: Call, small: Path) -> None:
-    assert (
-        call("simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft").code == 0
-    )
+    assert call("simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft").code == 0
     assert "depth          10000 ft (3048 m)" in call("show", "t.h5", "--units", "field").out
     assert "depth          3048 m (10000 ft)" in call("show", "t.h5").out
     si, field = both(call, "show", "t.h5")
@@ -155,19 +136,7 @@ def test_window(call: Call, shared: Path) -> None:
 
 def test_csv(call: Call, shared: Path) -> None:
     assert call("export", shared / "map.h5", "-o", "si.csv", "--peaks", "--states").code == 0
-    assert (
-        call(
-            "export",
-            shared / "map.h5",
-            "-o",
-            "field.csv",
-            "--peaks",
-            "--states",
-            "--units",
-            "field",
-        ).code
-        == 0
-    )
+    assert call("export", shared / "map.h5", "-o", "field.csv", "--peaks", "--states", "--units", "field").code == 0
     (heads, *rows), (shown, *others) = (
         list(csv.reader(Path(f"{name}.csv").read_text().splitlines())) for name in ("si", "field")
     )
@@ -203,9 +172,7 @@ def test_netcdf_stays_in_si_and_says_so(call: Call, shared: Path) -> None:
 def test_the_variable_sets_the_default_and_the_option_wins(
     call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    plain, field = (
-        call("show", shared / "map.h5", "--units", units).out for units in ("si", "field")
-    )
+    plain, field = (call("show", shared / "map.h5", "--units", units).out for units in ("si", "field"))
     assert plain != field
     monkeypatch.setenv("NSDRILL_UNITS", "Field")
     assert call("show", shared / "map.h5").out == field
@@ -245,14 +212,10 @@ def test_the_nearest_point_is_taken_and_told_in_the_unit_asked(call: Call, share
     answer = call("plot", shared / "map.h5", "--wob", "10 klbf", "-o", "cut.png")
     assert answer.code == 0
     assert answer.err.startswith("At 8.99236 klbf, the nearest of the sweep.\n")
-    answer = call(
-        "replay", shared / "map.h5", "--wob", "10 klbf", "--rotary-speed", "32 rpm", "-o", "t.h5"
-    )
+    answer = call("replay", shared / "map.h5", "--wob", "10 klbf", "--rotary-speed", "32 rpm", "-o", "t.h5")
     assert "Point: 2000 m, 8.99236 klbf, 30 rpm, same, the nearest of the sweep." in answer.err
     asked = ["--wob", "40 kN", "--rotary-speed", "30 rpm", "-o", "f.h5", "--units", "field"]
-    assert (
-        "Point: 6561.68 ft, 40 kN, 30 rpm, same." in call("replay", shared / "map.h5", *asked).err
-    )
+    assert "Point: 6561.68 ft, 40 kN, 30 rpm, same." in call("replay", shared / "map.h5", *asked).err
 
 
 def test_every_value_that_is_printed_can_be_given_back(call: Call, tmp_path: Path) -> None:
@@ -272,9 +235,7 @@ def test_every_value_that_is_printed_can_be_given_back(call: Call, tmp_path: Pat
 
 @pytest.mark.parametrize("command", ["plot", "replay"])
 def test_beyond_the_sweep(call: Call, shared: Path, command: str) -> None:
-    answer = call(
-        command, shared / "map.h5", "--wob", "50 klbf", "--rotary-speed", "30 rpm", "-o", "new.png"
-    )
+    answer = call(command, shared / "map.h5", "--wob", "50 klbf", "--rotary-speed", "30 rpm", "-o", "new.png")
     assert answer.code == 2
     assert "found 50 klbf" in answer.err
     assert "4.496" in answer.err  # 20 kN
@@ -284,10 +245,7 @@ def test_beyond_the_sweep(call: Call, shared: Path, command: str) -> None:
 def test_a_depth_inside_the_collars_is_told_in_feet(call: Call, small: Path) -> None:
     answer = call("simulate", small, "-o", "t.h5", "--depth", "328 ft")
     assert answer.code == 2
-    assert (
-        "depth: found 328 ft, allowed: more than the length of the collars, 656.168 ft"
-        in answer.err
-    )
+    assert "depth: found 328 ft, allowed: more than the length of the collars, 656.168 ft" in answer.err
 
 
 @pytest.mark.parametrize("units", ["si", "field"])
@@ -297,11 +255,7 @@ def test_one_point_is_one(call: Call, tmp_path: Path, units: str) -> None:
     said = call("check", study, "--units", units).out
     answer = call("run", study, "-o", "one.h5")
     assert answer.code in (0, 3)
-    said += (
-        answer.err
-        + call("show", "one.h5", "--units", units).out
-        + call("diff", "one.h5", "one.h5").out
-    )
+    said += answer.err + call("show", "one.h5", "--units", units).out + call("diff", "one.h5", "one.h5").out
     assert "1 point" in said
     assert "1 points" not in said
 

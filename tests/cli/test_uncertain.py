@@ -54,22 +54,11 @@ def test_from_the_study_to_the_answers(call: Call, results: Path, tmp_path: Path
     assert "first" in told.out
     assert (tmp_path / "t.png").stat().st_size > 1000
     call("plot", str(results), "-o", str(tmp_path / "p.png"), "--confidence", "80")
-    call(
-        "plot", str(results), "--at", "sample=3", "--kind", "summary", "-o", str(tmp_path / "s.png")
-    )
+    call("plot", str(results), "--at", "sample=3", "--kind", "summary", "-o", str(tmp_path / "s.png"))
 
 
 def test_one_sample_is_replayed(call: Call, results: Path, tmp_path: Path) -> None:
-    done = call(
-        "replay",
-        str(results),
-        "--rotary-speed",
-        "8rad/s",
-        "--at",
-        "sample=5",
-        "-o",
-        str(tmp_path / "t.h5"),
-    )
+    done = call("replay", str(results), "--rotary-speed", "8rad/s", "--at", "sample=5", "-o", str(tmp_path / "t.h5"))
     assert "sample 5" in done.err
     assert "bit for bit" in done.err
     study, trace = str(tmp_path / "study.yaml"), str(tmp_path / "u.h5")
@@ -82,32 +71,14 @@ def test_one_sample_is_replayed(call: Call, results: Path, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (
-            ("replay", "OUT", "--rotary-speed", "8rad/s", "-o", "NEW"),
-            "Say which one with --at sample=..., 0 to 15",
-        ),
-        (
-            ("replay", "OUT", "--rotary-speed", "8rad/s", "--at", "sample=16", "-o", "NEW"),
-            "found 16; allowed: 0 to 15",
-        ),
-        (
-            ("replay", "OUT", "--rotary-speed", "8rad/s", "--at", "sample=1.5", "-o", "NEW"),
-            "a whole number",
-        ),
+        (("replay", "OUT", "--rotary-speed", "8rad/s", "-o", "NEW"), "Say which one with --at sample=..., 0 to 15"),
+        (("replay", "OUT", "--rotary-speed", "8rad/s", "--at", "sample=16", "-o", "NEW"), "found 16; allowed: 0 to 15"),
+        (("replay", "OUT", "--rotary-speed", "8rad/s", "--at", "sample=1.5", "-o", "NEW"), "a whole number"),
         (("plot", "OUT", "--kind", "summary", "-o", "NEW"), "which draws one sample"),
-        (
-            ("plot", "OUT", "--kind", "tornado", "--confidence", "90", "-o", "NEW"),
-            "--confidence: found with --kind",
-        ),
-        (
-            ("window", "OUT", "--confidence", "0"),
-            "--confidence: found 0; allowed: a percentage from 1 to 99.99.",
-        ),
+        (("plot", "OUT", "--kind", "tornado", "--confidence", "90", "-o", "NEW"), "--confidence: found with --kind"),
+        (("window", "OUT", "--confidence", "0"), "--confidence: found 0; allowed: a percentage from 1 to 99.99."),
         (("window", "OUT", "--confidence", "0.9"), "A part of one is meant in percent: 90."),
-        (
-            ("window", "OUT", "--confidence", "much"),
-            "--confidence: found much; allowed: a percentage",
-        ),
+        (("window", "OUT", "--confidence", "much"), "--confidence: found much; allowed: a percentage"),
         (("sensitivity", "OUT", "--at", "sample=1"), "allowed: axes of the sweep"),
         (("combine", "OUT", "-o", "NEW"), "found 1 file; allowed: two or more"),
         (("combine", "OUT", "OUT", "-o", "NEW"), "found the same study"),
@@ -116,10 +87,7 @@ def test_one_sample_is_replayed(call: Call, results: Path, tmp_path: Path) -> No
 def test_what_is_wrong_is_said_and_writes_nothing(
     call: Call, results: Path, tmp_path: Path, words: tuple[str, ...], message: str
 ) -> None:
-    names = {
-        "OUT": str(results),
-        "NEW": str(tmp_path / "new.png" if words[0] == "plot" else tmp_path / "new.h5"),
-    }
+    names = {"OUT": str(results), "NEW": str(tmp_path / "new.png" if words[0] == "plot" else tmp_path / "new.h5")}
     before = sorted(path.name for path in tmp_path.iterdir())
     done = call(*(names.get(word, word) for word in words))
     assert done.code == 2
@@ -131,17 +99,7 @@ def test_files_become_one(call: Call, tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text(STUDY)
     for wob in ("10 MN/m", "20 MN/m"):
         name = str(tmp_path / f"{wob[:2]}.h5")
-        call(
-            "run",
-            str(tmp_path / "study.yaml"),
-            "-o",
-            name,
-            "--quiet",
-            "--set",
-            f"well.stiffness={wob}",
-        )
-    made = call(
-        "combine", str(tmp_path / "10.h5"), str(tmp_path / "20.h5"), "-o", str(tmp_path / "both.h5")
-    )
+        call("run", str(tmp_path / "study.yaml"), "-o", name, "--quiet", "--set", f"well.stiffness={wob}")
+    made = call("combine", str(tmp_path / "10.h5"), str(tmp_path / "20.h5"), "-o", str(tmp_path / "both.h5"))
     assert "2 files along the well stiffness (well.stiffness), 2 values; 96 points." in made.err
     assert "Probability" in call("show", str(tmp_path / "both.h5")).out

@@ -24,11 +24,7 @@ WEIGHTS = np.arange(10e3, 60e3, 10e3)
 
 
 def note(units: str = "si", **maps: list) -> str:
-    made = grid(
-        {name: [one] for name, one in (maps or {"up": LINES, "down": LINES}).items()},
-        SPEEDS,
-        WEIGHTS,
-    )
+    made = grid({name: [one] for name, one in (maps or {"up": LINES, "down": LINES}).items()}, SPEEDS, WEIGHTS)
     return "\n".join(lines(find_window(made), units))
 
 
@@ -37,8 +33,7 @@ def test_the_note() -> None:
     for said in (
         "every run of the point ended well without a critical response: up and down",
         "At 5000 m: of 35 points 10 safe (28.6 %), 0 history-dependent (0.0 %), 25 critical (71.4 %).",
-        "Largest safe region: 10 points (28.6 % of the map) within weight on bit 20 to 40 kN, "
-        "speed 2 to 5 rad/s",
+        "Largest safe region: 10 points (28.6 % of the map) within weight on bit 20 to 40 kN, speed 2 to 5 rad/s",
         "Recommended: 30 kN, 3 rad/s (28.6 rpm).",
         "    less by 10 kN to 20 kN; at 10 kN stick-slip",
         "    more by 1 rad/s (9.55 rpm) to 4 rad/s (38.2 rpm); at 5 rad/s (47.7 rpm) whirl",
@@ -56,9 +51,7 @@ def test_the_note_in_field_units() -> None:
 
 
 def test_history_dependent_limits_are_named() -> None:
-    text = note(
-        up=[LINES[0], *["s....ww"] * 3, LINES[4]], down=[LINES[0], *["s...www"] * 3, LINES[4]]
-    )
+    text = note(up=[LINES[0], *["s....ww"] * 3, LINES[4]], down=[LINES[0], *["s...www"] * 3, LINES[4]])
     assert "to 4 rad/s (38.2 rpm); at 5 rad/s (47.7 rpm) whirl, depending on the history" in text
     assert "Each procedure by itself: safe at 12 up, 9 down." in text
 
@@ -70,9 +63,7 @@ def test_one_procedure_is_said_plainly() -> None:
 
 
 def test_no_room_is_said() -> None:
-    assert "a hint, not a setting" in note(
-        up=["wwwwwww", "ww.wwww", "www.www", "wwwwwww", "wwwwwww"]
-    )
+    assert "a hint, not a setting" in note(up=["wwwwwww", "ww.wwww", "www.www", "wwwwwww", "wwwwwww"])
     assert "a hint" not in note()
 
 
@@ -97,24 +88,14 @@ def test_a_failed_map_is_not_critical(call: Call, shared: Path) -> None:
 
 def test_nothing_safe_says_what_is_in_the_way() -> None:
     text = note(up=["sssssww"] * 5, down=["wwwwwww"] * 5)
-    assert (
-        "There is no safe point. Critical responses, in any history: stick-slip at 25, whirl at "
-        "35 points." in text
-    )
+    assert "There is no safe point. Critical responses, in any history: stick-slip at 25, whirl at 35 points." in text
 
 
 @pytest.mark.parametrize(
     ("sequence", "said"),
     [
-        (
-            "..w.",
-            "Going down, the window is open from the first depth and closes at 3000 m; it "
-            "reopens at 4000 m.",
-        ),
-        (
-            "..ww",
-            "Going down, the window is open from the first depth and closes at 3000 m for good",
-        ),
+        ("..w.", "Going down, the window is open from the first depth and closes at 3000 m; it reopens at 4000 m."),
+        ("..ww", "Going down, the window is open from the first depth and closes at 3000 m for good"),
         ("w...", "Going down, the window opens at 2000 m and stays open to the last, 4000 m."),
         ("wwww", "Going down, the window is closed at every depth."),
     ],
@@ -136,9 +117,10 @@ def test_a_real_run(call: Call, shared: Path) -> None:
     found = json.loads(call("window", shared / "small.h5", "--json").out)
     assert found["axes"] == ["rotary_speed"]
     assert found["points"] == 8
-    assert json.loads(call("window", shared / "map.h5", "--json", "--units", "field").out)[
-        "axes"
-    ] == ["rotary_speed", "wob"], "JSON is in SI units"
+    assert json.loads(call("window", shared / "map.h5", "--json", "--units", "field").out)["axes"] == [
+        "rotary_speed",
+        "wob",
+    ], "JSON is in SI units"
     assert call("window", shared / "map.h5", "--severity", "4").out.count("20 safe (100.0 %)") == 1
     assert call("plot", shared / "small.h5", "--kind", "window", "-o", "again.png").code == 0
     assert Path("again.png").read_bytes() == Path("window.png").read_bytes()
@@ -216,9 +198,6 @@ def test_every_picture_of_a_window_says_where_the_sweep_begins(call: Call) -> No
     assert call("window", "above.h5", "--picture", "one.svg").code == 0
     assert call("plot", "above.h5", "--kind", "window", "-o", "two.svg").code == 0
     figure = nsdrill.plot("above.h5", "window")
-    texts = [
-        *(Path(name).read_text() for name in ("one.svg", "two.svg")),
-        figure.legends[0].get_title().get_text(),
-    ]
+    texts = [*(Path(name).read_text() for name in ("one.svg", "two.svg")), figure.legends[0].get_title().get_text()]
     for text in texts:
         assert "THE SWEEP BEGINS at 7 rad/s" in text

@@ -67,10 +67,7 @@ def functions_of(work: Any, lanes: int) -> dict[str, Any]:
 
 
 def outcomes(
-    work: Any,
-    points: np.ndarray,
-    lanes: int,
-    made: Callable[[Any], Any] = lambda function: function,
+    work: Any, points: np.ndarray, lanes: int, made: Callable[[Any], Any] = lambda function: function
 ) -> Iterator[np.ndarray]:
     """The buffers after each of many calls of the functions of ``work``, each compiled
     by ``made``: at states of its motions, and at others nearby."""

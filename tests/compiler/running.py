@@ -44,11 +44,7 @@ def interpreted(function: FunctionType) -> Callable[..., Any]:
     """The function as Python runs it, but with a multiply-add that rounds once."""
     names = {**function.__globals__, "fma": exact_fma} if "fma" in function.__globals__ else None
     plain = FunctionType(
-        function.__code__,
-        names or function.__globals__,
-        function.__name__,
-        function.__defaults__,
-        function.__closure__,
+        function.__code__, names or function.__globals__, function.__name__, function.__defaults__, function.__closure__
     )
 
     def run(*arguments: Any) -> Any:
@@ -78,9 +74,7 @@ def whole(rng: np.random.Generator, size: int) -> np.ndarray:
     return rng.choice([-9, -7, -4, -3, -2, -1, 1, 2, 3, 5, 8, 9], size).astype(float)
 
 
-def same(
-    function: FunctionType, buffers: Iterator[np.ndarray], widths: tuple[int, ...] = WIDTHS
-) -> None:
+def same(function: FunctionType, buffers: Iterator[np.ndarray], widths: tuple[int, ...] = WIDTHS) -> None:
     """Assert that machine code of every width leaves the bits of the interpreter in
     these buffers."""
     compiled = [machine_code(function, width=width) for width in widths]

@@ -108,9 +108,7 @@ def loaded(folder: Path, text: str) -> ModuleType:
 
 
 @pytest.fixture
-def made(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., tuple[list[str], list[float]]]:
+def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[list[str], list[float]]]:
     """Runs the functions of a text in an empty cache as another process would: the names
     of those that were compiled, and the numbers."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
@@ -157,9 +155,7 @@ def test_what_does_not_matter_compiles_nothing(change: str, made: Any) -> None:
     assert made(TOY.replace(old, new)) == ([], before)
 
 
-def test_the_key_holds_kinds_width_and_platform(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_key_holds_kinds_width_and_platform(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     toy = loaded(tmp_path, TOY)
     keys = {functions._key(toy.inner, *others) for others in ((16,), (8,), (16, "avx"))}
     toy.inner.kinds = "ad"
@@ -191,9 +187,7 @@ def test_the_key_is_that_of_any_process(tmp_path: Path) -> None:
     for seed in ("0", "1"):
         env = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(SRC)}
         program = [sys.executable, "-c", KEYS.format(folder=str(tmp_path))]
-        found.add(
-            subprocess.run(program, env=env, capture_output=True, text=True, check=True).stdout
-        )
+        found.add(subprocess.run(program, env=env, capture_output=True, text=True, check=True).stdout)
     assert len(found) == 1
     assert len(set(found.pop().split())) == 6
 
@@ -216,9 +210,7 @@ def test_processes_that_compile_at_once(tmp_path: Path, monkeypatch: pytest.Monk
     program = [sys.executable, "-W", "error", "-c", AT_ONCE.format(folder=str(tmp_path))]
     env = {**os.environ, "PYTHONPATH": str(SRC)}
     pipe = subprocess.PIPE
-    children = [
-        subprocess.Popen(program, env=env, stdin=pipe, stdout=pipe, text=True) for _ in range(3)
-    ]
+    children = [subprocess.Popen(program, env=env, stdin=pipe, stdout=pipe, text=True) for _ in range(3)]
     told = {child.communicate("x")[0] for child in children}
     assert [child.returncode for child in children] == [0, 0, 0]
     b = np.arange(1.0, 5.0)
@@ -234,9 +226,7 @@ def test_a_source_that_changed_after_the_import_is_told(tmp_path: Path) -> None:
     toy = loaded(tmp_path, TOY)
     (tmp_path / "toy.py").write_text(TOY.replace("b[0] * 3.0", "b[0] * 3.5"))
     linecache.clearcache()
-    with pytest.raises(
-        LanguageError, match=r"toy.py, line \d+: alone: .* has changed since it was imported"
-    ):
+    with pytest.raises(LanguageError, match=r"toy.py, line \d+: alone: .* has changed since it was imported"):
         toy.alone(np.zeros(4))
     again = loaded(tmp_path, TOY.replace("b[0] * 3.0", "b[0] * 4.0"))
     b = np.ones(4)
@@ -247,10 +237,7 @@ def test_a_source_that_changed_after_the_import_is_told(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("made")
 def test_functions_that_call_each_other_are_told(tmp_path: Path) -> None:
     text = "\ndef first(x):\n    return second(x)\ndef second(x):\n    return first(x)\n"
-    toy = loaded(
-        tmp_path,
-        TOY.split("@inlined")[0] + text + "@compiled(BUFFER)\ndef f(b):\n    b[0] = first(b[1])\n",
-    )
+    toy = loaded(tmp_path, TOY.split("@inlined")[0] + text + "@compiled(BUFFER)\ndef f(b):\n    b[0] = first(b[1])\n")
     with pytest.raises(InputError, match="calls itself through another function"):
         toy.f(np.zeros(2))
 
@@ -264,9 +251,7 @@ def test_generated_functions_are_compiled_also_when_the_cache_of_lines_is_empty(
 
 
 def test_a_division_by_zero_does_not_end_the_process() -> None:
-    function = define(
-        "f", "def f(b):\n    n = int(b[0])\n    b[1] = float(7 // n)\n    b[2] = float(7 % n)\n"
-    )
+    function = define("f", "def f(b):\n    n = int(b[0])\n    b[1] = float(7 // n)\n    b[2] = float(7 % n)\n")
     b = np.array([0.0, 5.0, 5.0])
     compiled(BUFFER)(function)(b)
     assert b.tolist() == [0.0, 7.0, 0.0]

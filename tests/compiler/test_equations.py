@@ -112,11 +112,7 @@ def too_many(t, phase, s, p, o):
 @pytest.mark.parametrize(
     ("equations", "source", "words"),
     [
-        (
-            state,
-            "-s.positon",
-            "none of the states; did you mean position\\? allowed: position, speed",
-        ),
+        (state, "-s.positon", "none of the states; did you mean position\\? allowed: position, speed"),
         (parameter, "-p.dampin", r"none of the lane parameters; did you mean damping\?"),
         (new_value, "s.speed = 2.0", "a new value of speed.* allowed: another name"),
         (condition, "if x > 0.0", "condition on a value.* marked with `part`"),
@@ -138,11 +134,7 @@ def too_many(t, phase, s, p, o):
     ids=lambda value: getattr(value, "__name__", ""),
 )
 def test_the_place_and_the_remedy_are_said(equations: Any, source: str, words: str) -> None:
-    first = (
-        equations.__code__.co_firstlineno
-        if equations is not condition
-        else sign.__code__.co_firstlineno
-    )
+    first = equations.__code__.co_firstlineno if equations is not condition else sign.__code__.co_firstlineno
     with pytest.raises(LanguageError, match=f"{source}.*{words}") as refusal:
         made(equations)
     place, name = str(refusal.value).split(": ")[:2]
@@ -195,9 +187,7 @@ def test_another_law_is_another_function() -> None:
     from nsdrill.equations.contacts import SteepLaw, friction
 
     def equations_with(begin: Any) -> Any:
-        law = SteepLaw(
-            lambda v, n: direction(v), lambda x, free, n: (x, direction(x)), begin, lambda n: 0.0
-        )
+        law = SteepLaw(lambda v, n: direction(v), lambda x, free, n: (x, direction(x)), begin, lambda n: 0.0)
 
         def equations(t, phase, s, p, o):
             return {"speed": -friction("wall", slip=s.speed, normal=1.0, law=law, numbers=None)}
@@ -205,8 +195,7 @@ def test_another_law_is_another_function() -> None:
         return made(equations).identity
 
     one, same, other = (
-        equations_with(begin)
-        for begin in (lambda f, r, n: f, lambda f, r, n: f, lambda f, r, n: 0.5 * f)
+        equations_with(begin) for begin in (lambda f, r, n: f, lambda f, r, n: f, lambda f, r, n: 0.5 * f)
     )
     assert one == same
     assert one != other

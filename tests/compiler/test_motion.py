@@ -30,23 +30,17 @@ def torsion(t, phase, s, p, o):  # type: ignore[no-untyped-def]
     return {"speed": (-p.damping * s.speed - p.stiffness * s.twist - friction) / p.inertia}
 
 
-TORSION = Motion(
-    torsion, None, ("twist", "speed"), ("inertia", "stiffness", "damping", "torque"), ("speed",)
-)
+TORSION = Motion(torsion, None, ("twist", "speed"), ("inertia", "stiffness", "damping", "torque"), ("speed",))
 
 
 TORQUES = (500.0, 2000.0, 4000.0)
 
 
-def run(
-    lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: float = 1e-10
-) -> FinishedRuns:
+def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: float = 1e-10) -> FinishedRuns:
     """From rest behind a drive at 3 rad/s, 20 s for each friction torque."""
     n = len(torques)
     batch = Batch(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))  # type: ignore[arg-type]
-    table = np.column_stack(
-        [np.full(n, INERTIA), np.full(n, STIFFNESS), np.full(n, DAMPING), torques]
-    )
+    table = np.column_stack([np.full(n, INERTIA), np.full(n, STIFFNESS), np.full(n, DAMPING), torques])
     batch.add_many(
         np.arange(n),
         Runs(
@@ -58,9 +52,7 @@ def run(
             initial=np.zeros((n, 3)),
         ),
     )
-    done = batch.advance(
-        Compiled(TORSION.right_hand_side(lanes, ROWS), *unobserved(lanes)), 60.0, True
-    )
+    done = batch.advance(Compiled(TORSION.right_hand_side(lanes, ROWS), *unobserved(lanes)), 60.0, True)
     assert batch.idle
     order = np.argsort(done.job)
     done.final, done.accepted = done.final[order], done.accepted[order]
@@ -80,9 +72,7 @@ def test_a_scalar_model_follows_its_equations(stepper: str) -> None:
             friction = direction * (torque / (1 + 3 * abs(speed)) + 0.5 * torque)
             return [speed - 3.0, (-DAMPING * speed - STIFFNESS * twist - friction) / INERTIA]
 
-        exact = solve_ivp(
-            slopes, (0.0, 20.0), [0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12, max_step=0.01
-        ).y[:, -1]
+        exact = solve_ivp(slopes, (0.0, 20.0), [0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12, max_step=0.01).y[:, -1]
         assert final[:2] == pytest.approx(exact, abs=1e-6)
         assert final[2] == 60.0
 
@@ -137,9 +127,7 @@ def test_the_function_of_a_contact_has_its_rates_along_the_motion() -> None:
         height = sincos(3.0 * (s.angle + (p.speed * t + phase)))[0]
         return {"turn": 0.0, "v": touching("rock", height - s.z)}
 
-    motion = Motion(
-        lobes, None, ("angle", "turn", "z", "v"), ("speed",), ("turn", "v"), sides=("rock",)
-    )
+    motion = Motion(lobes, None, ("angle", "turn", "z", "v"), ("speed",), ("turn", "v"), sides=("rock",))
     rows = Rows(4, 0, 1, RATES)
     rng = np.random.default_rng(2)
     buffer = rng.normal(size=(rows.total, 8))

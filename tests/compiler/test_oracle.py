@@ -22,13 +22,7 @@ QUICK = ["torsional_speed"]
 
 
 def by_numba(file: Path, lanes: int, *names: str) -> dict[str, np.ndarray]:
-    program = [
-        sys.executable,
-        str(Path(__file__).parent / "oracle.py"),
-        str(file),
-        str(lanes),
-        *names,
-    ]
+    program = [sys.executable, str(Path(__file__).parent / "oracle.py"), str(file), str(lanes), *names]
     env = {**os.environ, "NSDRILL_COMPILER": "numba", "PYTHONPATH": str(SRC)}
     subprocess.run(program, env=env, check=True)
     with np.load(file) as found:
@@ -57,11 +51,7 @@ def test_a_run_has_the_bits_of_numbas(tmp_path: Path) -> None:
         program = [sys.executable, "-c", RUN, str(CONFIGS / "torsional_speed.yaml")]
         env = {**os.environ, "NSDRILL_COMPILER": way, "PYTHONPATH": str(SRC)}
         done = subprocess.run(
-            [*program, str(tmp_path / f"{way}.h5")],
-            env=env,
-            check=True,
-            capture_output=True,
-            text=True,
+            [*program, str(tmp_path / f"{way}.h5")], env=env, check=True, capture_output=True, text=True
         )
         assert (int(done.stdout.split()[-1]) > 0) == (way == "numba")
         made[way] = read_results(tmp_path / f"{way}.h5")
@@ -97,9 +87,7 @@ def test_native_code_has_the_bits_of_numbas(names: list[str], lanes: int, tmp_pa
 def test_the_bits_are_those_of_any_width(name: str, lanes: int) -> None:
     for work, points in works(name):
         runs = [
-            outcomes(
-                work, points, lanes, lambda f, width=width: machine_code(f.py_func, f.kinds, width)
-            )
+            outcomes(work, points, lanes, lambda f, width=width: machine_code(f.py_func, f.kinds, width))
             for width in (WIDTHS if lanes > 1 else (2, 16))
         ]
         for number, buffers in enumerate(zip(*runs, strict=True)):

@@ -30,17 +30,9 @@ PLATFORMS = {
     "x86 with AVX2": (LINUX, "x86-64-v3", b"\x7fELF"),
     "x86 with AVX-512": (LINUX, "x86-64-v4", b"\x7fELF"),
 }
-NEEDED = {
-    "x86-64": (),
-    "x86-64-v3": ("avx2", "fma"),
-    "x86-64-v4": ("avx512f", "avx512dq", "avx512vl"),
-}
+NEEDED = {"x86-64": (), "x86-64-v3": ("avx2", "fma"), "x86-64-v4": ("avx512f", "avx512dq", "avx512vl")}
 # Loops over arrays.
-PLAIN = {
-    "advance": make_advance(),
-    "period": motion._make_period(),
-    "displacement": motion._make_displacement(),
-}
+PLAIN = {"advance": make_advance(), "period": motion._make_period(), "displacement": motion._make_displacement()}
 _numbers = count()
 
 

@@ -79,9 +79,7 @@ class Writer:
         if kind == 4:
             return f"{self.pick('~', '-', '+')}({self.whole(names, lane, more)})"
         if kind == 5:
-            operation, by = self.pick(
-                ("//", 3), ("//", -4), ("%", 7), ("%", -2), (">>", 2), ("<<", 1)
-            )
+            operation, by = self.pick(("//", 3), ("//", -4), ("%", 7), ("%", -2), (">>", 2), ("<<", 1))
             return f"({self.whole(names, lane, more)} {operation} {by})"
         if kind == 6:
             divisor = self.whole(names, lane, more)
@@ -102,9 +100,7 @@ class Writer:
         if kind == 3:
             return f"(not {self.truth(names, lane, more)})"
         if kind == 4:
-            return (
-                f"({self.whole(names, lane, max(more, 0))} {self.pick('in', 'not in')} (1, 2, -3))"
-            )
+            return f"({self.whole(names, lane, max(more, 0))} {self.pick('in', 'not in')} (1, 2, -3))"
         joined = self.pick("and", "or", "==", "!=", "&", "|", "^")
         return f"({self.truth(names, lane, more)} {joined} {self.truth(names, lane, more)})"
 
@@ -117,14 +113,9 @@ class Writer:
                 note = ": float" if self.draw(st.integers(0, 5)) == 0 else ""
                 self.line(depth, f"{self.pick(*FLOATS)}{note} = {self.real(names, '')}")
             elif kind == 2:
-                self.line(
-                    depth, f"{self.pick(*INTEGERS)} = (({self.whole(names, '')}) & 255) - 128"
-                )
+                self.line(depth, f"{self.pick(*INTEGERS)} = (({self.whole(names, '')}) & 255) - 128")
             elif kind == 3:
-                self.line(
-                    depth,
-                    self.pick("s0, s1 = s1, s0 + 1.0", "s2 -= s0 * 0.5", "s1 = s2 = s0", "n0 ^= 5"),
-                )
+                self.line(depth, self.pick("s0, s1 = s1, s0 + 1.0", "s2 -= s0 * 0.5", "s1 = s2 = s0", "n0 ^= 5"))
             elif kind <= 5:
                 self.line(depth, f"if {self.truth(names, '')}:")
                 self.block(depth + 1, indices, in_loop)
@@ -147,9 +138,7 @@ class Writer:
 
     def for_range(self, depth: int, indices: list[str]) -> None:
         index = self.new("j")
-        turns = self.pick(
-            "2", "4", "9", "1, 14, 4", "12, 0, -5", "n0 & 7", "n1, n1 + 3", "n2 & 3, -2, -1"
-        )
+        turns = self.pick("2", "4", "9", "1, 14, 4", "12, 0, -5", "n0 & 7", "n1, n1 + 3", "n2 & 3, -2, -1")
         self.line(depth, f"for {index} in range({turns}):")
         self.block(depth + 1, [*indices, index], True)
 
@@ -163,8 +152,7 @@ class Writer:
             kind = self.draw(st.integers(0, 4))
             if kind == 0:
                 self.line(
-                    depth + 1,
-                    f"b[{self.pick(4, 5)} * W + {lane}] {self.pick('=', '+=', '*=')} {self.real(mine, lane)}",
+                    depth + 1, f"b[{self.pick(4, 5)} * W + {lane}] {self.pick('=', '+=', '*=')} {self.real(mine, lane)}"
                 )
             elif kind <= 2:
                 local = self.new("x")
@@ -172,9 +160,7 @@ class Writer:
                 mine[0].append(local)
                 if kind == 2:
                     index = self.new("q")
-                    self.line(
-                        depth + 1, f"for {index} in range({self.pick('3', '10', '1, 20, 6')}):"
-                    )
+                    self.line(depth + 1, f"for {index} in range({self.pick('3', '10', '1, 20, 6')}):")
                     inner = mine[0], [*mine[1], index]
                     self.line(depth + 2, f"{local} = {self.real(inner, lane, 2)}")
             elif kind == 3:
@@ -182,9 +168,7 @@ class Writer:
                 self.line(depth + 1, f"{local} = ({self.whole(mine, lane)}) & 63")
                 mine[1].append(local)
             else:
-                self.line(
-                    depth + 1, f"{chosen} |= (1 << {lane}) if {self.truth(mine, lane)} else 0"
-                )
+                self.line(depth + 1, f"{chosen} |= (1 << {lane}) if {self.truth(mine, lane)} else 0")
         if self.pick(True, False):
             one = self.new("o")
             self.line(depth, f"while {chosen} != 0:")
@@ -208,18 +192,11 @@ def programs(draw: Any) -> tuple[int, str]:
     return lanes, "\n".join(["def program(b):", *writer.lines, ""])
 
 
-@settings(
-    max_examples=100,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(programs(), st.sampled_from(WIDTHS), st.integers(0, 2**32 - 1))
 def test_any_program(drawn: tuple[int, str], width: int, seed: int) -> None:
     lanes, text = drawn
     function = define("program", text, W=lanes, np=np, lowest_bit=lowest_bit)
     rng = np.random.default_rng(seed)
-    buffers = (
-        np.concatenate([floats(rng, 3 * lanes), whole(rng, lanes), floats(rng, 2 * lanes)])
-        for _ in range(4)
-    )
+    buffers = (np.concatenate([floats(rng, 3 * lanes), whole(rng, lanes), floats(rng, 2 * lanes)]) for _ in range(4))
     same(function, buffers, (width,))

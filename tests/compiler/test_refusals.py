@@ -43,10 +43,7 @@ def itself(x):
     return itself(x)
 
 
-NAMES = {
-    name: globals()[name]
-    for name in ("TABLE", "GRID", "known", "taking", "helper", "early", "itself", "np")
-} | {
+NAMES = {name: globals()[name] for name in ("TABLE", "GRID", "known", "taking", "helper", "early", "itself", "np")} | {
     "math": math,
     "fma": fma,
     "lowest_bit": lowest_bit,
@@ -149,9 +146,7 @@ def test_no_kind_becomes_another_silently() -> None:
         if fits:
             assert compile_text(body)
             continue
-        with pytest.raises(
-            LanguageError, match=r"^<.*>, line \d: f: .*: .*(is needed|meet in)"
-        ) as caught:
+        with pytest.raises(LanguageError, match=r"^<.*>, line \d: f: .*: .*(is needed|meet in)") as caught:
             compile_text(body)
         line = 2 + hole.partition("{")[0].count("\n")
         assert f"line {line}: " in str(caught.value), body
@@ -343,7 +338,5 @@ def test_a_refusal_in_a_helper_names_the_place_there() -> None:
 def test_a_function_without_a_source_is_told() -> None:
     space: dict[str, Any] = {}
     exec("def f(b):\n    pass\n", space)
-    with pytest.raises(
-        LanguageError, match=r"<string>, line 1: f: the source .*allowed: .*in a file"
-    ):
+    with pytest.raises(LanguageError, match=r"<string>, line 1: f: the source .*allowed: .*in a file"):
         Module(8).text(space["f"], BUFFER, "entry")

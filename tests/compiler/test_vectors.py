@@ -33,24 +33,15 @@ def slopes(model: str, *variant: int) -> Any:
 # A compiled function, and the operations on all lanes that it has at least.
 FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
     "slopes": (lambda: make_right_hand_side(8), 100),
-    **{
-        f"friction law {n}": (lambda n=n: make_right_hand_side(8, Options(friction=n)), 100)
-        for n in (1, 2, 3)
-    },
+    **{f"friction law {n}": (lambda n=n: make_right_hand_side(8, Options(friction=n)), 100) for n in (1, 2, 3)},
     "drive": (lambda: make_right_hand_side(8, Options(driven=1, limited=1)), 100),
-    "many options": (
-        lambda: make_right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)),
-        150,
-    ),
+    "many options": (lambda: make_right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)), 150),
     "Hertz": (lambda: make_right_hand_side(8, Options(hertz=1, stabilizer=1)), 100),
     "tangent": (lambda: model_named(MODEL).tangent(8, Options(), 0), 150),
     "slips": (lambda: make_right_hand_side(16, SPLIT), 300),
     "slips held": (lambda: make_right_hand_side(8, SPLIT._replace(stabilizer=1)), 300),
     "slips along": (lambda: make_right_hand_side(8, SPLIT._replace(axial_friction=1)), 300),
-    "slips held along": (
-        lambda: make_right_hand_side(8, SPLIT._replace(stabilizer=1, axial_friction=1)),
-        300,
-    ),
+    "slips held along": (lambda: make_right_hand_side(8, SPLIT._replace(stabilizer=1, axial_friction=1)), 300),
     "implicit step": (lambda: step(IMPLICIT, 16, rows_of(SPLIT)), 300),
     **{f"step {name}": (lambda name=name: step(name, 8, ROWS), 300) for name in STEPPERS},
     "torsion": (lambda: slopes("torsion"), 20),
@@ -58,16 +49,10 @@ FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
         f"beam {' '.join(map(str, o))}": (lambda o=o: slopes("beam", *o), 100)
         for o in ((1, 1), (2, 1), (5, 1), (5, 5), (4, 3, 1, 3, 5, 1))
     },
-    "step of the beam": (
-        lambda: step("tsitouras", 8, model_named("beam").rows(Beam(5, 5), 40)),
-        100,
-    ),
+    "step of the beam": (lambda: step("tsitouras", 8, model_named("beam").rows(Beam(5, 5), 40)), 100),
     "segments": (lambda: slopes("segments", 3, 2, 0), 100),
     "segments that creep": (lambda: slopes("segments", 3, 2, 0, 1), 100),
-    "step of segments": (
-        lambda: step("tsitouras", 8, model_named("segments").rows((10, 10, 0), 40)),
-        100,
-    ),
+    "step of segments": (lambda: step("tsitouras", 8, model_named("segments").rows((10, 10, 0), 40)), 100),
 }
 
 

@@ -57,9 +57,7 @@ def spoken(text: str) -> str:
 
 def test_every_page_is_in_the_site_once(root: Path, docs: Path) -> None:
     named = [page for pages in doors(root).values() for page in pages]
-    there = [
-        str(page.relative_to(docs)) for page in docs.rglob("*") if page.suffix in (".md", ".ipynb")
-    ]
+    there = [str(page.relative_to(docs)) for page in docs.rglob("*") if page.suffix in (".md", ".ipynb")]
     assert sorted(named) == sorted(there)
     assert list(doors(root))[:6] == ["Start", "Learn", "Do", "Understand", "Look up", "Evidence"]
 
@@ -73,11 +71,7 @@ def test_the_readme_has_every_page_for_users(root: Path, docs: Path) -> None:
 def test_the_book_is_short_enough_to_be_finished(root: Path, docs: Path) -> None:
     """The words by door are printed with ``pytest -s``, and all of them with ``-rw``."""
     counts = {
-        door: sum(
-            len((docs / page).read_text(encoding="utf-8").split())
-            for page in pages
-            if page.endswith(".md")
-        )
+        door: sum(len((docs / page).read_text(encoding="utf-8").split()) for page in pages if page.endswith(".md"))
         for door, pages in doors(root).items()
         if door != "Develop"
     }

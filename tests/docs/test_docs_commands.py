@@ -33,9 +33,7 @@ def command(name: str) -> click.Command:
 
 
 def options(name: str) -> set[str]:
-    return {
-        text for p in command(name).params if isinstance(p, click.Option) for text in p.opts
-    } | {"-h", "--help"}
+    return {text for p in command(name).params if isinstance(p, click.Option) for text in p.opts} | {"-h", "--help"}
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -57,9 +55,7 @@ def test_every_exit_code_is_documented(docs: Path) -> None:
 def test_every_environment_variable_is_documented(root: Path, docs: Path) -> None:
     text = (docs / "commands.md").read_text(encoding="utf-8")
     for source in (root / "src").rglob("*.py"):
-        for name in re.findall(
-            r"\b(?:NSDRILL|NUMBA)_[A-Z_]+\b", source.read_text(encoding="utf-8")
-        ):
+        for name in re.findall(r"\b(?:NSDRILL|NUMBA)_[A-Z_]+\b", source.read_text(encoding="utf-8")):
             assert f"`{name}`" in text or name == "NUMBA_DISABLE_JIT", f"{source.name}: {name}"
 
 
@@ -89,9 +85,7 @@ def test_examples_use_commands_and_options_that_exist(page: Path) -> None:
         for before, word in pairwise(words):
             if before == "--set":
                 key = word.split("=")[0]
-                assert key in keys_of().leaves or key.startswith(
-                    ("sweep.", "continue.", "uncertain.")
-                ), words
+                assert key in keys_of().leaves or key.startswith(("sweep.", "continue.", "uncertain.")), words
                 if words[0] == "classify":
                     assert key in {leaf.key for leaf in keys_of().of("classify")}
 
@@ -104,31 +98,20 @@ def outline(study: Study) -> Results:
     return Results(coordinates(log), {v.name: zeros for v in recorded(kept)}, log.header["attrs"])
 
 
-def test_examples_fit_their_studies(
-    page: Path, root: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every command on a shipped study, on that of ``nsdrill new``, or on results that
     the page makes of one. Nothing is run: a picture fits its file or not by what the
     study records."""
     monkeypatch.chdir(root)
-    studies, sweeps = (
-        {str(path.relative_to(root)): path.read_text() for path in root.glob("configs/*.yaml")},
-        {},
-    )
+    studies, sweeps = ({str(path.relative_to(root)): path.read_text() for path in root.glob("configs/*.yaml")}, {})
     for words in shown(page.read_text(encoding="utf-8")):
         if words[0] not in COMMANDS:
             continue
-        given = (
-            command(words[0])
-            .make_context(words[0], [word for word in words[1:] if word != "&"])
-            .params
-        )
+        given = command(words[0]).make_context(words[0], [word for word in words[1:] if word != "&"]).params
         if words[0] == "new" and given["output"]:
             example = (given["example"] or "").replace("-", "_")
             studies[given["output"]] = (
-                studies[f"configs/{example}.yaml"]
-                if example
-                else (template_text if given["every"] else short_text)()
+                studies[f"configs/{example}.yaml"] if example else (template_text if given["every"] else short_text)()
             )
         if given.get("study") in studies:
             study = parse_study(studies[given["study"]], given["study"], given["overrides"])
@@ -152,14 +135,4 @@ def test_examples_fit_their_studies(
 
 def test_the_readme_shows_the_main_commands(root: Path) -> None:
     words = {words[0] for words in shown((root / "README.md").read_text(encoding="utf-8"))}
-    assert {
-        "new",
-        "check",
-        "run",
-        "show",
-        "plot",
-        "simulate",
-        "replay",
-        "classify",
-        "export",
-    } <= words
+    assert {"new", "check", "run", "show", "plot", "simulate", "replay", "classify", "export"} <= words

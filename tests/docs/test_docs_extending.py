@@ -23,9 +23,7 @@ def blocks(docs: Path, tmp_path: Path) -> list[Path]:
     """The Python blocks of the page, each in a file of its own, as the compiler reads the
     source of a function again."""
     found = re.findall(
-        r"^```python\n(.*?)^```",
-        (docs / "dev" / "extending.md").read_text(encoding="utf-8"),
-        re.M | re.S,
+        r"^```python\n(.*?)^```", (docs / "dev" / "extending.md").read_text(encoding="utf-8"), re.M | re.S
     )
     paths = []
     for number, text in enumerate(found):
@@ -60,9 +58,7 @@ def test_a_limit_cycle_returns_after_its_period(blocks: list[Path]) -> None:
     assert (names["first"].status == 1).all()
 
 
-def test_a_model_is_observed_as_declared(
-    blocks: list[Path], docs: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_model_is_observed_as_declared(blocks: list[Path], docs: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The page shows what the example prints. Its numbers make sense: the bit turns as
     fast as the drive in the mean, what it needs is the surface torque, and weak
     friction lets it turn steadily, at 3 rad/s."""
@@ -114,9 +110,7 @@ def command(folder: Path, path: str, *words: str) -> subprocess.CompletedProcess
     )
 
 
-def test_a_model_of_another_package_runs_through_the_commands(
-    blocks: list[Path], tmp_path: Path
-) -> None:
+def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path], tmp_path: Path) -> None:
     """Installed as the page says, with an entry point: each command in a process of its
     own finds it."""
     path = installed(tmp_path / "installed", blocks[3].read_text())
@@ -132,9 +126,7 @@ def test_a_model_of_another_package_runs_through_the_commands(
     shown = nsdrill("show", "out.h5")
     assert "stick-slip" in shown
     assert "whirl" not in shown
-    assert "bit for bit" in nsdrill(
-        "replay", "out.h5", "--rotary-speed", "3rad/s", "--procedure", "down", "-o", "r.h5"
-    )
+    assert "bit for bit" in nsdrill("replay", "out.h5", "--rotary-speed", "3rad/s", "--procedure", "down", "-o", "r.h5")
     nsdrill(
         "run",
         "study.yaml",
@@ -167,14 +159,11 @@ def test_other_slopes_of_a_model_are_another_version(blocks: list[Path], tmp_pat
     again = command(tmp_path, path, *words, "--retry-failed")
     assert again.returncode == 2, again.stderr
     assert re.search(
-        r"made with other versions, whose numbers may differ \(model digest \w+ there, \w+ here",
-        again.stderr,
+        r"made with other versions, whose numbers may differ \(model digest \w+ there, \w+ here", again.stderr
     )
 
 
-def test_what_is_wrong_with_a_model_of_another_package_is_said(
-    blocks: list[Path], tmp_path: Path
-) -> None:
+def test_what_is_wrong_with_a_model_of_another_package_is_said(blocks: list[Path], tmp_path: Path) -> None:
     text = blocks[3].read_text()
     (tmp_path / "study.yaml").write_text(STUDY)
 
@@ -184,14 +173,9 @@ def test_what_is_wrong_with_a_model_of_another_package_is_said(
         assert "bug of nsdrill" not in made.stderr
         return made.stderr
 
-    other = (
-        'features=(*(BY_NAME[name] for name in FEATURES), feature("radius_max", "m", "how far it '
-        'went")),'
-    )
+    other = 'features=(*(BY_NAME[name] for name in FEATURES), feature("radius_max", "m", "how far it went")),'
     clash = text.replace("features=tuple(BY_NAME[name] for name in FEATURES),", other)
-    clash = "from nsdrill.variables import feature\n" + clash.replace(
-        "from dataclasses", "from dataclasses", 1
-    )
+    clash = "from nsdrill.variables import feature\n" + clash.replace("from dataclasses", "from dataclasses", 1)
     assert clash.count("radius_max") == 1
     found = said("clash", clash, "check", "study.yaml")
     assert "radius_max, how far it went [m]" in found
@@ -204,14 +188,9 @@ def test_what_is_wrong_with_a_model_of_another_package_is_said(
     assert re.search(r"name 'Namen' is not defined.*spring\.py, line \d+", found, re.S)
 
     found = said("section", text, "check", "study.yaml", "--set", "record.poincare=8")
-    assert (
-        "record.poincare: found the number 8, with the model spring, which has no Poincare section"
-        in found
-    )
+    assert "record.poincare: found the number 8, with the model spring, which has no Poincare section" in found
     starts = ("--set", "initial.ensemble=4", "--set", "sweep.procedure=same", "-o", "out.h5")
-    assert "initial.ensemble: found with the model spring" in said(
-        "starts", text, "run", "study.yaml", *starts
-    )
+    assert "initial.ensemble: found with the model spring" in said("starts", text, "run", "study.yaml", *starts)
 
 
 # A model of another package that is at fault, and what is said where it is asked for.
@@ -252,9 +231,7 @@ def test_a_faulty_model_of_another_package_touches_no_other(tmp_path: Path, shar
         assert "spoiled" not in made.stderr
     for name, (_, words_said) in FAULTY.items():
         if words_said is not None:
-            made = command(
-                tmp_path, path, "check", str(shared / "small.yaml"), "--set", f"model={name}"
-            )
+            made = command(tmp_path, path, "check", str(shared / "small.yaml"), "--set", f"model={name}")
             assert made.returncode in (1, 2)
             assert f"he model {name}" in made.stderr
             assert re.search(words_said, made.stderr), made.stderr
@@ -272,10 +249,7 @@ def extended(blocks: list[Path]) -> str:
     after('rate_of="twist"', ", level=6.0")
     lines = re.findall(r"^((?:TimeAbove|Extremes)\(.*\))$", added, re.M)
     assert len(lines) == 2
-    after(
-        '        Mean("bit speed", "bit_speed_mean"),\n',
-        "".join(f"        {line},\n" for line in lines),
-    )
+    after('        Mean("bit speed", "bit_speed_mean"),\n', "".join(f"        {line},\n" for line in lines))
     after("Mean, Names", ", TimeAbove")
     after("from nsdrill.ranges import Checked, parameter\n", added.splitlines()[0] + "\n")
     method = re.search(r"^def classify.*?\n\n", added, re.M | re.S)
@@ -288,12 +262,8 @@ def extended(blocks: list[Path]) -> str:
         "summary": 'summary=("stick_slip_index"',
         "panels": '"bit_speed_peaks", "bit_speed_max")',
     }
-    text = text.replace(
-        "features=tuple(BY_NAME[name] for name in FEATURES)", ends["features"] + ",)"
-    )
-    more = {
-        one.target.id: one.value for one in ast.parse(added).body if isinstance(one, ast.AugAssign)
-    }
+    text = text.replace("features=tuple(BY_NAME[name] for name in FEATURES)", ends["features"] + ",)")
+    more = {one.target.id: one.value for one in ast.parse(added).body if isinstance(one, ast.AugAssign)}
     assert more.keys() == ends.keys()
     for name, end in ends.items():
         after(end, "".join(f", {ast.unparse(item)}" for item in more[name].elts))
@@ -304,11 +274,7 @@ def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path:
     (tmp_path / "study.yaml").write_text(STUDY)
     model = extended(blocks)
     path = installed(tmp_path / "installed", model)
-    for words in (
-        ("run", "study.yaml"),
-        ("plot", "out.h5", "-o", "out.svg"),
-        ("export", "out.h5", "-o", "out.csv"),
-    ):
+    for words in (("run", "study.yaml"), ("plot", "out.h5", "-o", "out.svg"), ("export", "out.h5", "-o", "out.csv")):
         made = command(tmp_path, path, *words, *(["-o", "out.h5"] if words[0] == "run" else []))
         assert made.returncode == 0, made.stderr
     assert "Last local maxima of the twist [rad]" in (tmp_path / "out.svg").read_text()
@@ -319,14 +285,8 @@ def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path:
     assert {row["fast_words"] for row in rows} == {"fast", "slow"}
 
     for out, words in (
-        (
-            'TimeAbove("bit speed", "fast_fraction"),',
-            "found fast_fraction among the features of its description",
-        ),
-        (
-            ", feature('twist_max', 'rad', 'greatest twist')",
-            "found drawn.panels: twist_max in its description",
-        ),
+        ('TimeAbove("bit speed", "fast_fraction"),', "found fast_fraction among the features of its description"),
+        (", feature('twist_max', 'rad', 'greatest twist')", "found drawn.panels: twist_max in its description"),
     ):
         assert model.count(out) == 1
         path = installed(tmp_path / words.split()[1].strip(":"), model.replace(out, ""))

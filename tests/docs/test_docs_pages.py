@@ -42,9 +42,7 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 
 def test_pages_name_no_file_of_this_machine(page: Path) -> None:
-    assert not re.search(
-        r"(?<![\w.])/(?:home|work|tmp|root|opt)/", page.read_text(encoding="utf-8")
-    )
+    assert not re.search(r"(?<![\w.])/(?:home|work|tmp|root|opt)/", page.read_text(encoding="utf-8"))
 
 
 def test_pictures_are_small_and_used(docs: Path) -> None:
@@ -64,9 +62,7 @@ def test_every_shipped_study_has_its_section(root: Path, docs: Path) -> None:
 
 
 def yaml_blocks(page: Path) -> list[str]:
-    return re.findall(
-        r"^```yaml\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
-    )
+    return re.findall(r"^```yaml\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
 
 
 def test_studies_in_the_pages_are_valid(root: Path, docs: Path) -> None:
@@ -86,41 +82,26 @@ def test_the_faulty_example_fails_as_shown(docs: Path) -> None:
 
 def test_the_first_five_minutes(root: Path, tmp_path: Path) -> None:
     """The commands and the Python of the README, in order, in an empty folder."""
-    text = (
-        (root / "README.md").read_text(encoding="utf-8").partition("## The first five minutes")[2]
-    )
+    text = (root / "README.md").read_text(encoding="utf-8").partition("## The first five minutes")[2]
     env = {**os.environ, "MPLBACKEND": "Agg"}
     ran = 0
-    for language, block in re.findall(
-        r"^```(sh|python)\n(.*?)^```", text, re.MULTILINE | re.DOTALL
-    ):
+    for language, block in re.findall(r"^```(sh|python)\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
         if language == "python":
-            subprocess.run(
-                [sys.executable, "-c", block],
-                cwd=tmp_path,
-                env=env,
-                check=True,
-                capture_output=True,
-            )
+            subprocess.run([sys.executable, "-c", block], cwd=tmp_path, env=env, check=True, capture_output=True)
             ran += 1
             continue
         for line in block.splitlines():
             if line.startswith("nsdrill "):
                 call = (
-                    f'{sys.executable} -c "from nsdrill.cli.main import main; main()" '
-                    f"{line.removeprefix('nsdrill ')}"
+                    f'{sys.executable} -c "from nsdrill.cli.main import main; main()" {line.removeprefix("nsdrill ")}'
                 )
-                subprocess.run(
-                    call, shell=True, cwd=tmp_path, env=env, check=True, capture_output=True
-                )
+                subprocess.run(call, shell=True, cwd=tmp_path, env=env, check=True, capture_output=True)
                 ran += 1
     assert ran == 11
     assert (tmp_path / "study.csv").stat().st_size > 10_000
 
 
-def test_the_ways_to_open_a_results_file(
-    docs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_ways_to_open_a_results_file(docs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The Python of the page on its own example; MATLAB's indices are those of h5py
     from last to first."""
     sweep = "sweep: {depth: [3 km, 5000 m], procedure: up-down}"

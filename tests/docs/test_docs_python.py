@@ -23,13 +23,7 @@ def test_the_examples_run_one_after_the_other(docs: Path, run_python: Any, tmp_p
     assert done.returncode == 0, done.stderr
     assert "operation.wob: found the number 30 without a unit" in done.stdout
     assert "Dataset: results of a sweep" in done.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "out.h5",
-        "peaks.png",
-        "page.png",
-        "trace.h5",
-        "table.csv",
-    }
+    assert {path.name for path in tmp_path.iterdir()} == {"out.h5", "peaks.png", "page.png", "trace.h5", "table.csv"}
 
 
 def test_every_public_name_is_on_the_page(docs: Path) -> None:
@@ -52,9 +46,7 @@ def test_every_argument_is_in_its_docstring() -> None:
 
 
 def test_the_names_of_arguments_are_explained(docs: Path) -> None:
-    page = (
-        (docs / "python.md").read_text(encoding="utf-8").partition("<!-- table: python classes")[0]
-    )
+    page = (docs / "python.md").read_text(encoding="utf-8").partition("<!-- table: python classes")[0]
     signatures = "".join(str(inspect.signature(getattr(api, name))) for name in FUNCTIONS)
     for alias in set(re.findall(r"\b(?:\w+Like|Quantity|Settings)\b", signatures)):
         assert f"`{alias}`" in page, alias
@@ -64,6 +56,4 @@ def test_annotations_say_what_the_checker_knows() -> None:
     """The names that the package gives are those that it is typed with."""
     text = Path(nsdrill.__file__).read_text(encoding="utf-8")
     typed = text.partition("if TYPE_CHECKING:")[2].partition("__version__")[0]
-    assert set(re.findall(r"\w+", typed)) - {"from", "import", "nsdrill", "api", "errors"} == set(
-        nsdrill.__all__
-    )
+    assert set(re.findall(r"\w+", typed)) - {"from", "import", "nsdrill", "api", "errors"} == set(nsdrill.__all__)

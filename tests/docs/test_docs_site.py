@@ -123,9 +123,7 @@ def test_what_a_notebook_shows_is_stored(notebook: Any) -> None:
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
-def test_the_cells_of_a_notebook_run_and_print_what_is_stored(
-    notebook: Any, run_python: Any, tmp_path: Path
-) -> None:
+def test_the_cells_of_a_notebook_run_and_print_what_is_stored(notebook: Any, run_python: Any, tmp_path: Path) -> None:
     """The words are the same; a number may differ as far as another C library moves a
     chaotic motion."""
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
@@ -133,14 +131,10 @@ def test_the_cells_of_a_notebook_run_and_print_what_is_stored(
     done = run_python("\n".join("".join(cell["source"]) for cell in cells), tmp_path)
     assert done.returncode == 0, done.stderr
     stored = "".join(
-        "".join(output["text"])
-        for cell in cells
-        for output in cell["outputs"]
-        if output.get("name") == "stdout"
+        "".join(output["text"]) for cell in cells for output in cell["outputs"] if output.get("name") == "stdout"
     )
     printed, kept = (
-        [line for line in text.splitlines() if not line.strip().startswith("made ")]
-        for text in (done.stdout, stored)
+        [line for line in text.splitlines() if not line.strip().startswith("made ")] for text in (done.stdout, stored)
     )
     assert [NUMBER.sub("#", line) for line in printed] == [NUMBER.sub("#", line) for line in kept]
     for line, other in zip(printed, kept, strict=True):
@@ -148,9 +142,7 @@ def test_the_cells_of_a_notebook_run_and_print_what_is_stored(
         assert found == pytest.approx(expected, rel=0.15, abs=2), line
 
 
-@pytest.mark.skipif(
-    importlib.util.find_spec("mkdocs_jupyter") is None, reason="needs pip install '.[docs]'"
-)
+@pytest.mark.skipif(importlib.util.find_spec("mkdocs_jupyter") is None, reason="needs pip install '.[docs]'")
 def test_the_site_is_built_without_a_warning(root: Path, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(tmp_path / "site")],

@@ -10,10 +10,7 @@ def test_known_answers(case: str, verify: ModuleType) -> None:
     rows = list(verify.CASES[case]())
     assert rows
     for row in rows:
-        assert row.good, (
-            f"{row.quantity}: expected {row.expected}, measured {row.measured}, allowed "
-            f"{row.allowed}"
-        )
+        assert row.good, f"{row.quantity}: expected {row.expected}, measured {row.measured}, allowed {row.allowed}"
 
 
 def test_the_page_has_every_row(verify: ModuleType, docs: Path) -> None:

@@ -99,10 +99,7 @@ def test_every_parameter_is_described(name: str) -> None:
         assert f"\n{head}\n{'-' * len(head)}\n" in text, head
     part = text.partition("Parameters\n----------\n")[2].partition("\n\nReturns")[0]
     described = [
-        word
-        for line in part.splitlines()
-        if not line.startswith(" ")
-        for word in line.partition(" : ")[0].split(", ")
+        word for line in part.splitlines() if not line.startswith(" ") for word in line.partition(" : ")[0].split(", ")
     ]
     assert sorted(described) == sorted(inspect.signature(function).parameters)
 
@@ -137,11 +134,7 @@ def test_the_responses_of_a_dataset(here: Path) -> None:
     data["response"][0] = [0, 1, 2, 4, 7]
     data["status"][0, -1] = 2  # diverged
     up = data.nsdrill
-    for name, expected in (
-        ("bouncing", [0, 1, 0, 0, 0]),
-        ("sticking", [0, 0, 1, 0, 0]),
-        ("whirling", [0, 0, 0, 1, 0]),
-    ):
+    for name, expected in (("bouncing", [0, 1, 0, 0, 0]), ("sticking", [0, 0, 1, 0, 0]), ("whirling", [0, 0, 0, 1, 0])):
         found = getattr(up, name)
         assert found.dims == data.response.dims
         assert found.dtype == bool

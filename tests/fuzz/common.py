@@ -25,10 +25,7 @@ def command(name: str, *words: object) -> str | None:
     """Standard output of ``nsdrill name words...``, None where it was refused in words;
     Broken for anything else."""
     found = CliRunner().invoke(
-        import_module(f"nsdrill.cli.{name}").command,
-        list(map(str, words)),
-        standalone_mode=False,
-        obj=None,
+        import_module(f"nsdrill.cli.{name}").command, list(map(str, words)), standalone_mode=False, obj=None
     )
     error = found.exception
     if isinstance(error, NsdrillError | click.ClickException):
@@ -82,15 +79,9 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 def arguments(text: str | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=text, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--examples", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="number of the first example")
-    parser.add_argument(
-        "--keep-going",
-        action="store_true",
-        help="count what is broken rather than stop at the first",
-    )
+    parser.add_argument("--keep-going", action="store_true", help="count what is broken rather than stop at the first")
     return parser.parse_args()

@@ -47,23 +47,18 @@ MEMORY = 6 << 30  # bytes of address space, most of it never touched
 SPEEDS = "rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 5}"
 STUDIES = {
     "one": f"sweep: {{{SPEEDS}}}\nrecord: {{peaks: 3}}",
-    "both": f"sweep: {{{SPEEDS}, procedure: up-down}}\nrecord: {{peaks: 3, poincare: 9, exponent: "
-    f"true}}",
+    "both": f"sweep: {{{SPEEDS}, procedure: up-down}}\nrecord: {{peaks: 3, poincare: 9, exponent: true}}",
     "map": f"sweep: {{{SPEEDS}, wob: [10 kN, 20 kN, 30 kN]}}\nrecord: {{peaks: 0}}",
-    "refined": f"sweep: {{{SPEEDS}, wob: {{from: 10 kN, to: 50 kN, points: 3}}, refine: "
-    f"1}}\nrecord: {{peaks: 0}}",
-    "depths": f"sweep: {{{SPEEDS}, depth: [1 km, 2 km], wob: [10 kN, 20 kN]}}\nsimulation: "
-    f"{{verify: true}}",
+    "refined": f"sweep: {{{SPEEDS}, wob: {{from: 10 kN, to: 50 kN, points: 3}}, refine: 1}}\nrecord: {{peaks: 0}}",
+    "depths": f"sweep: {{{SPEEDS}, depth: [1 km, 2 km], wob: [10 kN, 20 kN]}}\nsimulation: {{verify: true}}",
     "further": f"sweep: {{{SPEEDS}, well.friction.dynamic: [0.1, 0.2], bit.rock_stiffness: "
     f"{{from: 10 MN/m, "
     "to: 80 MN/m, points: 4, spacing: log}}",
-    "ensemble": "sweep: {rotary_speed: [3 rad/s, 4 rad/s]}\ninitial: {ensemble: 6}\nrecord: "
-    "{poincare: 4}",
+    "ensemble": "sweep: {rotary_speed: [3 rad/s, 4 rad/s]}\ninitial: {ensemble: 6}\nrecord: {poincare: 4}",
     "slice": "sweep: {rotary_speed: [3 rad/s]}\ninitial: {slice: {x: {from: 0 mm, to: 9 mm, "
     "points: 3}, "
     "vx: {from: 0 m/s, to: 1 m/s, points: 4}}}",
-    "large": "sweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 1500}}\nrecord: {peaks: "
-    "0}",
+    "large": "sweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 1500}}\nrecord: {peaks: 0}",
     "trace": f"sweep: {{{SPEEDS}}}",
     "ramp": "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [9 s, 8 rad/s]]}}",
 }
@@ -117,40 +112,16 @@ def make_bases(folder: Path) -> None:
         study = parse_study(f"title: {name}\n{text}")
         path = folder / f"{name}.h5"
         if name in ("trace", "ramp"):
-            made = {
-                v.name: np.abs(chance.normal(0.05, 0.02, 200))
-                for v in described(MODEL).trace
-                if v.only is None
-            }
+            made = {v.name: np.abs(chance.normal(0.05, 0.02, 200)) for v in described(MODEL).trace if v.only is None}
             made |= {"depth": np.full(200, 5e3), "wob": np.full(200, 2e4)}
-            made["drive_speed"] = (
-                np.linspace(3.0, 8.0, 200) if name == "ramp" else np.full(200, 3.0)
-            )
+            made["drive_speed"] = np.linspace(3.0, 8.0, 200) if name == "ramp" else np.full(200, 3.0)
             extra: dict[str, Any] = {"procedure": "same", "replay_of": "x.h5"}
             if name == "ramp":
                 extra = {"ramps": json.dumps({"rotary_speed": [[0.0, 9.0], [3.0, 8.0]]})}
-            state = {
-                "initial_state": np.zeros(9),
-                "final_state": np.ones(9),
-                "status": "ok",
-                "steps": 9,
-                "rejected": 1,
-            }
-            point = {
-                "depth": 5e3,
-                "wob": 2e4,
-                "rotary_speed": 3.0,
-                "transient": 1.0,
-                "observe": 1.0,
-                "rtol": 1e-6,
-            }
+            state = {"initial_state": np.zeros(9), "final_state": np.ones(9), "status": "ok", "steps": 9, "rejected": 1}
+            point = {"depth": 5e3, "wob": 2e4, "rotary_speed": 3.0, "transient": 1.0, "observe": 1.0, "rtol": 1e-6}
             write_trace(
-                path,
-                Trace(
-                    np.linspace(0, 9, 200),
-                    made,
-                    {**provenance(study, "simulate"), **point, **state, **extra},
-                ),
+                path, Trace(np.linspace(0, 9, 200), made, {**provenance(study, "simulate"), **point, **state, **extra})
             )
             continue
         plan, kept = plan_of(study), kept_of(study)
@@ -161,24 +132,15 @@ def make_bases(folder: Path) -> None:
                 real = np.abs(chance.normal(0.5, 0.3, shape))
                 records[variable] = np.where(chance.random(shape) < 0.02, np.nan, real)
             elif about.flag_masks or about.flag_values:
-                records[variable] = chance.integers(
-                    0, 1 + max(about.flag_masks or about.flag_values or (1,)), shape
-                )
-        records["status"] = np.where(
-            chance.random(plan.points) < 0.1, chance.integers(1, 5, plan.points), 1
-        )
+                records[variable] = chance.integers(0, 1 + max(about.flag_masks or about.flag_values or (1,)), shape)
+        records["status"] = np.where(chance.random(plan.points) < 0.1, chance.integers(1, 5, plan.points), 1)
         coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
         if study.initial.starts:
             coords["start"] = list(range(study.initial.starts))
             records["attractor"] = chance.integers(0, 3, plan.points)
         attrs = provenance(study, "run")
         if study.refined:
-            attrs |= {
-                "refine": 1,
-                "points_run": 9,
-                "points_inferred": plan.points - 9,
-                "border_spacing": {"wob": 1e3},
-            }
+            attrs |= {"refine": 1, "points_run": 9, "points_inferred": plan.points - 9, "border_spacing": {"wob": 1e3}}
         log = MemoryLog({"coords": coords, "attrs": attrs}, plan.points, kept)
         log.write(np.arange(plan.points), records)
         write_results(path, log)
@@ -190,20 +152,10 @@ def mutate(path: Path, chance: random.Random) -> list[str]:
     told = []
     with h5py.File(path, "r+") as file:
         for _ in range(chance.choice((1, 1, 1, 2, 4))):
-            change = chance.choice(
-                (_attribute, _attribute, _json, _dataset, _dataset, _numbers, _numbers, _coordinate)
-            )
+            change = chance.choice((_attribute, _attribute, _json, _dataset, _dataset, _numbers, _numbers, _coordinate))
             try:
                 told.append(change(file, chance))
-            except (
-                OSError,
-                ValueError,
-                TypeError,
-                KeyError,
-                RuntimeError,
-                IndexError,
-                AttributeError,
-            ) as error:
+            except (OSError, ValueError, TypeError, KeyError, RuntimeError, IndexError, AttributeError) as error:
                 told.append(f"({change.__name__}: {type(error).__name__})")  # h5py refused
     seal(path)
     return told
@@ -211,9 +163,7 @@ def mutate(path: Path, chance: random.Random) -> list[str]:
 
 def _attribute(file: Any, chance: random.Random) -> str:
     thing = file if chance.random() < 0.7 else file[chance.choice(list(file))]
-    name = chance.choice(
-        [*thing.attrs, "new", "classification", "classification_resolved", "ramps"]
-    )
+    name = chance.choice([*thing.attrs, "new", "classification", "classification_resolved", "ramps"])
     kind = chance.random()
     if kind < 0.25 and name in thing.attrs:
         del thing.attrs[name]
@@ -227,11 +177,7 @@ def _attribute(file: Any, chance: random.Random) -> str:
 
 def _json(file: Any, chance: random.Random) -> str:
     """One value inside an attribute that holds JSON."""
-    found = [
-        name
-        for name in ("study_resolved", "ramps", "border_spacing", "study_overrides")
-        if name in file.attrs
-    ]
+    found = [name for name in ("study_resolved", "ramps", "border_spacing", "study_overrides") if name in file.attrs]
     name = chance.choice(found)
     data = json.loads(file.attrs[name])
     inside, path = data, []
@@ -247,9 +193,7 @@ def _json(file: Any, chance: random.Random) -> str:
         del inside[path[-1]]
         what = "deleted"
     else:
-        value = chance.choice(
-            (None, 0, -1, 10**30, 1e308, math.nan, math.inf, "", "x", [], {}, [1, 2], True, "up")
-        )
+        value = chance.choice((None, 0, -1, 10**30, 1e308, math.nan, math.inf, "", "x", [], {}, [1, 2], True, "up"))
         inside[path[-1]], what = value, f"= {value!r}"
     file.attrs[name] = json.dumps(data)
     return f"@{name} {path} {what}"
@@ -284,9 +228,7 @@ def _dataset(file: Any, chance: random.Random) -> str:
         other = ((), (0,), (1,), (3, 3), (*shape, 1), shape[:-1], tuple(2 * n for n in shape))
         file[name] = np.zeros(chance.choice(other))
     elif change == "type":
-        file[name] = numbers.astype(
-            chance.choice(("f2", ">f8", "i8", "u1", "c16", "?", "S3", "f4"))
-        )
+        file[name] = numbers.astype(chance.choice(("f2", ">f8", "i8", "u1", "c16", "?", "S3", "f4")))
     elif change == "group":
         file.create_group(name)
     elif change == "soft":
@@ -301,47 +243,30 @@ def _dataset(file: Any, chance: random.Random) -> str:
     elif change == "raw":
         file.create_dataset(name, shape, "f8", external=[("/etc/hostname", 0, h5py.h5f.UNLIMITED)])
     elif change == "giant":
-        file.create_dataset(
-            name, (10 ** chance.randrange(7, 13),), "f8", chunks=(1000,), fillvalue=1.0
-        )
+        file.create_dataset(name, (10 ** chance.randrange(7, 13),), "f8", chunks=(1000,), fillvalue=1.0)
     elif change == "chunk":
         file.create_dataset(
-            name,
-            shape,
-            "f8",
-            chunks=tuple(10**4 for _ in shape),
-            maxshape=(None,) * len(shape),
-            compression="gzip",
+            name, shape, "f8", chunks=tuple(10**4 for _ in shape), maxshape=(None,) * len(shape), compression="gzip"
         )
     elif change == "hard":
         file[name] = file[chance.choice(list(file))]
     elif change == "empty":
         file[name] = h5py.Empty("f8")
     elif change == "new":
-        name = chance.choice(
-            ("a", "start", "peak", "crossing", "trusted", "lyapunov_exponent", "motion", "é")
-        )
+        name = chance.choice(("a", "start", "peak", "crossing", "trusted", "lyapunov_exponent", "motion", "é"))
         file[name] = np.arange(chance.choice((0, 1, 5)))
     return f"{name} {change}"
 
 
 def _numbers(file: Any, chance: random.Random) -> str:
-    sound = [
-        name
-        for name in file
-        if isinstance(file.get(name), h5py.Dataset) and file[name].nbytes < 10**7
-    ]
+    sound = [name for name in file if isinstance(file.get(name), h5py.Dataset) and file[name].nbytes < 10**7]
     name = chance.choice(sound)
     values = np.atleast_1d(file[name][()])
     if values.dtype.kind not in "iuf":
         file[name][...] = chance.choice(("same", "up", "", "\x1b", "x" * 100, *STATE_NAMES))
         return f"{name} other text"
-    some = np.random.default_rng(chance.randrange(10**9)).random(values.shape) < chance.choice(
-        (0.1, 0.5, 1.1)
-    )
-    new = chance.choice(
-        (0, 1, -1, 5, 77, 127, math.nan, math.inf, -math.inf, 1e308, -1e308, 1e-320, 1e15)
-    )
+    some = np.random.default_rng(chance.randrange(10**9)).random(values.shape) < chance.choice((0.1, 0.5, 1.1))
+    new = chance.choice((0, 1, -1, 5, 77, 127, math.nan, math.inf, -math.inf, 1e308, -1e308, 1e-320, 1e15))
     if values.dtype.kind in "iu":
         limits = np.iinfo(values.dtype)
         new = chance.choice((0, 1, 2, 3, 4, 5, 6, -1, limits.max, limits.min))
@@ -416,22 +341,12 @@ def _worker(examples: range, seed: int, bases: str, pipe: Any) -> None:
             pipe.send((number, "begun", ""))
             try:
                 with time_limit(SECONDS):
-                    found = (
-                        "shown"
-                        if attempt(Path(folder), Path(bases), seed, number, said.append)
-                        else "refused"
-                    )
+                    found = "shown" if attempt(Path(folder), Path(bases), seed, number, said.append) else "refused"
                 pipe.send((number, found, ""))
             except Broken as error:
                 pipe.send((number, f"broken: {error}", f"example {number}: {' '.join(said)}"))
             except Exception as error:
-                pipe.send(
-                    (
-                        number,
-                        f"broken: {type(error).__name__}: {error}",
-                        f"example {number}: {' '.join(said)}",
-                    )
-                )
+                pipe.send((number, f"broken: {type(error).__name__}: {error}", f"example {number}: {' '.join(said)}"))
 
 
 def run(examples: int, seed: int, first: int = 0, keep_going: bool = False) -> dict[str, int]:
@@ -462,10 +377,7 @@ def run(examples: int, seed: int, first: int = 0, keep_going: bool = False) -> d
                     found[outcome] += 1
                     number += 1
                     if number % 100 == 0:
-                        print(
-                            f"{number}: {dict(found)}, {time.monotonic() - begun:.0f} s",
-                            file=sys.stderr,
-                        )
+                        print(f"{number}: {dict(found)}, {time.monotonic() - begun:.0f} s", file=sys.stderr)
             except EOFError:
                 worker.join()
                 outcome = f"broken: the process ended by signal {-(worker.exitcode or 0)}"

@@ -178,20 +178,12 @@ def _geometry(data: dict[str, Any], chance: random.Random) -> None:
 
     bore, outer, hole = ascending(1e-4, 1e-3, 2e-3, most=10.0, gap=0.998)
     span, length = ascending(1e-2, 1e-2, most=1e3, gap=1.0)
-    _put(
-        data,
-        "drillstring.collar",
-        {"inner_diameter": bore, "outer_diameter": outer, "span": span, "length": length},
-    )
+    _put(data, "drillstring.collar", {"inner_diameter": bore, "outer_diameter": outer, "span": span, "length": length})
     inner, pipe = ascending(1e-4, 1e-3, most=10.0, gap=0.998)
     _put(data, "drillstring.pipe", {"inner_diameter": inner, "outer_diameter": pipe})
     _put(data, "well.diameter", hole)
     _put(data, "initial", {"x": "0 m"})
-    _put(
-        data,
-        "operation.depth",
-        chance.choice((f"{float(length.split()[0]) * (1 + 1e-15)!r} m", "100000 m")),
-    )
+    _put(data, "operation.depth", chance.choice((f"{float(length.split()[0]) * (1 + 1e-15)!r} m", "100000 m")))
     data["sweep"] = {"wob": chance.choice(("0 N", "10000 kN", ["0 N", "10000 kN"]))}
 
 
@@ -211,9 +203,7 @@ def _within(chance: random.Random, key: str) -> Any:
         return chance.choice(leaf.choices)
     if leaf.kind == "switch":
         return chance.random() < 0.5
-    value = chance.choice(
-        (leaf.low, leaf.high, 1e-3 * leaf.high, chance.uniform(leaf.low, leaf.high))
-    )
+    value = chance.choice((leaf.low, leaf.high, 1e-3 * leaf.high, chance.uniform(leaf.low, leaf.high)))
     if leaf.kind == "whole":
         return int(min(value, 100_000))
     return f"{value!r} {leaf.units.replace(' ', '*')}" if leaf.kind == "quantity" else value
@@ -248,16 +238,12 @@ def _mutate(data: Any, chance: random.Random) -> None:
         inside[name] = _copy(there[other])
     elif kind == 3 and isinstance(inside, dict):
         word = str(name)
-        odd = chance.choice(
-            (word[:-1], word + "s", word.upper(), *chance.sample(list(LEAVES), 2), "", '"\\ud800"')
-        )
+        odd = chance.choice((word[:-1], word + "s", word.upper(), *chance.sample(list(LEAVES), 2), "", '"\\ud800"'))
         inside[Raw(odd)] = inside.pop(name)
     elif kind == 4 and isinstance(inside, dict):
         inside[Raw(f"{name} ")] = Raw(_value(chance, key))  # the same key again
     elif kind == 5:
-        inside[name] = chance.choice(
-            ([], {}, [inside[name]] * 3, {name: inside[name]}, None, True, 5, 1.5)
-        )
+        inside[name] = chance.choice(([], {}, [inside[name]] * 3, {name: inside[name]}, None, True, 5, 1.5))
     elif key in LEAVES:
         inside[name] = _within(chance, key)
 
@@ -277,9 +263,7 @@ def _block(data: Any, chance: random.Random) -> str:
 
 def _flow(value: Any, chance: random.Random) -> str:
     if isinstance(value, dict):
-        return (
-            "{" + ", ".join(f"{name}: {_flow(item, chance)}" for name, item in value.items()) + "}"
-        )
+        return "{" + ", ".join(f"{name}: {_flow(item, chance)}" for name, item in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(_flow(item, chance) for item in value) + "]"
     if isinstance(value, Raw):
@@ -295,21 +279,7 @@ def _scratch(text: str, chance: random.Random) -> str:
     """A few characters taken out, put in or moved."""
     start = chance.randrange(len(text) + 1)
     end = min(len(text), start + chance.choice((0, 0, 1, 2, 10)))
-    put = chance.choice(
-        (
-            "",
-            "\n",
-            " ",
-            "  ",
-            ":",
-            "{",
-            "]",
-            "\t",
-            "-",
-            chance.choice(TEXTS),
-            chance.choice(NUMBERS),
-        )
-    )
+    put = chance.choice(("", "\n", " ", "  ", ":", "{", "]", "\t", "-", chance.choice(TEXTS), chance.choice(NUMBERS)))
     return text[:start] + put + text[end:]
 
 
@@ -317,9 +287,7 @@ def attempt(folder: Path, seed: int, number: int) -> bool:
     """Broken unless the example is checked or refused in words; True where it was
     valid."""
     text, overrides = example(seed, number)
-    name = (b"s.yaml", b"\xff\xfe.yaml", "é.yaml".encode(), b"a\nb.yaml")[
-        number % 4 if number % 16 < 4 else 0
-    ]
+    name = (b"s.yaml", b"\xff\xfe.yaml", "é.yaml".encode(), b"a\nb.yaml")[number % 4 if number % 16 < 4 else 0]
     path = folder / os.fsdecode(name)
     raw = text.encode("utf-8", "surrogatepass")
     path.write_bytes(raw if number % 50 else raw + b"\xff")
@@ -335,14 +303,8 @@ def attempt(folder: Path, seed: int, number: int) -> bool:
             return True
         model = model_named(study.model)
         for end in (0, -1):
-            at = values_at(
-                study.parameters,
-                study.initial,
-                {key: axis[[end]] for key, axis in study.axes.items()},
-            )
-            runs = model.runs(
-                model.pack(at, study.thresholds), model.variant(at.parameters), model.starts(at, 0)
-            )
+            at = values_at(study.parameters, study.initial, {key: axis[[end]] for key, axis in study.axes.items()})
+            runs = model.runs(model.pack(at, study.thresholds), model.variant(at.parameters), model.starts(at, 0))
             for what, values in vars(runs).items():
                 if values is not None and not np.all(np.isfinite(values)):
                     raise Broken(f"the {what} of the lanes are not finite")

@@ -24,9 +24,7 @@ SMOOTH = Case(
 # The bit leaves the rock: axial contact with a kink every lobe.
 BOUNCING = Case(depth=5000.0, wob=6e3, speed=3.0, eccentricity=0.005, bit_smoothing=20.0)
 # The collar rolls along the wall and bounces off it.
-RUBBING = Case(
-    depth=2000.0, wob=60e3, speed=8.0, bit_smoothing=5.0, wall_smoothing=20.0, wall_stiffness=5e6
-)
+RUBBING = Case(depth=2000.0, wob=60e3, speed=8.0, bit_smoothing=5.0, wall_smoothing=20.0, wall_stiffness=5e6)
 
 
 def start_of(case: Case) -> np.ndarray:

@@ -55,9 +55,7 @@ def test_every_order_condition_to_four_holds_for_all_mixtures() -> None:
         assert embedded @ vector == pytest.approx(value, abs=1e-14)
     for vector, value in conditions4:
         assert b @ vector == pytest.approx(value, abs=1e-14)
-    assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in conditions4), (
-        "else there is no estimate"
-    )
+    assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in conditions4), "else there is no estimate"
     assert implicit[6] == pytest.approx(b, abs=0.0), "stiffly accurate"
 
 
@@ -74,13 +72,7 @@ def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> No
         free = most * (10 ** rng.uniform(-2, 2) if near is None else 1 + near * rng.uniform(-1, 1))
         free *= rng.choice([-1.0, 1.0])
 
-        def law(
-            v: float,
-            eps: float = eps,
-            tau: float = tau,
-            rise: float = rise,
-            dynamic: float = dynamic,
-        ) -> float:
+        def law(v: float, eps: float = eps, tau: float = tau, rise: float = rise, dynamic: float = dynamic) -> float:
             return 2 / np.pi * np.arctan(eps * v) * (rise / (1 + tau * abs(v)) + dynamic)
 
         low, high = 0.0, abs(free)
@@ -90,9 +82,7 @@ def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> No
         numbers = eps, tau, rise, dynamic
 
         def with_slope(v: float, numbers: tuple[float, ...] = numbers) -> list[float]:
-            return [
-                float(values(hyperbolic, name, v, numbers)) for name in ("coefficient", "slope")
-            ]
+            return [float(values(hyperbolic, name, v, numbers)) for name in ("coefficient", "slope")]
 
         named = Named(smoothing=eps, decay=tau, rise=rise, dynamic=dynamic)
         v = first_slip(free, c, named)
@@ -114,24 +104,14 @@ def run(work: Work, lanes: int = 8) -> dict[str, np.ndarray]:
     return {name: values[order] for name, values in work.columns(done).items()}
 
 
-def torsion_work(
-    smoothing: float, method: str, duration: float, rtol: float, pair: str = "tsitouras"
-) -> Work:
+def torsion_work(smoothing: float, method: str, duration: float, rtol: float, pair: str = "tsitouras") -> Work:
     parameters = TorsionParameters()
     friction = replace(parameters.bit.friction, smoothing=smoothing)
     parameters = replace(parameters, bit=replace(parameters.bit, friction=friction))
     axes = {"depth": np.array([5000.0]), "wob": np.array([60e3]), "rotary_speed": np.array([2.0])}
     simulation = Simulation(0.0, duration, rtol=rtol, method=method, pair=pair)  # type: ignore[arg-type]
     start = TorsionStart(twist=-3.0, bit_speed=1.0)
-    return Work(
-        Plan(axes, "same", None),
-        parameters,
-        start,
-        simulation,
-        Thresholds(),
-        Record(peaks=0),
-        "torsion",
-    )
+    return Work(Plan(axes, "same", None), parameters, start, simulation, Thresholds(), Record(peaks=0), "torsion")
 
 
 @pytest.mark.parametrize("smoothing", [50.0, 5e3])
@@ -145,12 +125,7 @@ def test_end_states_equal_radau(smoothing: float) -> None:
     def slopes(_: float, y: np.ndarray) -> list[float]:
         return [
             y[1] - 2.0,
-            (
-                -parameters.drillstring.damping * y[1]
-                - stiffness * y[0]
-                - torque(parameters.bit, 60e3, y[1])
-            )
-            / inertia,
+            (-parameters.drillstring.damping * y[1] - stiffness * y[0] - torque(parameters.bit, 60e3, y[1])) / inertia,
         ]
 
     exact = solve_ivp(slopes, (0.0, 12.0), [-3.0, 1.0], "Radau", rtol=1e-11, atol=1e-12).y[:, -1]
@@ -162,16 +137,12 @@ def test_end_states_equal_radau(smoothing: float) -> None:
 def smooth_work(friction: float, method: str, rtol: float) -> Work:
     """The bit stays on the rock and the collar off the wall: every derivative is
     smooth."""
-    work = main_work(
-        5.0, method, rtol, frozen=False, depth=[2000.0], wob=[60e3], rotary_speed=[3.0]
-    )
+    work = main_work(5.0, method, rtol, frozen=False, depth=[2000.0], wob=[60e3], rotary_speed=[3.0])
     parameters = work.parameters
     law = replace(parameters.bit.friction, static=friction, dynamic=friction / 2)
     bit = replace(parameters.bit, friction=law, surface_amplitude=3e-4)
     bit = replace(bit, cutting=replace(bit.cutting, zeta=0.0))
-    parameters = replace(
-        parameters, bit=bit, drillstring=replace(parameters.drillstring, eccentricity=5e-3)
-    )
+    parameters = replace(parameters, bit=bit, drillstring=replace(parameters.drillstring, eccentricity=5e-3))
     return replace(
         work,
         parameters=parameters,
@@ -181,9 +152,7 @@ def smooth_work(friction: float, method: str, rtol: float) -> Work:
 
 
 @pytest.mark.parametrize(("friction", "least"), [(0.0, 3.75), (0.02, 3.0)])
-def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(
-    friction: float, least: float
-) -> None:
+def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(friction: float, least: float) -> None:
     """Order four without friction. With it the end that is solved once more has an
     error of third order, which is a small part of it."""
     exact = run(smooth_work(friction, "explicit", 1e-12))["final_state"][0, :8]
@@ -198,9 +167,7 @@ def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(
     assert least < order < 4.75
 
 
-def main_work(
-    smoothing: float, method: str, rtol: float = 1e-6, frozen: bool = True, **axes: list[float]
-) -> Work:
+def main_work(smoothing: float, method: str, rtol: float = 1e-6, frozen: bool = True, **axes: list[float]) -> Work:
     parameters = Parameters()
     bit = replace(parameters.bit, friction=replace(parameters.bit.friction, smoothing=smoothing))
     well = replace(parameters.well, friction=replace(parameters.well.friction, smoothing=smoothing))
@@ -229,9 +196,7 @@ def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> N
         assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * arm.max(), rel=1e-6)
         assert found["bit_speed_min"][0] > -1e-6
         steps[smoothing] = int(found["steps"][0])
-    assert found["bit_torque_max"][0] == pytest.approx(
-        66.72e3 * (law.bit_rise + law.bit_dynamic), rel=3e-3
-    )
+    assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * (law.bit_rise + law.bit_dynamic), rel=3e-3)
     assert steps[1e6] < 1.5 * steps[1e3]
 
 

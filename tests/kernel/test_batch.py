@@ -59,16 +59,11 @@ def test_steps_tried_are_accepted_and_rejected_ones() -> None:
     assert batch.lane_steps <= 8 * batch.packed_steps
 
 
-def test_four_registers_to_a_row_where_steps_wait_for_themselves(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_four_registers_to_a_row_where_steps_wait_for_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
     """With implicit friction, with runs for all lanes, in a cache that nearly holds them;
     unless the user has chosen."""
     monkeypatch.delenv("NSDRILL_LANES", raising=False)
-    rows = {
-        method: work_for(Case(), replace(BRIEF, method=method)).variant.rows
-        for method in ("explicit", "implicit")
-    }
+    rows = {method: work_for(Case(), replace(BRIEF, method=method)).variant.rows for method in ("explicit", "implicit")}
     needed = rows["implicit"].total * 32 * 8
     for cache, lanes in ((needed, 32), (needed // 2, 16), (0, 16)):
         monkeypatch.setattr(batch_module, "first_level_cache", lambda cache=cache: cache)
@@ -84,9 +79,7 @@ def test_four_registers_to_a_row_where_steps_wait_for_themselves(
 def test_lanes_are_refilled_at_once() -> None:
     """Runs that differ tenfold in length: with fixed blocks of eight, lanes would idle
     half of the time."""
-    work = work_for(
-        Case(), Simulation(transient=5.0, observe=5.0), rotary_speed=np.tile(SPEEDS, 10)
-    )
+    work = work_for(Case(), Simulation(transient=5.0, observe=5.0), rotary_speed=np.tile(SPEEDS, 10))
     batch = work.new_batch(8, 130)
     batch.add_many(np.arange(130), work.prepare(np.arange(130)))
     done = finish(work, batch)

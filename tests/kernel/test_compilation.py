@@ -30,9 +30,7 @@ def few_steps() -> list[list[float]]:
     found = []
     for case in (SMOOTH, BOUNCING, RUBBING):
         out = run_from(work_for(case, Simulation(0.0, 0.05, rtol=1e-8)), start_of(case)[None])
-        found.append(
-            [*out["final_state"][0].tolist(), int(out["steps"][0]), int(out["rejected"][0])]
-        )
+        found.append([*out["final_state"][0].tolist(), int(out["steps"][0]), int(out["rejected"][0])])
     return found
 
 

@@ -15,16 +15,12 @@ from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.sweep.work import Work
 
-ROLLING = (
-    "operation: {depth: 2000 m, wob: 22.24 kN, rotary_speed: 8 rad/s}\ninitial: {x: 90 mm, vy: -3 "
-    "m/s}\n"
-)
+ROLLING = "operation: {depth: 2000 m, wob: 22.24 kN, rotary_speed: 8 rad/s}\ninitial: {x: 90 mm, vy: -3 m/s}\n"
 STEEP = "bit: {friction: {smoothing: 1000 s/rad}}\n"
 CASES = {
     "stabilisers": f"{ROLLING}{STEEP}well: {{friction: {{smoothing: 1000 s/m}}}}\n"
     "stabilizer: {clearance: 30 mm, friction: {smoothing: 1000 s/m}}\n",
-    "along the hole": f"{ROLLING}{STEEP}well: {{friction: {{smoothing: 1000 s/m}}, "
-    f"axial_friction: true}}\n",
+    "along the hole": f"{ROLLING}{STEEP}well: {{friction: {{smoothing: 1000 s/m}}, axial_friction: true}}\n",
     "elastic collar": f"model: beam\n{ROLLING}{STEEP}well: {{friction: {{smoothing: 1000 s/m}}}}\n"
     "beam: {modes: 2, stations: [{at: 0.3}, {at: 0.5}, {at: 0.7}]}\n",
     "live cutting": "model: segments\nbit: {cutting: {smoothing: 1000 s/rad, c2: 0.001}}\n"
@@ -57,10 +53,7 @@ def exact(work: Work) -> np.ndarray:
         b[:own], b[rows.stage_time] = y, t
         function(lanes.reshape(-1))
         found, out = b[rows.acceleration : rows.acceleration + rows.own_slopes], np.empty(own)
-        out[: 2 * pairs : 2], out[1 : 2 * pairs : 2] = (
-            y[1 : 2 * pairs : 2] + frame_rates,
-            found[:pairs],
-        )
+        out[: 2 * pairs : 2], out[1 : 2 * pairs : 2] = (y[1 : 2 * pairs : 2] + frame_rates, found[:pairs])
         out[2 * pairs :] = found[pairs:]
         return out
 
@@ -78,10 +71,7 @@ def test_end_states_equal_those_of_another_integrator(case: str) -> None:
     for rtol in (1e-6, FINE.get(case, 1e-8)):
         work = work_for(CASES[case], "implicit", rtol, seconds)
         if not errors:
-            end, size = (
-                exact(replace(work, simulation=replace(work.simulation, method="explicit"))),
-                None,
-            )
+            end, size = (exact(replace(work, simulation=replace(work.simulation, method="explicit"))), None)
             size = work.prepare(np.arange(1)).state_scales[0] + np.abs(end)
         errors.append(np.max(np.abs(run(work)["final_state"][0, : len(end)] - end) / size))
     assert errors[0] < 5e-3
@@ -93,10 +83,7 @@ def test_end_states_equal_those_of_another_integrator(case: str) -> None:
 def test_bits_do_not_depend_on_lanes_or_neighbours(case: str) -> None:
     """Each lane iterates until it is done, whatever the others do."""
     work = work_for(CASES[case], "implicit", 1e-6, 0.1)
-    axes = {
-        **work.plan.axes,
-        "rotary_speed": work.plan.axes["rotary_speed"] * np.array([0.2, 0.7, 1.0]),
-    }
+    axes = {**work.plan.axes, "rotary_speed": work.plan.axes["rotary_speed"] * np.array([0.2, 0.7, 1.0])}
     work = replace(work, plan=replace(work.plan, axes=axes))
     together = run(work)
     for place, speed in enumerate(axes["rotary_speed"]):

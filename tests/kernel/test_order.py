@@ -54,9 +54,7 @@ def conditions(a: np.ndarray, c: np.ndarray) -> dict[int, list[tuple[np.ndarray,
     }
 
 
-PAIRS = {
-    name: stepper.tableau for name, stepper in STEPPERS.items() if isinstance(stepper, ExplicitPair)
-}
+PAIRS = {name: stepper.tableau for name, stepper in STEPPERS.items() if isinstance(stepper, ExplicitPair)}
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -77,9 +75,7 @@ def test_a_pair_has_its_order_and_embeds_one_less(name: str) -> None:
             assert b @ vector == pytest.approx(value, abs=1e-15)
             if order < pair.order:  # the weights have seventeen digits, not all exact
                 assert embedded @ vector == pytest.approx(value, abs=3e-15)
-    assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in known[pair.order]), (
-        "no error estimate"
-    )
+    assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in known[pair.order]), "no error estimate"
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -175,9 +171,7 @@ def test_whole_turns_of_the_drive_change_nothing_but_the_angle() -> None:
     start = start_of(BOUNCING)
     later = start.copy()
     later[8] += 20 * np.pi
-    work = work_for(
-        BOUNCING, Simulation(transient=0.5, observe=0.5, rtol=1e-10), wob=[20e3, 22.24e3]
-    )
+    work = work_for(BOUNCING, Simulation(transient=0.5, observe=0.5, rtol=1e-10), wob=[20e3, 22.24e3])
     out = run_from(work, np.array([start, start]))["final_state"]
     moved = run_from(work, np.array([later, later]))["final_state"]
     assert moved[:, :8] == pytest.approx(out[:, :8], rel=1e-7, abs=1e-10)

@@ -6,13 +6,7 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import (
-    AUX,
-    PARAMETERS,
-    STATES,
-    frame_rates,
-    make_right_hand_side,
-)
+from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, frame_rates, make_right_hand_side
 
 ROWS = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
 
@@ -41,16 +35,12 @@ def slopes(
             filled = np.resize(here, lanes)  # the last lanes once more, where too few are left
             buffer = buffer_of(table[filled], time[filled], states[filled])
             function(buffer)
-            rows = buffer.reshape(ROWS.total, lanes)[
-                ROWS.acceleration : ROWS.acceleration + ROWS.slopes
-            ]
+            rows = buffer.reshape(ROWS.total, lanes)[ROWS.acceleration : ROWS.acceleration + ROWS.slopes]
             out[here, velocities] = rows.T[: len(here)]
     return out
 
 
-def buffer_of(
-    table: np.ndarray, time: np.ndarray, states: np.ndarray, rest: float = 0.0
-) -> np.ndarray:
+def buffer_of(table: np.ndarray, time: np.ndarray, states: np.ndarray, rest: float = 0.0) -> np.ndarray:
     """The lane buffer with these lanes, everything else filled with ``rest``."""
     rows = np.full((ROWS.total, len(states)), rest)
     rows[ROWS.stage : ROWS.stage + ROWS.states] = states.T

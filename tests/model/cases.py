@@ -120,15 +120,4 @@ def random_state(rng: np.random.Generator, case: Case) -> np.ndarray:
     z = rng.normal(0, case.amplitude + case.wob / case.rock_stiffness + 1e-4)
     speed = case.speed * rng.choice([rng.normal(0, 2), 10 ** rng.uniform(-8, -1)])
     vx, vy = rng.normal(0, 0.3, 2)
-    return np.array(
-        [
-            r * np.cos(angle),
-            vx,
-            r * np.sin(angle),
-            vy,
-            z,
-            rng.normal(0, 0.05),
-            rng.normal(0, 5),
-            speed,
-        ]
-    )
+    return np.array([r * np.cos(angle), vx, r * np.sin(angle), vy, z, rng.normal(0, 0.05), rng.normal(0, 5), speed])

@@ -37,21 +37,12 @@ def parameters(c: Case, o: Lateral) -> Parameters:
         drillstring=replace(p.drillstring, eccentric_weight=o.eccentric_weight),
         mud=replace(p.mud, swirl=o.swirl),
         well=replace(p.well, inclination=o.inclination, axial_friction=o.axial_friction),
-        stabilizer=Stabilizer(
-            o.clearance, StabilizerFriction(o.static, o.dynamic, o.smoothing, o.decay)
-        ),
+        stabilizer=Stabilizer(o.clearance, StabilizerFriction(o.static, o.dynamic, o.smoothing, o.decay)),
     )
 
 
-def _coefficient(
-    size: float, static: float, dynamic: float, smoothing: float, decay: float
-) -> float:
-    return (
-        2
-        / math.pi
-        * math.atan(smoothing * size)
-        * ((static - dynamic) / (1 + decay * abs(size)) + dynamic)
-    )
+def _coefficient(size: float, static: float, dynamic: float, smoothing: float, decay: float) -> float:
+    return 2 / math.pi * math.atan(smoothing * size) * ((static - dynamic) / (1 + decay * abs(size)) + dynamic)
 
 
 def weights(c: Case, o: Lateral) -> tuple[float, float]:
@@ -61,9 +52,7 @@ def weights(c: Case, o: Lateral) -> tuple[float, float]:
     return modal * (steel + mud), modal * steel * o.eccentric_weight
 
 
-def derivative(
-    c: Case, o: Lateral, t: float, state: np.ndarray, terms: bool = False, phase: float = 0.0
-) -> np.ndarray:
+def derivative(c: Case, o: Lateral, t: float, state: np.ndarray, terms: bool = False, phase: float = 0.0) -> np.ndarray:
     """d(state)/dt of one state [8]; with ``terms`` the size of what each component is
     summed from."""
     x, vx, y, vy, z, vz, twist, omega = np.asarray(state, float)
@@ -80,9 +69,7 @@ def derivative(
             return normal * _coefficient(slip, *law), 0.0
         size = math.hypot(slip, sliding_rate)
         mu = _coefficient(size, *law)
-        return (
-            (normal * mu * slip / size, normal * mu * sliding_rate / size) if size else (0.0, 0.0)
-        )
+        return (normal * mu * slip / size, normal * mu * sliding_rate / size) if size else (0.0, 0.0)
 
     wall = float(f["wall_force"])
     wall_law = (c.wall_static, c.wall_dynamic, c.wall_smoothing, c.wall_decay)
@@ -116,9 +103,7 @@ def derivative(
         -steel * c.eccentricity * math.cos(phi),
     ]
     s, cos, sin = c.m_e * c.eccentricity, math.cos(phi), math.sin(phi)
-    matrix = np.array(
-        [[c.m_l, 0, -s * sin], [0, c.m_l, s * cos], [-s * sin, s * cos, c.J + s * c.eccentricity]]
-    )
+    matrix = np.array([[c.m_l, 0, -s * sin], [0, c.m_l, s * cos], [-s * sin, s * cos, c.J + s * c.eccentricity]])
     right = np.array([force[0] + s * cos * omega**2, force[1] + s * sin * omega**2, sum(turning)])
     ax, ay, alpha = np.linalg.solve(matrix, right)
     bit = float(f["bit_force"])
@@ -127,36 +112,21 @@ def derivative(
         # The radius is a root of a sum: what a rounding of it does to the forces is a
         # term as well.
         hertz = 1.5 * math.sqrt(max(r - c.gap, 1e-14)) if c.wall_law == "hertz" else 1.0
-        rounding = (c.wall_stiffness * hertz * r if r > c.gap * (1 - 1e-12) else 0.0) + abs(
-            stiffness
-        ) * r
+        rounding = (c.wall_stiffness * hertz * r if r > c.gap * (1 - 1e-12) else 0.0) + abs(stiffness) * r
         lateral = sum(float(np.abs(push).sum()) for push in pushes) + rounding
         lateral += abs(c.k_bend) * r + s * omega**2
         torque = sum(map(abs, turning)) + rounding * c.collar_radius + s / c.m_l * lateral
         inertia = c.J + s * (c.eccentricity - s / c.m_l)
         a = lateral / c.m_l + s / c.m_l * torque / inertia
-        axial = (
-            bit
-            + c.rock_stiffness * (c.amplitude + abs(z)) * (bit > 0)
-            + c.wob
-            + abs(c.axial_damping * vz)
-        )
+        axial = bit + c.rock_stiffness * (c.amplitude + abs(z)) * (bit > 0) + c.wob + abs(c.axial_damping * vz)
         axial = (axial + abs(c.k_a * z) + abs(drag_along) + rounding) / c.m_a
-        return np.array(
-            [abs(vx), a, abs(vy), a, abs(vz), axial, abs(omega) + c.speed, torque / inertia]
-        )
+        return np.array([abs(vx), a, abs(vy), a, abs(vz), axial, abs(omega) + c.speed, torque / inertia])
     return np.array([vx, ax, vy, ay, vz, az, omega - c.speed, alpha])
 
 
 def solve(c: Case, o: Lateral, start: np.ndarray, times: np.ndarray) -> np.ndarray:
     """The states [8, times] by DOP853."""
     found = solve_ivp(
-        lambda t, s: derivative(c, o, t, s),
-        (0.0, times[-1]),
-        start,
-        "DOP853",
-        t_eval=times,
-        rtol=1e-11,
-        atol=1e-13,
+        lambda t, s: derivative(c, o, t, s), (0.0, times[-1]), start, "DOP853", t_eval=times, rtol=1e-11, atol=1e-13
     )
     return found.y

@@ -23,11 +23,7 @@ from nsdrill.models.christoforou_yigit.charts import (
     slopes_held_by_soft_torque,
 )
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.derived_quantities import (
-    derived_quantities,
-    growth_at_rest,
-    torsional_matrix,
-)
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, growth_at_rest, torsional_matrix
 from nsdrill.models.christoforou_yigit.drives import gains, impedance
 from nsdrill.models.christoforou_yigit.further_quantities import (
     further_quantities,
@@ -43,9 +39,7 @@ from nsdrill.models.drives import reflection
 from nsdrill.models.numbers import FULL_HELIX, HELIX
 from nsdrill.models.operation import Operation
 
-STATIC = replace(
-    Parameters(), drillstring=replace(Parameters().drillstring, lateral_softening="static")
-)
+STATIC = replace(Parameters(), drillstring=replace(Parameters().drillstring, lateral_softening="static"))
 HEAVY = Operation(5000.0, 66.72e3, 3.0)
 
 
@@ -70,13 +64,9 @@ def test_euler_loads_of_other_ends() -> None:
 def test_buckling_on_the_low_side() -> None:
     """Collars and 5 in pipe at 15, 30, 60, 90 degrees, in kN; computed beforehand."""
     collar, pipe = tubes.collars(Parameters()), tubes.pipe(Parameters(), 5000.0)
-    assert (collar.weight, pipe.weight, pipe.bending) == pytest.approx(
-        (2271.87, 212.02, 1.2478e6), rel=2e-5
-    )
+    assert (collar.weight, pipe.weight, pipe.bending) == pytest.approx((2271.87, 212.02, 1.2478e6), rel=2e-5)
     angles = np.radians([15.0, 30.0, 60.0, 90.0])
-    assert buckling.sinusoidal(collar, angles) / 1e3 == pytest.approx(
-        [926.4, 1287.6, 1694.6, 1820.9], abs=0.06
-    )
+    assert buckling.sinusoidal(collar, angles) / 1e3 == pytest.approx([926.4, 1287.6, 1694.6, 1820.9], abs=0.06)
     pipe_loads = buckling.sinusoidal(pipe, angles) / 1e3
     assert pipe_loads == pytest.approx([46.4, 64.6, 85.0, 91.3], abs=0.06)
     assert HELIX * pipe_loads[-1] == pytest.approx(129.1, abs=0.06)
@@ -141,14 +131,10 @@ def test_a_uniform_string_has_the_frequencies_of_a_rod() -> None:
     steel = string.material
     number = np.arange(1, 6)
     c = math.sqrt(steel.shear_modulus / steel.density)
-    assert torsional_waves(p, 3000.0, 5) == pytest.approx(
-        (number - 0.5) * math.pi * c / 3000.0, rel=1e-10
-    )
+    assert torsional_waves(p, 3000.0, 5) == pytest.approx((number - 0.5) * math.pi * c / 3000.0, rel=1e-10)
     c = math.sqrt(steel.young_modulus / steel.density)
     stiff = replace(p, bit=replace(p.bit, rock_stiffness=1e13))
-    assert axial_waves(stiff, 3000.0, 5, on_rock=True) == pytest.approx(
-        number * math.pi * c / 3000.0, rel=1e-4
-    )
+    assert axial_waves(stiff, 3000.0, 5, on_rock=True) == pytest.approx(number * math.pi * c / 3000.0, rel=1e-4)
 
 
 @pytest.mark.parametrize("depth", [210.0, 700.0, 5000.0, 9000.0])
@@ -188,11 +174,7 @@ def test_axial_waves_on_the_rock_are_those_of_a_chain_of_masses() -> None:
     diagonal = spring + np.append(spring[1:], p.bit.rock_stiffness)
     root = np.sqrt(mass)
     squares = eigh_tridiagonal(
-        diagonal / mass,
-        -spring[1:] / (root[1:] * root[:-1]),
-        eigvals_only=True,
-        select="i",
-        select_range=(0, 5),
+        diagonal / mass, -spring[1:] / (root[1:] * root[:-1]), eigvals_only=True, select="i", select_range=(0, 5)
     )
     assert axial_waves(p, 5000.0, 6, on_rock=True) == pytest.approx(np.sqrt(squares), rel=1e-3)
 
@@ -204,12 +186,8 @@ def test_lateral_frequencies_of_higher_modes() -> None:
     """66.72 kN with static softening, with the mass of mud and without; computed
     beforehand."""
     k = derive(STATIC, *(5000.0, 66.72e3, 3.0))
-    assert lateral_frequencies(STATIC, HEAVY, k, k.m_l) == pytest.approx(
-        [6.323, 26.27, 59.51], rel=2e-4
-    )
-    assert lateral_frequencies(STATIC, HEAVY, k, k.m_c) == pytest.approx(
-        [7.453, 30.97, 70.15], rel=1e-4
-    )
+    assert lateral_frequencies(STATIC, HEAVY, k, k.m_l) == pytest.approx([6.323, 26.27, 59.51], rel=2e-4)
+    assert lateral_frequencies(STATIC, HEAVY, k, k.m_c) == pytest.approx([7.453, 30.97, 70.15], rel=1e-4)
     # Each half wave of n is a span of its own of 1/n of the length, with its own load
     # of Euler.
     buckled = Operation(5000.0, 5.0 * k.buckling_load, 3.0)
@@ -219,12 +197,9 @@ def test_lateral_frequencies_of_higher_modes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("amplitude", "circular", "percent"),
-    [(0.01, False, 0.155), (0.0762, False, 1.183), (0.0762, True, 1.394)],
+    ("amplitude", "circular", "percent"), [(0.01, False, 0.155), (0.0762, False, 1.183), (0.0762, True, 1.394)]
 )
-def test_mud_damping_takes_the_work_of_the_drag(
-    amplitude: float, circular: bool, percent: float
-) -> None:
+def test_mud_damping_takes_the_work_of_the_drag(amplitude: float, circular: bool, percent: float) -> None:
     k = derive(STATIC, 5000.0, 66.72e3, 3.0)
     ratio, w = mud_damping(k, amplitude, circular=circular), 5.0
     assert 100 * ratio == pytest.approx(percent, abs=1e-3)
@@ -234,9 +209,7 @@ def test_mud_damping_takes_the_work_of_the_drag(
 
     turn = 2 * math.pi / w
     drag, _ = quad(lambda t: k.c_h * speed(t) ** 3, 0.0, turn, points=[turn / 4, 3 * turn / 4])
-    linear, _ = quad(
-        lambda t: 2 * ratio * w * k.m_l * speed(t) ** 2, 0.0, turn, points=[turn / 4, 3 * turn / 4]
-    )
+    linear, _ = quad(lambda t: 2 * ratio * w * k.m_l * speed(t) ** 2, 0.0, turn, points=[turn / 4, 3 * turn / 4])
     assert linear == pytest.approx(drag, rel=1e-9)
 
 
@@ -249,9 +222,7 @@ def test_where_the_collar_lies_down() -> None:
     force = 2 * 19.81 / math.pi * 2271.8738
     stiffness = k.k_bend - 66.72e3 * math.pi**2 / (2 * 19.81)
     radius = (force + 25e6 * 0.0762) / (stiffness + 25e6)
-    assert low_side_swing(STATIC, HEAVY, k) == pytest.approx(
-        math.sqrt(force / (k.m_l * radius)), rel=1e-7
-    )
+    assert low_side_swing(STATIC, HEAVY, k) == pytest.approx(math.sqrt(force / (k.m_l * radius)), rel=1e-7)
     short = replace(STATIC, drillstring=replace(STATIC.drillstring, collar=Collar(span=8.0)))
     k = derive(short, 5000.0, 66.72e3, 3.0)
     assert wall_inclination(short, HEAVY, k) is None
@@ -260,14 +231,9 @@ def test_where_the_collar_lies_down() -> None:
 
 def test_further_figures_are_all_there_and_finite() -> None:
     found = further_quantities(Parameters(), HEAVY)
-    assert {
-        "euler_fixed_free",
-        "collar_vertical",
-        "pipe_helical",
-        "lateral_3",
-        "mud_plane",
-        "torsional_wave_4",
-    } <= set(found)
+    assert {"euler_fixed_free", "collar_vertical", "pipe_helical", "lateral_3", "mud_plane", "torsional_wave_4"} <= set(
+        found
+    )
     assert all(f.further and f.value is not None and math.isfinite(f.value) for f in found.values())
     assert not set(found) & set(derived_quantities(Parameters(), HEAVY))
 
@@ -332,14 +298,9 @@ def test_tuning_of_a_soft_torque_drive() -> None:
         1.0: (86.8, 139.7, 136.4, 123.2),
         1.2: (64.9, 88.2, 94.0, 95.8),
     }
-    held = slopes_held_by_soft_torque(
-        p, k, np.array([1.0, 3.0, 4.0, 5.0]), w * np.array(list(known))
-    )
+    held = slopes_held_by_soft_torque(p, k, np.array([1.0, 3.0, 4.0, 5.0]), w * np.array(list(known)))
     assert held == pytest.approx(np.array(list(known.values())), abs=0.06)
-    for compensated, matching, ratio, best in (
-        (1900.0, 2.0, 0.7, 250.0),
-        (2600.0, 1.0, 0.5, 291.0),
-    ):
+    for compensated, matching, ratio, best in ((1900.0, 2.0, 0.7, 250.0), (2600.0, 1.0, 0.5, 291.0)):
         soft = driven(kind="soft_torque", compensated_inertia=compensated)
         held = slopes_held_by_soft_torque(soft, k, np.array([matching]), np.array([ratio * w]))
         assert held[0, 0] == pytest.approx(best, abs=0.5)
@@ -353,9 +314,7 @@ def test_the_best_tuning_is_the_best_of_the_map() -> None:
     assert held >= chart.held.max()
     assert chart.own == (3.0, pytest.approx(2 * math.pi * 0.08))
     k = derive(p, 5000.0, 66.72e3, 3.0)
-    around = slopes_held_by_soft_torque(
-        p, k, matching * np.array([0.9, 1.1]), frequency * np.array([0.95, 1.05])
-    )
+    around = slopes_held_by_soft_torque(p, k, matching * np.array([0.9, 1.1]), frequency * np.array([0.95, 1.05]))
     assert held > around.max()
     # The same drive, asked for by its keys, holds what the map says.
     asked = driven(kind="soft_torque", matching=matching, frequency=frequency / (2 * math.pi))
@@ -365,9 +324,7 @@ def test_the_best_tuning_is_the_best_of_the_map() -> None:
 def test_figures_solve_for_the_gains_once(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
     solve = drives._regulator
-    monkeypatch.setattr(
-        drives, "_regulator", lambda *numbers: calls.append(numbers) or solve(*numbers)
-    )
+    monkeypatch.setattr(drives, "_regulator", lambda *numbers: calls.append(numbers) or solve(*numbers))
     derived_quantities(driven(kind="lqr"), HEAVY)
     assert len(calls) == 1
 
@@ -391,9 +348,7 @@ def test_a_drive_that_swings_the_string_by_itself() -> None:
 
 def test_critical_speeds_along_depth() -> None:
     x = np.array([2000.0, 5000.0])
-    chart = critical_speeds(
-        "depth", x, [(STATIC, replace(HEAVY, depth=float(depth))) for depth in x]
-    )
+    chart = critical_speeds("depth", x, [(STATIC, replace(HEAVY, depth=float(depth))) for depth in x])
     assert chart.lateral[:, 1] == pytest.approx([6.323, 26.27, 59.51], rel=2e-4)
     assert chart.torsional[:, 1] == pytest.approx([0.5862, 2.284, 4.276, 6.323], rel=2e-4)
     assert 3 * chart.axial[:, 1] == pytest.approx([1.196, 3.970, 7.115, 10.389], rel=5e-4)
@@ -409,8 +364,6 @@ def test_buckling_charts() -> None:
     assert chart.collar / 1e3 == pytest.approx([926.4, 1820.9], abs=0.06)
     assert chart.euler / 1e3 == pytest.approx([699.25, 699.25], abs=6e-3)
     assert chart.wob == pytest.approx([66.72e3] * 2)
-    along = buckling_along(
-        "wob", np.array([1e3, 2e3]), [(Parameters(), replace(HEAVY, wob=w)) for w in (1e3, 2e3)]
-    )
+    along = buckling_along("wob", np.array([1e3, 2e3]), [(Parameters(), replace(HEAVY, wob=w)) for w in (1e3, 2e3)])
     assert along.pipe / 1e3 == pytest.approx([91.3, 91.3], abs=0.06)
     assert along.wob == pytest.approx([1e3, 2e3])

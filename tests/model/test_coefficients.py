@@ -65,9 +65,7 @@ def test_coefficients_equal_the_reference(seed: int) -> None:
         "collar_radius",
     ):
         assert getattr(k, name) == pytest.approx(getattr(c, name), rel=1e-13), name
-    assert k.cutting_arm == pytest.approx(
-        c.zeta * math.sqrt(c.bit_radius * c.depth_of_cut), rel=1e-13
-    )
+    assert k.cutting_arm == pytest.approx(c.zeta * math.sqrt(c.bit_radius * c.depth_of_cut), rel=1e-13)
     # a difference of near numbers
     assert k.m_f == pytest.approx(c.m_l - c.m_c, rel=1e-11, abs=1e-9)
 
@@ -81,11 +79,7 @@ def test_buckling_load_is_eulers() -> None:
 
 def test_arrays_give_the_bits_of_scalars() -> None:
     rng = np.random.default_rng(5)
-    depth, wob, speed = (
-        rng.uniform(300, 9000, 50),
-        rng.uniform(0, 1e5, 50),
-        rng.uniform(0.1, 20, 50),
-    )
+    depth, wob, speed = (rng.uniform(300, 9000, 50), rng.uniform(0, 1e5, 50), rng.uniform(0.1, 20, 50))
     many = derive(Parameters(), depth, wob, speed)
     for i in range(50):
         one, picked = derive(Parameters(), depth[i], wob[i], speed[i]), at(many, i)

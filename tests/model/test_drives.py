@@ -19,21 +19,11 @@ from nsdrill.app.check import check
 from nsdrill.app.run import run_in_memory
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.derived_quantities import (
-    derived_quantities,
-    slope_held,
-    torsional_matrix,
-)
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, slope_held, torsional_matrix
 from nsdrill.models.christoforou_yigit.drives import gains, impedance
 from nsdrill.models.christoforou_yigit.options import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
-from nsdrill.models.christoforou_yigit.rhs import (
-    frame_rates,
-    make_right_hand_side,
-    pack,
-    rows_of,
-    states_of,
-)
+from nsdrill.models.christoforou_yigit.rhs import frame_rates, make_right_hand_side, pack, rows_of, states_of
 from nsdrill.models.drives import Gains
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record
@@ -55,14 +45,7 @@ def linear(parameters: Parameters) -> np.ndarray:
     speed) less the set point."""
     k, g = derive(parameters, *DEEP), law_of(parameters)
     c_t, c_s = parameters.drillstring.torsional_damping, g.shaft_damping
-    top = np.array(
-        [
-            -g.stiffness - k.k_t + g.twist_gain,
-            -g.damping - c_s,
-            k.k_t - g.twist_gain,
-            c_s - g.speed_gain,
-        ]
-    )
+    top = np.array([-g.stiffness - k.k_t + g.twist_gain, -g.damping - c_s, k.k_t - g.twist_gain, c_s - g.speed_gain])
     bottom = np.array([k.k_t, c_s, -k.k_t, -c_t - c_s])
     return np.array([[0, 1, 0, 0], top / g.inertia, [0, 0, 0, 1], bottom / k.J], float)
 
@@ -79,9 +62,7 @@ def linear(parameters: Parameters) -> np.ndarray:
         ({"kind": "lqr"}, [(0.498, 0.671), (0.696, 0.400)]),
     ],
 )
-def test_modes_of_string_and_drive(
-    keys: dict[str, object], modes: list[tuple[float, float]]
-) -> None:
+def test_modes_of_string_and_drive(keys: dict[str, object], modes: list[tuple[float, float]]) -> None:
     """Frequency and damping ratio at 5000 m, computed beforehand from the equations by
     other code."""
     roots = np.linalg.eigvals(linear(driven(**keys)))
@@ -108,9 +89,7 @@ def test_the_slope_of_friction_that_each_drive_holds(keys: dict[str, object], he
     66.72 kN."""
     parameters = driven(**keys)
     assert slope_held(parameters, derive(parameters, *DEEP)) == pytest.approx(held, abs=0.06)
-    onset = derived_quantities(parameters, Operation(5000.0, 66.72e3, 3.0))[
-        "stick_slip_onset"
-    ].value
+    onset = derived_quantities(parameters, Operation(5000.0, 66.72e3, 3.0))["stick_slip_onset"].value
     arm = 2 / 3 * 0.1905
     assert onset == pytest.approx((math.sqrt(66.72e3 * arm * 0.3 * 3.0 / held) - 1) / 3.0, rel=2e-3)
 
@@ -199,16 +178,12 @@ def test_energy_changes_by_the_powers(keys: dict[str, object]) -> None:
         time = rng.uniform(0, 5)
         rate = slopes(parameters, time, state)
 
-        def named(
-            states: np.ndarray, times: np.ndarray, names: tuple[str, ...] = names
-        ) -> dict[str, np.ndarray]:
+        def named(states: np.ndarray, times: np.ndarray, names: tuple[str, ...] = names) -> dict[str, np.ndarray]:
             by_name = dict(zip(names, states.T, strict=True))
             return {**by_name, "drive_angle": DEEP[2] * times}
 
         h = 1e-6
-        ends = energy(
-            parameters, operation, named(state + np.outer([-h, h], rate), time + np.array([-h, h]))
-        )
+        ends = energy(parameters, operation, named(state + np.outer([-h, h], rate), time + np.array([-h, h])))
         fed = powers(parameters, operation, named(state[None], np.array([time])))
         total = sum(float(power[0]) for power in fed.values())
         size = sum(abs(float(power[0])) for power in fed.values()) + abs(float(ends[0]))
@@ -241,9 +216,7 @@ def test_without_a_bit_the_motion_is_that_of_the_linear_system() -> None:
     assert found["drive_speed"].values == pytest.approx(exact.y[1] + DEEP[2], abs=1e-8)
     assert found["twist"].values == pytest.approx(exact.y[2], abs=1e-8)
     k_t = derive(parameters, *DEEP).k_t
-    assert found["surface_torque"].values == pytest.approx(
-        k_t * (exact.y[0] - exact.y[2]), rel=1e-7
-    )
+    assert found["surface_torque"].values == pytest.approx(k_t * (exact.y[0] - exact.y[2]), rel=1e-7)
 
 
 def test_features_are_those_of_the_trace() -> None:
@@ -254,9 +227,7 @@ def test_features_are_those_of_the_trace() -> None:
         "simulation: {transient: 20 s, observe: 40 s, rtol: 1.0e-8}"
     )
     study = parse_study(text)
-    work = replace(
-        work_for(Case(wob=66.72e3, speed=2.0), study.simulation), parameters=study.parameters
-    )
+    work = replace(work_for(Case(wob=66.72e3, speed=2.0), study.simulation), parameters=study.parameters)
     found = run_work(work)
     trace = nsdrill.simulate(study, duration=60.0, sample=0.001)
     late = trace.time.values >= 20.0
@@ -266,9 +237,7 @@ def test_features_are_those_of_the_trace() -> None:
         span = values.max() - values.min()
         assert found[f"{name}_max"][0] == pytest.approx(values.max(), abs=1e-4 * span)
         assert found[f"{name}_min"][0] == pytest.approx(values.min(), abs=1e-4 * span)
-        assert found[f"{name}_mean"][0] == pytest.approx(
-            np.trapezoid(values, dx=0.001) / 40.0, abs=1e-4 * span
-        )
+        assert found[f"{name}_mean"][0] == pytest.approx(np.trapezoid(values, dx=0.001) / 40.0, abs=1e-4 * span)
     assert 0.01 < found["drive_speed_max"][0] - 2.0 < 0.5  # a stiff drive nearly keeps its speed
 
 
@@ -284,26 +253,14 @@ def test_a_very_stiff_drive_is_an_ideal_one() -> None:
 
 def test_neither_lanes_nor_the_exponent_change_a_bit() -> None:
     smooth = Simulation(transient=5.0, observe=10.0)
-    work = replace(
-        work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 9)),
-        parameters=driven(kind="z_torque"),
-    )
+    work = replace(work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 9)), parameters=driven(kind="z_torque"))
     kept = run_work(work, lanes=8)
-    for other in (
-        run_work(work, lanes=1),
-        run_work(replace(work, record=Record(exponent=True)), lanes=8),
-    ):
+    for other in (run_work(work, lanes=1), run_work(replace(work, record=Record(exponent=True)), lanes=8)):
         assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
 
 
 PLACING = Drive(
-    "pi",
-    inertia=500.0,
-    stiffness=300.0,
-    damping=200.0,
-    twist_gain=-50.0,
-    speed_gain=40.0,
-    shaft_damping=30.0,
+    "pi", inertia=500.0, stiffness=300.0, damping=200.0, twist_gain=-50.0, speed_gain=40.0, shaft_damping=30.0
 )
 
 
@@ -311,23 +268,15 @@ PLACING = Drive(
     ("drive", "case", "seconds"),
     [
         (PLACING, Case(wob=10e3, speed=4.0), 3.0),
-        (
-            Drive("stiff", torque_limit=2500.0),
-            Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0),
-            10.0,
-        ),
+        (Drive("stiff", torque_limit=2500.0), Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), 10.0),
     ],
 )
-def test_the_deviation_is_the_derivative_of_the_motion(
-    drive: Drive, case: Case, seconds: float
-) -> None:
+def test_the_deviation_is_the_derivative_of_the_motion(drive: Drive, case: Case, seconds: float) -> None:
     """Against two neighbouring runs, over some seconds of bouncing; and of stick-slip
     with a motor that reaches both limits."""
     simulation = Simulation(transient=0.0, observe=seconds, rtol=1e-8)
     work = work_for(case, simulation)
-    work = replace(
-        work, parameters=replace(work.parameters, drive=drive), record=Record(exponent=True)
-    )
+    work = replace(work, parameters=replace(work.parameters, drive=drive), record=Record(exponent=True))
 
     followed, quotient = followed_and_quotient(work)
     assert np.all(np.abs(quotient[8:]) > 1e-3)  # the drive has its part in it
@@ -357,22 +306,10 @@ def limited_motion(times: np.ndarray, speed: float, rate: float) -> tuple[np.nda
 
     def slope(t: float, y: np.ndarray) -> list[float]:
         pipe, target = k.k_t * (y[0] - y[2]), speed + rate * t
-        return [
-            y[1] - target,
-            (motor(t, y) - pipe) / law.inertia,
-            y[3] - target,
-            (pipe - 50.0 * y[3]) / k.J,
-        ]
+        return [y[1] - target, (motor(t, y) - pipe) / law.inertia, y[3] - target, (pipe - 50.0 * y[3]) / k.J]
 
     found = solve_ivp(
-        slope,
-        (0, times[-1]),
-        [0.0, 1.0, 0.0, 2.0],
-        "DOP853",
-        rtol=1e-11,
-        atol=1e-11,
-        t_eval=times,
-        max_step=0.01,
+        slope, (0, times[-1]), [0.0, 1.0, 0.0, 2.0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=times, max_step=0.01
     )
     return found.y, np.array([motor(t, y) for t, y in zip(times, found.y.T, strict=True)])
 
@@ -395,28 +332,18 @@ def test_a_ramp_keeps_to_the_limits_of_the_motor() -> None:
     study = parse_study(OFF_THE_ROCK.format(speed="{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", z=0))
     found = nsdrill.simulate(study, sample=0.05)
     exact, torque = limited_motion(found.time.values, 3.0, 0.2)
-    assert (
-        min(np.sum(torque == 8e3), np.sum(torque == 0.0), np.sum((torque > 0) & (torque < 8e3))) > 5
-    )
+    assert min(np.sum(torque == 8e3), np.sum(torque == 0.0), np.sum((torque > 0) & (torque < 8e3))) > 5
     assert found["drive_speed"].values == pytest.approx(exact[1], abs=2e-5)
     assert found["twist"].values == pytest.approx(exact[2], abs=2e-5)
 
 
 def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so() -> None:
-    text = (
-        "operation: {{wob: 66.72 kN, rotary_speed: 6 rad/s}}\ndrive: {{kind: stiff, torque_limit: "
-        "{} kN*m}}"
-    )
+    text = "operation: {{wob: 66.72 kN, rotary_speed: 6 rad/s}}\ndrive: {{kind: stiff, torque_limit: {} kN*m}}"
     weak, strong = (parse_study(text.format(limit)) for limit in (2, 60))
-    told = [
-        any(warning.startswith("Overloaded: ") for warning in check(study).warnings)
-        for study in (weak, strong)
-    ]
+    told = [any(warning.startswith("Overloaded: ") for warning in check(study).warnings) for study in (weak, strong)]
     assert told == [True, False]
     reserve = derived_quantities(strong.parameters, strong.operation)["torque_reserve"].value
-    assert reserve == pytest.approx(
-        60e3 - derived_quantities(strong.parameters, strong.operation)["mean_torque"].value
-    )
+    assert reserve == pytest.approx(60e3 - derived_quantities(strong.parameters, strong.operation)["mean_torque"].value)
     found = nsdrill.simulate(weak, duration=120.0, sample=0.1)
     late = found.time.values > 100.0
     assert found["surface_torque"].values[late].mean() == pytest.approx(2e3, rel=0.05)
@@ -428,14 +355,8 @@ def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so() -> None:
     [
         ("drive: {torque_limit: 60 kN*m}", "the drive ideal does not read"),
         ("drive: {kind: z_torque, torque_limit: 60 kN*m}", "the drive z_torque does not read"),
-        (
-            "drive: {kind: soft_torque, compensated_inertia: 9 kg*m^2, torque_limit: 60 kN*m}",
-            "another one",
-        ),
-        (
-            "drive: {kind: pi}\nsweep: {drive.torque_limit: [20 kN*m, 60 kN*m]}",
-            "without a limit beside it",
-        ),
+        ("drive: {kind: soft_torque, compensated_inertia: 9 kg*m^2, torque_limit: 60 kN*m}", "another one"),
+        ("drive: {kind: pi}\nsweep: {drive.torque_limit: [20 kN*m, 60 kN*m]}", "without a limit beside it"),
     ],
 )
 def test_a_limit_is_refused_where_it_means_nothing(text: str, said: str) -> None:
@@ -447,21 +368,13 @@ def test_a_limit_is_refused_where_it_means_nothing(text: str, said: str) -> None
 
 
 def test_an_axis_over_the_limit_has_the_bits_of_single_runs() -> None:
-    text = (
-        "drive: {{kind: stiff, torque_limit: {} kN*m}}\nsimulation: {{transient: 2 s, observe: 5 "
-        "s}}\n{}"
-    )
-    found = run_in_memory(
-        parse_study(text.format(9, "sweep: {drive.torque_limit: [2 kN*m, 60 kN*m]}")), workers=1
-    )
+    text = "drive: {{kind: stiff, torque_limit: {} kN*m}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
+    found = run_in_memory(parse_study(text.format(9, "sweep: {drive.torque_limit: [2 kN*m, 60 kN*m]}")), workers=1)
     for i, value in enumerate((2, 60)):
         alone = run_in_memory(parse_study(text.format(value, "")), workers=1)
         for name in ("drive_speed_min", "surface_torque_mean"):
             assert np.ravel(found.variables[name])[i] == np.ravel(alone.variables[name])[0]
-    assert (
-        found.variables["drive_speed_min"].ravel()[0]
-        < found.variables["drive_speed_min"].ravel()[1]
-    )
+    assert found.variables["drive_speed_min"].ravel()[0] < found.variables["drive_speed_min"].ravel()[1]
 
 
 RAMP = """
@@ -477,9 +390,7 @@ simulation: {{rtol: 1.0e-9}}
 def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
     """A very stiff drive follows the ramp; a soft one lags behind it by what its law
     says."""
-    text = RAMP.format(
-        "kind: pi, inertia: 100 kg*m^2, stiffness: 100 kN*m/rad, damping: 5 kN*m*s/rad"
-    )
+    text = RAMP.format("kind: pi, inertia: 100 kg*m^2, stiffness: 100 kN*m/rad, damping: 5 kN*m*s/rad")
     stiff = nsdrill.simulate(parse_study(text), sample=0.1)
     assert stiff["drive_speed"].values == pytest.approx(2.0 + 0.1 * stiff.time.values, abs=0.01)
     soft = nsdrill.simulate(parse_study(RAMP.format("kind: soft_torque, matching: 1")), sample=0.1)
@@ -491,12 +402,8 @@ def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
     def rate(t: float, y: np.ndarray) -> np.ndarray:
         return matrix @ y + push + np.array([0, 0, 0, -50.0 * (2.0 + 0.1 * t) / k.J])
 
-    exact = solve_ivp(
-        rate, (0, 40), [0, 0, 0, 0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=soft.time.values
-    )
-    assert soft["drive_speed"].values == pytest.approx(
-        exact.y[1] + 2.0 + 0.1 * soft.time.values, abs=2e-6
-    )
+    exact = solve_ivp(rate, (0, 40), [0, 0, 0, 0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=soft.time.values)
+    assert soft["drive_speed"].values == pytest.approx(exact.y[1] + 2.0 + 0.1 * soft.time.values, abs=2e-6)
     assert soft["twist"].values == pytest.approx(exact.y[2], abs=2e-6)
 
 
@@ -554,12 +461,8 @@ GAINS = (0.0272, 22.2, 1.138, -13.03, 15.6)
 
 
 @pytest.mark.parametrize("gains", [None, GAINS], ids=["constant", "regulated"])
-@pytest.mark.parametrize(
-    ("speed", "rate"), [("3 rad/s", 0.0), ("{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", 0.2)]
-)
-def test_string_and_motor_move_as_circuit_and_springs_say(
-    speed: str, rate: float, gains: tuple | None
-) -> None:
+@pytest.mark.parametrize(("speed", "rate"), [("3 rad/s", 0.0), ("{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", 0.2)])
+def test_string_and_motor_move_as_circuit_and_springs_say(speed: str, rate: float, gains: tuple | None) -> None:
     """Off the rock, at a constant and at a rising voltage, without gains and with such
     on the deviations from steady drilling, against DOP853 on current, speeds and
     angles."""
@@ -582,9 +485,7 @@ def test_string_and_motor_move_as_circuit_and_springs_say(
                 bit - turned + steady / k.k_t,
                 bit_speed - target,
             )
-            voltage += R * steady / n_K - sum(
-                K * one for K, one in zip(gains, deviations, strict=True)
-            )
+            voltage += R * steady / n_K - sum(K * one for K, one in zip(gains, deviations, strict=True))
         return [
             top_speed,
             (n_K * current - pipe) / 2122.32,
@@ -594,13 +495,7 @@ def test_string_and_motor_move_as_circuit_and_springs_say(
         ]
 
     exact = solve_ivp(
-        slope,
-        (0, 20),
-        [0.0, 3.0, 5.0, 3.0, 0.0],
-        "DOP853",
-        rtol=1e-11,
-        atol=1e-11,
-        t_eval=found.time.values,
+        slope, (0, 20), [0.0, 3.0, 5.0, 3.0, 0.0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=found.time.values
     ).y
     turned = 3.0 * found.time.values + 0.5 * rate * found.time.values**2
     assert found["drive_speed"].values == pytest.approx(exact[1], abs=2e-5)
@@ -614,10 +509,7 @@ def test_a_regulated_motor_turns_with_the_set_speed_and_ends_stick_slip() -> Non
     """Gains of a regulator: no droop, the eigenvalues of circuit and string, and steady
     drilling from a stuck bit where the motor at constant voltage leaves it to stick and
     slip."""
-    study = (
-        "operation: {wob: 66.72 kN, rotary_speed: 4 rad/s}\nmodes: {axial: frozen, lateral: "
-        "frozen}\n"
-    )
+    study = "operation: {wob: 66.72 kN, rotary_speed: 4 rad/s}\nmodes: {axial: frozen, lateral: frozen}\n"
     study += "initial: {bit_speed: 0 rad/s}\ndrive: {kind: dc_motor%s}\n"
     free, held = (parse_study(study % more) for more in ("", f", gains: {list(GAINS)}"))
     k = derive(held.parameters, 5000.0, 66.72e3, 4.0)
@@ -631,15 +523,10 @@ def test_a_regulated_motor_turns_with_the_set_speed_and_ends_stick_slip() -> Non
         [0, k.k_t / k.J, 0, -k.k_t / k.J, -50.0 / k.J],
     ]
     found = np.linalg.eigvals(torsional_matrix(held.parameters, k))
-    assert np.sort_complex(found) == pytest.approx(
-        np.sort_complex(np.linalg.eigvals(matrix)), rel=1e-9
-    )
+    assert np.sort_complex(found) == pytest.approx(np.sort_complex(np.linalg.eigvals(matrix)), rel=1e-9)
     shown = derived_quantities(held.parameters, held.operation)
     assert "droop" not in shown
-    assert (
-        shown["slope_held"].value
-        > 2 * derived_quantities(free.parameters, free.operation)["slope_held"].value
-    )
+    assert shown["slope_held"].value > 2 * derived_quantities(free.parameters, free.operation)["slope_held"].value
     ends = [nsdrill.simulate(one, duration=250.0, sample=0.1) for one in (free, held)]
     late = ends[0].time.values > 200.0
     swings = [np.ptp(one["bit_speed"].values[late]) for one in ends]
@@ -653,21 +540,13 @@ def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
     """Its states are in the results, lanes change no bit, and a replay has the bits of
     the sweep."""
     smooth = Simulation(transient=5.0, observe=10.0)
-    work = replace(
-        work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 5)), parameters=driven(**MOTOR)
-    )
+    work = replace(work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 5)), parameters=driven(**MOTOR))
     kept = run_work(work, lanes=8)
-    for other in (
-        run_work(work, lanes=1),
-        run_work(replace(work, record=Record(exponent=True)), lanes=8),
-    ):
+    for other in (run_work(work, lanes=1), run_work(replace(work, record=Record(exponent=True)), lanes=8)):
         assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
     assert kept["final_state"].shape == (5, 13)
     assert np.all(kept["final_state"][:, -2] > 100.0)  # the torque of the motor
-    study = (
-        "drive: {kind: dc_motor}\ninitial: {ensemble: 3}\nsimulation: {transient: 1 s, observe: 2 "
-        "s}"
-    )
+    study = "drive: {kind: dc_motor}\ninitial: {ensemble: 3}\nsimulation: {transient: 1 s, observe: 2 s}"
     swept = nsdrill.run(study, workers=1)
     assert list(swept["state"].values[-3:]) == ["motor_impulse", "motor_torque", "drive_angle"]
     with pytest.raises(nsdrill.StudyError, match="falls behind its set point"):
@@ -677,9 +556,7 @@ def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
         parse_study("drive: {kind: dc_motor, gains: [1, 2]}")
 
 
-@pytest.mark.parametrize(
-    "gains", [None, (0.01, 2.0, 0.5, -1.0, 0.7)], ids=["constant", "regulated"]
-)
+@pytest.mark.parametrize("gains", [None, (0.01, 2.0, 0.5, -1.0, 0.7)], ids=["constant", "regulated"])
 def test_the_deviation_follows_the_motor(gains: tuple | None) -> None:
     simulation = Simulation(transient=0.0, observe=5.0, rtol=1e-8)
     work = work_for(Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), simulation)
@@ -693,9 +570,7 @@ def test_the_deviation_follows_the_motor(gains: tuple | None) -> None:
         inductance=0.006,
         gains=gains,
     )
-    work = replace(
-        work, parameters=replace(work.parameters, drive=weak), record=Record(exponent=True)
-    )
+    work = replace(work, parameters=replace(work.parameters, drive=weak), record=Record(exponent=True))
 
     followed, quotient = followed_and_quotient(work)
     assert np.all(np.abs(quotient[[8, 9, 11]]) > 1e-3)
@@ -705,16 +580,11 @@ def test_the_deviation_follows_the_motor(gains: tuple | None) -> None:
 def test_a_drive_is_switched_on() -> None:
     """Until then the run is that with an ideal drive, after it one with the drive that
     begins in that state."""
-    text = (
-        "operation: {wob: 66.72 kN, rotary_speed: 2 rad/s}\nsimulation: {rtol: 1.0e-9}\ndrive: "
-        "{kind: soft_torque"
-    )
+    text = "operation: {wob: 66.72 kN, rotary_speed: 2 rad/s}\nsimulation: {rtol: 1.0e-9}\ndrive: {kind: soft_torque"
     both = nsdrill.simulate(text + ", on_at: 7 s}", duration=12.0, sample=0.03)
     ideal = nsdrill.simulate(text.split("drive:")[0], duration=12.0, sample=0.03)
     before = both.time.values <= 7.0
-    assert both["bit_speed"].values[before] == pytest.approx(
-        ideal["bit_speed"].values[before], abs=1e-6
-    )
+    assert both["bit_speed"].values[before] == pytest.approx(ideal["bit_speed"].values[before], abs=1e-6)
     assert np.all(both["lag"].values[before] == 0.0)
     assert np.all(both["drive_speed"].values[before] == 2.0)
     assert np.ptp(both["drive_speed"].values[~before]) > 0.1
@@ -726,10 +596,7 @@ def test_a_drive_is_switched_on() -> None:
     units = ("m", "m/s", "m", "m/s", "m", "m/s", "rad", "rad/s")
     start = {f"initial.{n}": f"{float(v)!r} {u}" for n, v, u in zip(names, at, units, strict=False)}
     later = nsdrill.simulate(
-        text + "}",
-        duration=5.0,
-        sample=0.02,
-        set={**start, "initial.drive_angle": f"{float(at[-1])!r} rad"},
+        text + "}", duration=5.0, sample=0.02, set={**start, "initial.drive_angle": f"{float(at[-1])!r} rad"}
     )
     assert later.attrs["final_state"] == pytest.approx(both.attrs["final_state"], abs=1e-9)
 
@@ -751,15 +618,8 @@ def test_stick_slip_ends_where_soft_torque_is_switched_on() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (
-            "sweep: {rotary_speed: [2 rad/s, 3 rad/s]}\ndrive: {kind: stiff, on_at: 5 s}",
-            "with a sweep",
-        ),
-        (
-            "operation: {wob: {ramp: [[0 s, 1 kN], [9 s, 2 kN]]}}\ndrive: {kind: stiff, on_at: 5 "
-            "s}",
-            "with a ramp",
-        ),
+        ("sweep: {rotary_speed: [2 rad/s, 3 rad/s]}\ndrive: {kind: stiff, on_at: 5 s}", "with a sweep"),
+        ("operation: {wob: {ramp: [[0 s, 1 kN], [9 s, 2 kN]]}}\ndrive: {kind: stiff, on_at: 5 s}", "with a ramp"),
         ("drive: {on_at: 5 s}", "the drive ideal does not read"),
         ("drive: {kind: stiff, on_at: 5 s}\ninitial: {lag: 1 rad}", "until when"),
     ],

@@ -25,9 +25,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.rhs import STATES
 from nsdrill.study import parse_study
 
-OPTIONS = list(
-    itertools.product(["linear", "hertz"], ["live", "static", "none"], ["total", "steel"])
-)
+OPTIONS = list(itertools.product(["linear", "hertz"], ["live", "static", "none"], ["total", "steel"]))
 
 
 def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarray]:
@@ -44,9 +42,7 @@ def test_energy_changes_by_the_powers_at_any_state(law: str, softening: str, mas
     """
     rng = np.random.default_rng(31)
     for _ in range(16):
-        c = random_case(
-            rng, wall_law=law, softening=softening, eccentric_mass=mass, lobes=3, wall_stiffness=5e6
-        )
+        c = random_case(rng, wall_law=law, softening=softening, eccentric_mass=mass, lobes=3, wall_stiffness=5e6)
         s, t = random_state(rng, c), rng.uniform(0, 5)
         f = slopes(1, law == "hertz", table_of(c), np.array([t]), s[None])[0]
         par, op = parameters_of(c), operation_of(c)
@@ -81,12 +77,7 @@ def balance(trajectory: object, study: object) -> tuple[float, float]:
     total = sum(fed.values())
     t = trace.time
     # Simpson over pairs of samples, at every second sample
-    work = np.concatenate(
-        [
-            [0.0],
-            np.cumsum((t[2::2] - t[:-2:2]) / 6 * (total[:-2:2] + 4 * total[1::2] + total[2::2])),
-        ]
-    )
+    work = np.concatenate([[0.0], np.cumsum((t[2::2] - t[:-2:2]) / 6 * (total[:-2:2] + 4 * total[1::2] + total[2::2]))])
     through = simpson(sum(np.abs(p) for p in fed.values()), x=t)
     return float(np.max(np.abs(e[::2] - e[0] - work))), float(through)
 
@@ -105,22 +96,12 @@ def chaotic(law: str, softening: str, mass: str):
     page)."""
     stiffness = "25 MN/m" if law == "linear" else "25e6 N/m^1.5"
     return parse_study(
-        STUDY.format(
-            depth=5000,
-            wob=66.72,
-            speed=2,
-            softening=softening,
-            mass=mass,
-            law=law,
-            stiffness=stiffness,
-        )
+        STUDY.format(depth=5000, wob=66.72, speed=2, softening=softening, mass=mass, law=law, stiffness=stiffness)
     )
 
 
 @pytest.mark.parametrize(("law", "softening", "mass"), OPTIONS)
-def test_energy_balances_along_trajectories_through_all_contacts(
-    law: str, softening: str, mass: str
-) -> None:
+def test_energy_balances_along_trajectories_through_all_contacts(law: str, softening: str, mass: str) -> None:
     """To 1e-7 of the work that goes through, in 20 s of chaos at rtol 1e-10.
 
     The powers are continuous with kinks at the contacts; each costs Simpson's rule h^2

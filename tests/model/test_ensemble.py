@@ -27,9 +27,7 @@ def drawn(
 ) -> dict[str, np.ndarray]:
     initial = Initial(ensemble=count, seed=seed, spread=spread)
     at = {name: values[point] for name, values in POINTS.items()}
-    states = starting_states(
-        Parameters(), initial, **at, start=np.arange(count) if starts is None else starts
-    )
+    states = starting_states(Parameters(), initial, **at, start=np.arange(count) if starts is None else starts)
     return dict(zip(STATE_NAMES, states.T, strict=True))
 
 
@@ -53,9 +51,7 @@ def test_a_start_is_the_same_whatever_is_made_beside_it() -> None:
     every = {name: np.repeat(values, 50) for name, values in POINTS.items()}
     together = starting_states(Parameters(), initial, **every, start=np.tile(np.arange(50), 3))
     some = np.array([149, 3, 77, 76])
-    apart = starting_states(
-        Parameters(), initial, **{n: v[some] for n, v in every.items()}, start=some % 50
-    )
+    apart = starting_states(Parameters(), initial, **{n: v[some] for n, v in every.items()}, start=some % 50)
     assert apart.tobytes() == together[some].tobytes()
 
 
@@ -65,13 +61,7 @@ def test_the_same_number_at_every_point() -> None:
     shapes = []
     for point in range(3):
         states = drawn(point=point)
-        shapes.append(
-            (
-                states["bit_speed"] / POINTS["rotary_speed"][point],
-                states["drive_angle"],
-                states["x"],
-            )
-        )
+        shapes.append((states["bit_speed"] / POINTS["rotary_speed"][point], states["drive_angle"], states["x"]))
     for other in shapes[1:]:
         for a, b in zip(shapes[0], other, strict=True):
             np.testing.assert_allclose(a, b, rtol=1e-12)
@@ -129,17 +119,12 @@ def test_a_flat_rock_and_no_weight_are_allowed() -> None:
 
 
 def test_a_slice_is_a_grid_and_the_rest_as_given() -> None:
-    plane = {
-        "vx": {"from": -1.0, "to": 1.0, "points": 3},
-        "x": {"from": 0.0, "to": 0.01, "points": 2},
-    }
+    plane = {"vx": {"from": -1.0, "to": 1.0, "points": 3}, "x": {"from": 0.0, "to": 0.01, "points": 2}}
     initial = Initial(y=2e-3, slice=plane)
     assert initial.starts == 6
     states = starting_states(Parameters(), initial, 2000.0, 22.24e3, 3.0, np.arange(6))
     plain = initial_states(Parameters(), initial, 2000.0, 22.24e3, 3.0)[0]
-    assert states[:, 0].tolist() == [0.0] * 3 + [0.01] * 3, (
-        "the order of the states, not that of the study"
-    )
+    assert states[:, 0].tolist() == [0.0] * 3 + [0.01] * 3, "the order of the states, not that of the study"
     assert states[:, 1].tolist() == [-1.0, 0.0, 1.0] * 2
     assert np.all(states[:, 2:] == plain[2:])
 
@@ -149,10 +134,7 @@ def test_one_start_is_the_one_given() -> None:
         initial = Initial(x=3e-3, ensemble=count)
         assert initial.starts == 0
         states = starting_states(Parameters(), initial, 2000.0, 22.24e3, 3.0)
-        assert (
-            states.tobytes()
-            == initial_states(Parameters(), initial, 2000.0, 22.24e3, 3.0).tobytes()
-        )
+        assert states.tobytes() == initial_states(Parameters(), initial, 2000.0, 22.24e3, 3.0).tobytes()
 
 
 def test_a_start_that_is_not_there_is_refused() -> None:

@@ -41,9 +41,7 @@ def test_forces_equal_the_reference(seed: int) -> None:
     assert mine["bit_torque"] == pytest.approx(theirs["bit_torque"], rel=1e-11, abs=lobe)
     assert mine["wall_force"] == pytest.approx(theirs["wall_force"], rel=1e-10, abs=eps)
     assert mine["wall_friction"] == pytest.approx(theirs["wall_friction"], rel=1e-10, abs=eps)
-    assert mine["whirl_speed"] * mine["radius"] == pytest.approx(
-        theirs["tangential_speed"], rel=1e-12
-    )
+    assert mine["whirl_speed"] * mine["radius"] == pytest.approx(theirs["tangential_speed"], rel=1e-12)
     assert mine["surface_torque"] == pytest.approx(-c.k_t * states[:, 6], rel=1e-14)
 
 
@@ -59,21 +57,12 @@ def test_forces_add_up_to_the_compiled_accelerations(law: str) -> None:
     outward = -c.k_bend * r - f["wall_force"] - drag * (x * vx + y * vy) / r
     around = -f["wall_friction"] - drag * (x * vy - y * vx) / r
     size = c.k_bend * c.gap + np.max(np.abs(f["wall_force"])) + c.wall_stiffness * 1e-9
-    assert c.m_l * (x * a[:, 1] + y * a[:, 3]) / r == pytest.approx(
-        outward, rel=1e-9, abs=1e-12 * size
-    )
-    assert c.m_l * (x * a[:, 3] - y * a[:, 1]) / r == pytest.approx(
-        around, rel=1e-9, abs=1e-12 * size
-    )
+    assert c.m_l * (x * a[:, 1] + y * a[:, 3]) / r == pytest.approx(outward, rel=1e-9, abs=1e-12 * size)
+    assert c.m_l * (x * a[:, 3] - y * a[:, 1]) / r == pytest.approx(around, rel=1e-9, abs=1e-12 * size)
     assert c.m_a * a[:, 5] == pytest.approx(
         f["bit_force"] - c.wob - c.axial_damping * vz - c.k_a * z, rel=1e-9, abs=1e-9 * c.wob
     )
-    moment = (
-        -f["bit_torque"]
-        - f["wall_friction"] * c.collar_radius
-        - c.torsional_damping * omega
-        + f["surface_torque"]
-    )
+    moment = -f["bit_torque"] - f["wall_friction"] * c.collar_radius - c.torsional_damping * omega + f["surface_torque"]
     assert c.J * a[:, 7] == pytest.approx(moment, rel=1e-9, abs=1e-12 * np.max(np.abs(moment)))
 
 

@@ -42,9 +42,7 @@ def string(**changes: Any) -> Parameters:
     )
 
 
-def buffer_of(
-    parameters: Parameters, options: Options, seed: int, relax: float = 0.0, tangent: bool = False
-) -> Any:
+def buffer_of(parameters: Parameters, options: Options, seed: int, relax: float = 0.0, tangent: bool = False) -> Any:
     """A buffer with random states, some of them on the wall, and its rows."""
     rows = rows_of(options, 6 if tangent else 0, tangent=tangent)
     b = np.zeros((rows.total, W))
@@ -87,15 +85,11 @@ def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: dict[str
         b, rows = buffer_of(parameters, options._replace(implicit=implicit), 3)
         make_right_hand_side(W, options._replace(implicit=implicit))(b.ravel())
         found.append(b[rows.acceleration : rows.acceleration + rows.slopes].copy())
-    assert np.any(b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 > 0.08**2), (
-        "else nothing touches the wall"
-    )
+    assert np.any(b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 > 0.08**2), "else nothing touches the wall"
     assert found[1] == pytest.approx(found[0], rel=1e-12, abs=1e-12 * np.abs(found[0]).max())
 
 
-@pytest.mark.parametrize(
-    "case", CASES[:6] + CASES[9:], ids=lambda case: "-".join(map(str, case)) or "main"
-)
+@pytest.mark.parametrize("case", CASES[:6] + CASES[9:], ids=lambda case: "-".join(map(str, case)) or "main")
 def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) -> None:
     """They have moved by ``relax`` times the push; and at these velocities the ordinary
     slopes are those found, but for what Newton's method leaves: 1e-5 of the greatest
@@ -108,15 +102,11 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
     own, moved = rows.own, (1, 3, 5, 7) if options.axial_friction else (1, 3, 7)
     pushes = b[rows.push : rows.push + len(moved)]
     for push, state in zip(pushes, moved, strict=True):
-        assert b[rows.stage + state] == pytest.approx(
-            free[rows.stage + state] + 2e-3 * push, rel=1e-13, abs=1e-13
-        )
+        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + 2e-3 * push, rel=1e-13, abs=1e-13)
     plain, ordinary = buffer_of(parameters, options, 5)
     plain[ordinary.stage : ordinary.stage + own] = b[rows.stage : rows.stage + own]
     make_right_hand_side(W, options)(plain.ravel())
-    found, exact = (
-        a[r.acceleration : r.acceleration + r.slopes] for a, r in ((b, rows), (plain, ordinary))
-    )
+    found, exact = (a[r.acceleration : r.acceleration + r.slopes] for a, r in ((b, rows), (plain, ordinary)))
     assert found == pytest.approx(exact, abs=3e-5 * np.abs(pushes).max())
 
 
@@ -144,18 +134,14 @@ def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> Non
     for sign in (1.0, -1.0):
         other, plain = buffer_of(parameters, options, 11, relax=2e-3)
         other[plain.stage : plain.stage + own] = b[rows.stage : rows.stage + own]
-        other[plain.stage : plain.stage + own] += (
-            sign * step * b[rows.stage + own : rows.stage + 2 * own]
-        )
+        other[plain.stage : plain.stage + own] += sign * step * b[rows.stage + own : rows.stage + 2 * own]
         make_right_hand_side(W, options)(other.ravel())
         moved.append(other)
     exact = (moved[0] - moved[1]) / (2 * step)
     # Contacts as they are now.
     angle = b[rows.stage + 6] + 1.0 + 5.0 * 0.3
     rock, wall = rows.observer, rows.observer + 3
-    b[rock] = (
-        parameters.bit.surface_amplitude * np.sin(parameters.bit.lobes * angle) - b[rows.stage + 4]
-    )
+    b[rock] = parameters.bit.surface_amplitude * np.sin(parameters.bit.lobes * angle) - b[rows.stage + 4]
     gap = b[rows.parameter + INDEX["gap"]]
     b[wall] = b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 - gap**2
     for function in (b[wall], b[rock]):

@@ -23,14 +23,7 @@ from nsdrill.study import parse_study
 # Case 2: no eccentricity, flat rock, no torsional damping, no cutting torque; only the
 # torsional motion is left.
 STICKING = Case(
-    depth=2000.0,
-    wob=60e3,
-    speed=2.0,
-    eccentricity=0.0,
-    amplitude=0.0,
-    torsional_damping=0.0,
-    c1=0.0,
-    c2=0.0,
+    depth=2000.0, wob=60e3, speed=2.0, eccentricity=0.0, amplitude=0.0, torsional_damping=0.0, c1=0.0, c2=0.0
 )
 
 
@@ -61,9 +54,7 @@ def stick_slip(smoothing: float) -> dict[str, float]:
     ideal = coulomb_limit(c, arm * c.bit_static, arm * c.bit_dynamic)
     twist = -arm * 0.5 / c.k_t
     work = work_for(
-        c,
-        Simulation(transient=20.0, observe=12.0, rtol=1e-8),
-        initial=Initial(x=0.0, twist=twist, bit_speed=4.0),
+        c, Simulation(transient=20.0, observe=12.0, rtol=1e-8), initial=Initial(x=0.0, twist=twist, bit_speed=4.0)
     )
     out = run_work(work)
     peaks = out["bit_speed_peaks"][0]
@@ -139,12 +130,9 @@ def on_linear_solution(c: Case) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("depth", "speed", "lobes"),
-    [(2000, 3, 3), (5000, 3, 3), (5000, 5, 1), (8000, 2.6, 3), (900, 6, 3)],
+    ("depth", "speed", "lobes"), [(2000, 3, 3), (5000, 3, 3), (5000, 5, 1), (8000, 2.6, 3), (900, 6, 3)]
 )
-def test_bit_leaves_the_rock_below_the_linear_limit_and_not_above(
-    depth: float, speed: float, lobes: int
-) -> None:
+def test_bit_leaves_the_rock_below_the_linear_limit_and_not_above(depth: float, speed: float, lobes: int) -> None:
     """To one part in a million of the weight: what the bit does in a single step
     suffices to see it leave."""
     c = EVEN.but(depth=float(depth), speed=float(speed), lobes=lobes)
@@ -169,9 +157,7 @@ def test_time_off_the_rock_just_below_the_limit() -> None:
     weights = limit * (1 - np.array([1e-5, 1e-6, 1e-7]))
     starts = np.array([on_linear_solution(c.but(wob=w)) for w in weights])
     window = 4 * 2 * np.pi / (c.lobes * c.speed)  # four lobes
-    out = run_from(
-        work_for(c, Simulation(transient=0.0, observe=window, rtol=1e-10), wob=weights), starts
-    )
+    out = run_from(work_for(c, Simulation(transient=0.0, observe=window, rtol=1e-10), wob=weights), starts)
     expected = np.arccos(weights / limit) / np.pi
     assert out["lift_off_fraction"] == pytest.approx(expected, rel=0.02)
 
@@ -180,9 +166,7 @@ def test_the_figure_of_the_check_is_this_limit() -> None:
     for depth, speed in ((2000.0, 3.0), (5000.0, 7.0)):
         c = Case(depth=depth, speed=speed)
         k = derive(parameters_of(c), depth, c.wob, speed)
-        assert lift_off_wob(parameters_of(c), operation_of(c), k) == pytest.approx(
-            lift_off_limit(c), rel=1e-12
-        )
+        assert lift_off_wob(parameters_of(c), operation_of(c), k) == pytest.approx(lift_off_limit(c), rel=1e-12)
 
 
 # Case 4: flat rock without friction; the mass offset drives a circular orbit that drag
@@ -222,9 +206,7 @@ def orbit(c: Case) -> tuple[float, np.ndarray]:
 
 @pytest.mark.parametrize("softening", ["live", "static", "none"])
 @pytest.mark.parametrize("eccentric_mass", ["total", "steel"])
-def test_forward_synchronous_whirl_has_the_drag_limited_radius(
-    softening: str, eccentric_mass: str
-) -> None:
+def test_forward_synchronous_whirl_has_the_drag_limited_radius(softening: str, eccentric_mass: str) -> None:
     """Started on the orbit, the collar stays there: radius to 1e-8, whirl at the speed
     of rotation, no wall."""
     speeds = np.array([0.5, 1, 2, 3, 4, 4.5, 5, 9])
@@ -233,9 +215,7 @@ def test_forward_synchronous_whirl_has_the_drag_limited_radius(
     radii = np.array([r for r, _ in known])
     inside = radii < c.gap
     assert np.count_nonzero(inside) >= 5
-    work = work_for(
-        c, Simulation(transient=10.0, observe=200.0, rtol=1e-11), rotary_speed=speeds[inside]
-    )
+    work = work_for(c, Simulation(transient=10.0, observe=200.0, rtol=1e-11), rotary_speed=speeds[inside])
     out = run_from(work, np.array([s for _, s in known])[inside])
     assert out["radius_mean"] == pytest.approx(radii[inside], rel=1e-8)
     assert out["radius_max"] == pytest.approx(radii[inside], rel=1e-7)
@@ -243,9 +223,7 @@ def test_forward_synchronous_whirl_has_the_drag_limited_radius(
     assert not out["wall_contact_fraction"].any()
     assert out["bit_speed_mean"] == pytest.approx(speeds[inside], rel=1e-9)
     # The lateral acceleration of a circular orbit is W^2 r.
-    assert out["lateral_acceleration_rms"] == pytest.approx(
-        speeds[inside] ** 2 * radii[inside], rel=1e-7
-    )
+    assert out["lateral_acceleration_rms"] == pytest.approx(speeds[inside] ** 2 * radii[inside], rel=1e-7)
 
 
 def test_any_start_ends_on_the_orbit() -> None:

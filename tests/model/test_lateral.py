@@ -20,13 +20,7 @@ from nsdrill.abi import Rows
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial
-from nsdrill.models.christoforou_yigit.rhs import (
-    STATES,
-    frame_rates,
-    make_right_hand_side,
-    pack,
-    rows_of,
-)
+from nsdrill.models.christoforou_yigit.rhs import STATES, frame_rates, make_right_hand_side, pack, rows_of
 from nsdrill.models.leaves import with_values
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -41,9 +35,7 @@ FORMS = {
 }
 
 
-def slopes(
-    options: Options, tables: np.ndarray, times: np.ndarray, states: np.ndarray, lanes: int = 8
-) -> np.ndarray:
+def slopes(options: Options, tables: np.ndarray, times: np.ndarray, states: np.ndarray, lanes: int = 8) -> np.ndarray:
     """d(state)/dt [n, 8] by the compiled equations, so many lanes at once."""
     rows: Rows = rows_of(options)
     out = np.empty_like(states)
@@ -61,9 +53,7 @@ def slopes(
     return out
 
 
-def cases(
-    form: str, count: int, seed: int, law: str = "linear"
-) -> list[tuple[Case, Lateral, float, np.ndarray]]:
+def cases(form: str, count: int, seed: int, law: str = "linear") -> list[tuple[Case, Lateral, float, np.ndarray]]:
     rng = np.random.default_rng(seed)
     found = []
     for _ in range(count):
@@ -101,9 +91,7 @@ def test_derivatives_equal_the_reference(form: str, law: str) -> None:
 
 
 def energies(c: Case, o: Lateral, states: np.ndarray, times: np.ndarray) -> np.ndarray:
-    named = {name: states[..., i] for i, name in enumerate(STATES)} | {
-        "drive_angle": c.speed * times
-    }
+    named = {name: states[..., i] for i, name in enumerate(STATES)} | {"drive_angle": c.speed * times}
     return energy(parameters(c, o), operation_of(c), named)
 
 
@@ -117,31 +105,18 @@ def test_energy_changes_by_the_powers(form: str) -> None:
         p = parameters(c, o)
         f = slopes(options_of(p), packed(c, o), np.array([t]), s[None])[0]
 
-        def change(
-            h: float,
-            c: Case = c,
-            o: Lateral = o,
-            s: np.ndarray = s,
-            f: np.ndarray = f,
-            t: float = t,
-        ) -> float:
+        def change(h: float, c: Case = c, o: Lateral = o, s: np.ndarray = s, f: np.ndarray = f, t: float = t) -> float:
             ends = energies(c, o, np.array([s - h * f, s + h * f]), t + np.array([-h, h]))
             return float(ends[1] - ends[0]) / (2 * h)
 
         h, r, v = 1e-5, np.hypot(s[0], s[2]), np.hypot(s[1], s[3])
         if min(abs(r - c.gap), abs(r - (o.clearance or 0.0))) < 2 * h * v:
             continue  # the energy has a jump in its second derivative there
-        named = {name: s[None, i] for i, name in enumerate(STATES)} | {
-            "drive_angle": np.array([c.speed * t])
-        }
+        named = {name: s[None, i] for i, name in enumerate(STATES)} | {"drive_angle": np.array([c.speed * t])}
         fed = powers(p, operation_of(c), named)
-        size = sum(abs(float(power[0])) for power in fed.values()) + abs(
-            float(energies(c, o, s, np.array(t)))
-        )
+        size = sum(abs(float(power[0])) for power in fed.values()) + abs(float(energies(c, o, s, np.array(t))))
         rate = (4 * change(h / 2) - change(h)) / 3
-        assert rate == pytest.approx(
-            sum(float(power[0]) for power in fed.values()), abs=1e-7 * size
-        )
+        assert rate == pytest.approx(sum(float(power[0]) for power in fed.values()), abs=1e-7 * size)
         compared += 1
     assert compared >= 20
 
@@ -167,16 +142,11 @@ def test_an_option_that_is_zero_somewhere_changes_no_bit_there(key: str) -> None
     times, states = np.array([t for *_, t, _ in found]), np.array([s for *_, s in found])
     without = np.concatenate([packed(c, o) for c, o in plain])
     zero = [with_values(parameters(c, o), {key: np.zeros(1)}) for c, o in plain]
-    swept = np.concatenate(
-        [pack(p, c.depth, c.wob, c.speed) for p, (c, _) in zip(zero, plain, strict=True)]
-    )
+    swept = np.concatenate([pack(p, c.depth, c.wob, c.speed) for p, (c, _) in zip(zero, plain, strict=True)])
     on = options_of(zero[0])
     assert on != Options()
     assert swept.shape[1] == without.shape[1] + 2
-    assert (
-        slopes(on, swept, times, states).tobytes()
-        == slopes(Options(), without, times, states).tobytes()
-    )
+    assert slopes(on, swept, times, states).tobytes() == slopes(Options(), without, times, states).tobytes()
 
 
 KEYS = {
@@ -184,8 +154,7 @@ KEYS = {
     "stabilizer": "stabilizer: {clearance: 12.7 mm}",
     "weight": "well: {inclination: 40 deg}",
     "axial": "well: {axial_friction: true, inclination: 40 deg}",
-    "all": "mud: {swirl: 0.5}\nstabilizer: {clearance: 5 mm}\nwell: {inclination: 20 deg, "
-    "axial_friction: true}",
+    "all": "mud: {swirl: 0.5}\nstabilizer: {clearance: 5 mm}\nwell: {inclination: 20 deg, axial_friction: true}",
 }
 OF_KEYS = {
     "swirl": Lateral(swirl=0.5),
@@ -223,14 +192,10 @@ def test_a_ramp_follows_dop853() -> None:
     trace = nsdrill.simulate(parse_study(text), sample=0.05)
 
     def rate(t: float, state: np.ndarray) -> np.ndarray:
-        return derivative(
-            Case(speed=3.0 + 6.0 * t), OF_KEYS["all"], 0.0, state, phase=3.0 * t + 3.0 * t * t
-        )
+        return derivative(Case(speed=3.0 + 6.0 * t), OF_KEYS["all"], 0.0, state, phase=3.0 * t + 3.0 * t * t)
 
     start = [trace[name].values[0] for name in STATES]
-    found = solve_ivp(
-        rate, (0.0, 1.0), start, "DOP853", t_eval=trace.time.values, rtol=1e-10, atol=1e-12
-    )
+    found = solve_ivp(rate, (0.0, 1.0), start, "DOP853", t_eval=trace.time.values, rtol=1e-10, atol=1e-12)
     size = np.array([0.05, 0.5, 0.05, 0.5, 1e-3, 0.01, 1.0, 1.0])
     for i, name in enumerate(STATES):
         assert np.max(np.abs(trace[name].values - found.y[i])) < 2e-5 * size[i], name
@@ -284,9 +249,7 @@ def test_the_deviation_is_the_derivative_of_the_motion(form: str) -> None:
     keys["both"] = keys["swirl"] | keys["weight"]
     simulation = Simulation(transient=0.0, observe=3.0, rtol=1e-10)
     work = work_for(Case(wob=10e3, speed=4.0), simulation, initial=Initial(x=0.07, vy=-0.6))
-    work = replace(
-        work, parameters=with_values(work.parameters, keys[form]), record=Record(exponent=True)
-    )
+    work = replace(work, parameters=with_values(work.parameters, keys[form]), record=Record(exponent=True))
 
     followed, quotient = followed_and_quotient(work)
     assert np.linalg.norm(followed - quotient) < 5e-5 * np.linalg.norm(quotient)
@@ -299,10 +262,7 @@ WIDE = "stabilizer: {clearance: 25.4 mm}"
 def test_features_are_those_of_the_trace(keys: str) -> None:
     """Contact with the stabilisers, grazes included, and the mean position, from a
     dense trace of the same run; with the same bits on every number of lanes."""
-    text = (
-        f"{keys}\nsimulation: {{transient: 5 s, observe: 20 s, rtol: 1.0e-8}}\noperation: "
-        f"{{rotary_speed: 2 rad/s}}"
-    )
+    text = f"{keys}\nsimulation: {{transient: 5 s, observe: 20 s, rtol: 1.0e-8}}\noperation: {{rotary_speed: 2 rad/s}}"
     study = parse_study(text)
     work = replace(work_for(Case(speed=2.0), study.simulation), parameters=study.parameters)
     found = run_work(work)
@@ -325,9 +285,7 @@ def test_features_are_those_of_the_trace(keys: str) -> None:
 def test_points_of_a_sweep_have_the_bits_of_runs_of_their_own() -> None:
     """Also those at which the option is off."""
     short = Simulation(transient=2.0, observe=5.0)
-    work = work_for(
-        Case(speed=5.0), short, **{"well.inclination": [0.0, 0.4, 1.2], "mud.swirl": [0.0, 0.5]}
-    )
+    work = work_for(Case(speed=5.0), short, **{"well.inclination": [0.0, 0.4, 1.2], "mud.swirl": [0.0, 0.5]})
     swept = run_work(work)
     assert np.isnan(swept["y_mean"][:2]).all()
     assert not np.isnan(swept["y_mean"][2:]).any()

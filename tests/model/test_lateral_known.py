@@ -14,10 +14,7 @@ from scipy.optimize import brentq
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.derived_quantities import (
-    derived_quantities,
-    lateral_stiffness,
-)
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness
 from nsdrill.models.christoforou_yigit.further_quantities import wall_inclination
 from nsdrill.models.christoforou_yigit.lateral import weights
 from nsdrill.models.leaves import with_values
@@ -38,15 +35,7 @@ HELD = 168646.6  # k_r at 22.24 kN
 
 
 def whirl(more: str = "", **keys: object) -> Study:
-    usual = {
-        "offset": 12.7,
-        "wob": 22.24,
-        "speed": 3.0,
-        "swirl": 0,
-        "transient": 400,
-        "observe": 50,
-        "rtol": "1.0e-8",
-    }
+    usual = {"offset": 12.7, "wob": 22.24, "speed": 3.0, "swirl": 0, "transient": 400, "observe": 50, "rtol": "1.0e-8"}
     return parse_study(WHIRL.format(more=more, **{**usual, **keys}))
 
 
@@ -62,9 +51,7 @@ def features(study: Study) -> dict[str, float]:
 def test_the_span_is_that_of_the_known_answers() -> None:
     study = whirl()
     k = derive(study.parameters, 5000.0, 22.24e3, 3.0)
-    assert (k.m_c, k.m_f, k.gap, k.collar_radius) == pytest.approx(
-        (M_C, M_F, GAP, COLLAR), rel=1e-6
-    )
+    assert (k.m_c, k.m_f, k.gap, k.collar_radius) == pytest.approx((M_C, M_F, GAP, COLLAR), rel=1e-6)
     assert lateral_stiffness(study.parameters, study.operation, k) == pytest.approx(HELD, abs=0.1)
 
 
@@ -88,8 +75,7 @@ def test_synchronous_whirl_in_mud_that_turns(speed: float, radius: float) -> Non
 
 
 @pytest.mark.parametrize(
-    ("wob", "critical", "own"),
-    [(0, 7.4805, 15.6722), (22.24, 7.3606, 15.4210), (66.72, 7.1147, 14.9058)],
+    ("wob", "critical", "own"), [(0, 7.4805, 15.6722), (22.24, 7.3606, 15.4210), (66.72, 7.1147, 14.9058)]
 )
 def test_critical_speeds_in_mud_that_turns(wob: float, critical: float, own: float) -> None:
     study = whirl(wob=wob, swirl=0.5)
@@ -98,9 +84,7 @@ def test_critical_speeds_in_mud_that_turns(wob: float, critical: float, own: flo
     assert found["fluid_whirl"].value == pytest.approx(own, abs=6e-5)
 
 
-@pytest.mark.parametrize(
-    ("speed", "radius"), [(14.0, 18.8297), (15.0, 19.8863), (16.0, 20.2303), (17.0, 21.9645)]
-)
+@pytest.mark.parametrize(("speed", "radius"), [(14.0, 18.8297), (15.0, 19.8863), (16.0, 20.2303), (17.0, 21.9645)])
 def test_mud_that_turns_drives_whirl_by_itself(speed: float, radius: float) -> None:
     """On the forward mode nu of m_c nu^2 + m_f (nu - s)^2 = k_r: 1/r = 1/r0 + kappa t,
     from 20 mm after 200 s."""
@@ -109,9 +93,7 @@ def test_mud_that_turns_drives_whirl_by_itself(speed: float, radius: float) -> N
     kappa = C_H * abs(nu - s) * (nu - s) / (2 * (M_C * nu + M_F * (nu - s)))
     assert 1e3 / (1 / 0.020 + kappa * 200) == pytest.approx(radius, abs=2e-4)
     start = f"initial: {{x: 20 mm, vy: {0.020 * nu} m/s}}"
-    trace = nsdrill.simulate(
-        whirl(start, offset=0, speed=speed, swirl=0.5, rtol="1.0e-10"), duration=200.0, sample=1.0
-    )
+    trace = nsdrill.simulate(whirl(start, offset=0, speed=speed, swirl=0.5, rtol="1.0e-10"), duration=200.0, sample=1.0)
     assert 1e3 * trace["radius"].values[-1] == pytest.approx(radius, abs=2e-3)
 
 
@@ -144,9 +126,7 @@ def roots(speed: float, clearance: float) -> list[float]:
         (25.4, 9.0, [9.141]),
     ],
 )
-def test_synchronous_whirl_on_stabilisers_with_room(
-    clearance: float, speed: float, radii: list[float]
-) -> None:
+def test_synchronous_whirl_on_stabilisers_with_room(clearance: float, speed: float, radii: list[float]) -> None:
     """With k_r max(r - s0, 0) for k_r r; 9.141 mm is m_e e0/m_l, where it turns about
     its mass centre."""
     assert [1e3 * r for r in roots(speed, clearance * 1e-3)] == pytest.approx(radii, abs=6e-4)
@@ -155,12 +135,8 @@ def test_synchronous_whirl_on_stabilisers_with_room(
 FRICTIONLESS = "stabilizer: {{clearance: {} mm, friction: {{static: 0, dynamic: 0}}}}"
 
 
-@pytest.mark.parametrize(
-    ("clearance", "speed", "radius"), [(3.0, 9.0, 16.018), (12.7, 3.0, 18.517)]
-)
-def test_where_synchronous_whirl_on_stabilisers_settles(
-    clearance: float, speed: float, radius: float
-) -> None:
+@pytest.mark.parametrize(("clearance", "speed", "radius"), [(3.0, 9.0, 16.018), (12.7, 3.0, 18.517)])
+def test_where_synchronous_whirl_on_stabilisers_settles(clearance: float, speed: float, radius: float) -> None:
     found = features(whirl(FRICTIONLESS.format(clearance), speed=speed, transient=2000))
     assert 1e3 * found["radius_mean"] == pytest.approx(radius, rel=2e-3)
     assert found["whirl_ratio"] == pytest.approx(1.0, abs=1e-3)
@@ -170,25 +146,19 @@ def test_where_synchronous_whirl_on_stabilisers_settles(
 def test_above_the_critical_speed_synchronous_whirl_needs_little_room() -> None:
     """Less than m_e e0 W^2/M, 9.14 mm: with 3 mm it is there, with 12.7 and 25.4 mm the
     motion is irregular."""
-    ratio = {
-        room: features(whirl(FRICTIONLESS.format(room), speed=9.0))["whirl_ratio"]
-        for room in (3.0, 12.7, 25.4)
-    }
+    ratio = {room: features(whirl(FRICTIONLESS.format(room), speed=9.0))["whirl_ratio"] for room in (3.0, 12.7, 25.4)}
     assert ratio[3.0] == pytest.approx(1.0, abs=1e-3)
     assert ratio[12.7] == pytest.approx(0.49, abs=0.1)
     assert ratio[25.4] == pytest.approx(0.31, abs=0.1)
 
 
 RUBBING = (
-    "stabilizer: {{clearance: 25.4 mm, friction: {{static: {mu}, dynamic: {mu}}}}}\ninitial: {{x: "
-    "{r} mm, vy: {v} m/s}}"
+    "stabilizer: {{clearance: 25.4 mm, friction: {{static: {mu}, dynamic: {mu}}}}}\ninitial: {{x: {r} mm, vy: {v} m/s}}"
 )
 
 
 @pytest.mark.parametrize(("mu", "radius", "rate"), [(0.02, 54.681, 4.7869), (0.01, 27.341, 1.743)])
-def test_friction_of_stabilisers_drives_backward_whirl(
-    mu: float, radius: float, rate: float
-) -> None:
+def test_friction_of_stabilisers_drives_backward_whirl(mu: float, radius: float, rate: float) -> None:
     """Slipping, r = f m_l/c_h and nu = sqrt(k_r (r - s0)/(m_l r)); the smoothed law
     takes f at the slip there."""
     sharp = mu * M_L / C_H
@@ -214,14 +184,10 @@ def test_stabilisers_roll_at_low_speed() -> None:
     """nu = W R_s/s0 and r = k_r s0/(k_r - m_l nu^2): 3.250 rad/s and 33.72 mm; the
     smoothed law creeps to 3.2346 and 33.62 mm."""
     nu = 0.5 * 0.1651 / 0.0254
-    assert (nu, 1e3 * HELD * 0.0254 / (HELD - M_L * nu**2)) == pytest.approx(
-        (3.250, 33.72), abs=5e-3
-    )
+    assert (nu, 1e3 * HELD * 0.0254 / (HELD - M_L * nu**2)) == pytest.approx((3.250, 33.72), abs=5e-3)
     start = RUBBING.format(mu=0.1, r=33.6, v=-0.0336 * 3.23)
     found = features(whirl(start, offset=0, speed=0.5))
-    assert (1e3 * found["radius_mean"], found["whirl_speed_mean"]) == pytest.approx(
-        (33.62, -3.2346), abs=2e-2
-    )
+    assert (1e3 * found["radius_mean"], found["whirl_speed_mean"]) == pytest.approx((33.62, -3.2346), abs=2e-2)
 
 
 def test_contained_whirl_on_stabilisers_needs_little_friction() -> None:
@@ -251,9 +217,7 @@ def test_where_rolling_on_the_wall_is_lost(speed: float, rolls: bool) -> None:
 
 def test_weight_of_the_span() -> None:
     """F_g = 28652 sin a N, buoyed, and W_g = 35420 sin a N of the steel."""
-    assert weights(whirl("well: {inclination: 90 deg}").parameters) == pytest.approx(
-        (28652, 35420), abs=0.6
-    )
+    assert weights(whirl("well: {inclination: 90 deg}").parameters) == pytest.approx((28652, 35420), abs=0.6)
     across, steel = weights(whirl("well: {inclination: 30 deg}").parameters)
     assert (across, steel) == pytest.approx((14326, 17710), abs=0.6)
 
@@ -278,19 +242,13 @@ def test_sag(inclination: float, sag: float) -> None:
 @pytest.mark.parametrize(("wob", "least"), [(66.72, 24.8), (0.0, 27.6)])
 def test_from_where_the_weight_lays_the_collar_on_the_wall(wob: float, least: float) -> None:
     for inclination, lies in ((least - 0.1, False), (least + 0.1, True)):
-        study = whirl(
-            INCLINED.format(inclination, NO_FRICTION, 0, -76.2), offset=0, wob=wob, transient=100
-        )
+        study = whirl(INCLINED.format(inclination, NO_FRICTION, 0, -76.2), offset=0, wob=wob, transient=100)
         assert (features(study)["wall_contact_fraction"] > 0.0) is lies
     k = derive(study.parameters, 5000.0, 1e3 * wob, 3.0)
-    assert wall_inclination(study.parameters, study.operation, k) == pytest.approx(
-        math.radians(least), abs=1e-3
-    )
+    assert wall_inclination(study.parameters, study.operation, k) == pytest.approx(math.radians(least), abs=1e-3)
     room = with_values(study.parameters, {"stabilizer.clearance": 0.0254})
     found = wall_inclination(room, study.operation, k)
-    assert math.sin(found) == pytest.approx(
-        math.sin(math.radians(least)) * (1 - 0.0254 / GAP), rel=2e-3
-    )
+    assert math.sin(found) == pytest.approx(math.sin(math.radians(least)) * (1 - 0.0254 / GAP), rel=2e-3)
 
 
 def test_the_collar_on_the_wall() -> None:
@@ -315,9 +273,7 @@ def climbed(study: Study) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(("inclination", "angle"), [(30, 2.7367), (60, 8.6233), (90, 9.6897)])
-def test_a_turning_collar_climbs_against_the_drive_and_swings(
-    inclination: float, angle: float
-) -> None:
+def test_a_turning_collar_climbs_against_the_drive_and_swings(inclination: float, angle: float) -> None:
     """To b towards -x with friction that does not fall; small swings at sqrt(F_g (cos b
     + f sin b)/(m_l r)), as the normal force and with it the friction falls with b."""
     friction = "{static: 0.3, dynamic: 0.3}"
@@ -326,9 +282,7 @@ def test_a_turning_collar_climbs_against_the_drive_and_swings(
     assert math.degrees(b) == pytest.approx(angle, abs=0.02)
     push = 0.002  # rad
     place = -1e3 * r * math.sin(b + push), -1e3 * r * math.cos(b + push)
-    study = whirl(
-        INCLINED.format(inclination, friction, *place), offset=0, wob=66.72, rtol="1.0e-10"
-    )
+    study = whirl(INCLINED.format(inclination, friction, *place), offset=0, wob=66.72, rtol="1.0e-10")
     trace = nsdrill.simulate(study, duration=20.0, sample=0.002)
     found = np.arctan2(-trace["x"].values, -trace["y"].values)
     assert np.max(np.abs(found - b)) < 1.2 * push
@@ -343,18 +297,11 @@ def test_falling_friction_makes_the_collar_snake() -> None:
     """At 30 degrees from -3.95 to 10.17 degrees: as a bead on a rigid wall by DOP853.
     The linear balance of falling friction and quadratic drag, (3 pi/8) N |f'|/c_h, has
     6.67 degrees to either side."""
-    study = whirl(
-        "well: {inclination: 30 deg}\ninitial: {x: -12 mm, y: -75.34 mm}", offset=0, wob=66.72
-    )
+    study = whirl("well: {inclination: 30 deg}\ninitial: {x: -12 mm, y: -75.34 mm}", offset=0, wob=66.72)
     trace = nsdrill.simulate(study, duration=1500.0, sample=0.02)
-    angle = np.degrees(np.arctan2(-trace["x"].values, -trace["y"].values))[
-        trace.time.values > 1450.0
-    ]
+    angle = np.degrees(np.arctan2(-trace["x"].values, -trace["y"].values))[trace.time.values > 1450.0]
     k = derive(study.parameters, 5000.0, 66.72e3, 3.0)
-    across, held = (
-        weights(study.parameters)[0],
-        lateral_stiffness(study.parameters, study.operation, k),
-    )
+    across, held = (weights(study.parameters)[0], lateral_stiffness(study.parameters, study.operation, k))
     r = 0.0762922
 
     def bead(t: float, state: list[float]) -> list[float]:
@@ -365,13 +312,7 @@ def test_falling_friction_makes_the_collar_snake() -> None:
         return [rate, (push - across * math.sin(b)) / (M_L * r) - C_H * abs(rate) * rate * r / M_L]
 
     exact = solve_ivp(
-        bead,
-        (0, 1500),
-        [0.158, 0.0],
-        "DOP853",
-        rtol=1e-9,
-        atol=1e-10,
-        t_eval=np.arange(1450, 1500, 0.01),
+        bead, (0, 1500), [0.158, 0.0], "DOP853", rtol=1e-9, atol=1e-10, t_eval=np.arange(1450, 1500, 0.01)
     )
     ends = np.degrees([exact.y[0].min(), exact.y[0].max()])
     assert ends == pytest.approx((-3.95, 10.17), abs=0.1)

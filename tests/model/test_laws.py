@@ -58,10 +58,7 @@ def test_derivatives_equal_the_reference(law: str) -> None:
         f = contacts(c, t, s)
         size[7] += (f["bit_torque"] + c.k_t * abs(s[6]) + abs(f["wall_friction"])) / c.J
         lateral = c.wall_stiffness * np.hypot(s[0], s[2]) / c.m_l + s[7] ** 2
-        assert np.all(
-            np.abs(mine - exact)
-            <= 1e-11 * (size + np.array([0, lateral, 0, lateral, 0, 1e-3, 0, lateral]))
-        )
+        assert np.all(np.abs(mine - exact) <= 1e-11 * (size + np.array([0, lateral, 0, lateral, 0, 1e-3, 0, lateral])))
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -73,9 +70,7 @@ def test_the_array_form_is_odd_and_falls_as_it_says(law: str) -> None:
     assert np.array_equal(bit_arm(parameters, k, -speed), -arm)
     h = 1e-5
     slope = (bit_arm(parameters, k, speed + h) - bit_arm(parameters, k, speed - h)) / (2 * h)
-    assert [-fall(parameters, k, v) for v in speed.tolist()] == pytest.approx(
-        slope, rel=1e-4, abs=1e-7
-    )
+    assert [-fall(parameters, k, v) for v in speed.tolist()] == pytest.approx(slope, rel=1e-4, abs=1e-7)
     assert np.all(arm < static_arm(parameters, k) * (1 + 1e-9))
     soft = parameters_of(Case(bit_law=law, bit_smoothing=5.0, zeta=0.0))
     near = derive(soft, 5000.0, 22.24e3, 3.0)
@@ -90,22 +85,13 @@ def test_energy_changes_by_the_powers(law: str) -> None:
     for _ in range(20):
         state = rng.normal(size=8) * [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0]
         time = np.array([rng.uniform(0, 5)])
-        rate = slopes(
-            1,
-            False,
-            pack(parameters, *_point(case)),
-            time,
-            state[None],
-            friction=list(LAWS).index(law),
-        )[0]
+        rate = slopes(1, False, pack(parameters, *_point(case)), time, state[None], friction=list(LAWS).index(law))[0]
 
         def named(states: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:
             return {**dict(zip(STATES, states.T, strict=True)), "drive_angle": case.speed * times}
 
         h = 1e-6
-        ends = energy(
-            parameters, operation, named(state + np.outer([-h, h], rate), time + np.array([-h, h]))
-        )
+        ends = energy(parameters, operation, named(state + np.outer([-h, h], rate), time + np.array([-h, h])))
         fed = powers(parameters, operation, named(state[None], time))
         size = sum(abs(float(power[0])) for power in fed.values()) + abs(float(ends[0]))
         total = sum(float(power[0]) for power in fed.values())
@@ -145,11 +131,7 @@ def test_a_trace_equals_scipy(law: str) -> None:
 @pytest.mark.parametrize("law", OTHERS)
 def test_lanes_and_exponent_change_no_bit_and_torque_tops_are_those_of_the_trace(law: str) -> None:
     case = Case(wob=40e3, bit_law=law)
-    work = work_for(
-        case,
-        Simulation(transient=5.0, observe=15.0, rtol=1e-8),
-        rotary_speed=np.linspace(1.0, 8.0, 5),
-    )
+    work = work_for(case, Simulation(transient=5.0, observe=15.0, rtol=1e-8), rotary_speed=np.linspace(1.0, 8.0, 5))
     kept = run_work(work, lanes=8)
     lanes = 1 if law == "rational" else 8  # the law is the same text in all numbers of them
     for other in (
@@ -189,20 +171,11 @@ operation: {{depth: {depth} m, wob: {wob} kN, rotary_speed: {speed} rad/s}}
 initial: {{twist: {twist} rad, bit_speed: {bit_speed} rad/s}}
 simulation: {{transient: {transient} s, observe: {observe} s, rtol: 1.0e-8}}
 """
-DEEP = {
-    "string": "torsional_damping: 50 N*m*s/rad",
-    "zeta": 1,
-    "depth": 5000,
-    "friction": "law: hyperbolic",
-}
+DEEP = {"string": "torsional_damping: 50 N*m*s/rad", "zeta": 1, "depth": 5000, "friction": "law: hyperbolic"}
 
 
 def torsion(**keys: object) -> nsdrill.study.Study:
-    return parse_study(
-        TORSION.format(
-            **{"twist": 0, "bit_speed": 0, "transient": 300, "observe": 100, **DEEP, **keys}
-        )
-    )
+    return parse_study(TORSION.format(**{"twist": 0, "bit_speed": 0, "transient": 300, "observe": 100, **DEEP, **keys}))
 
 
 def features(study: nsdrill.study.Study) -> dict[str, float]:
@@ -239,9 +212,7 @@ def sharp_cycle(case: tuple[float, ...]) -> tuple[float, ...]:
             return y[1] - level if t > 1e-6 else 1.0 if phase else -1.0
 
         ends.terminal, ends.direction = True, -1 if phase else 1  # type: ignore[attr-defined]
-        found = solve_ivp(
-            rate, (0, 50), state, "DOP853", events=ends, rtol=1e-11, atol=1e-12, dense_output=True
-        )
+        found = solve_ivp(rate, (0, 50), state, "DOP853", events=ends, rtol=1e-11, atol=1e-12, dense_output=True)
         times.append(found.t[-1])
         peak = max(peak, found.sol(np.linspace(0, found.t[-1], 20001))[1].max())
         state = found.y[:, -1]
@@ -286,13 +257,8 @@ def test_smoothing_takes_the_peak_off_the_linear_law() -> None:
     steep = smoothed(CYCLES[2][0], 500)
     late = replace(steep, simulation=replace(steep.simulation, transient=300.0))
     assert features(late)["bit_speed_max"] == pytest.approx(4.0, abs=5e-3)
-    assert any(
-        warning.startswith("Rounded: ") and "5e+03 s/rad" in warning
-        for warning in check(steep).warnings
-    )
-    assert not any(
-        warning.startswith("Rounded: ") for warning in check(smoothed(row, 500)).warnings
-    )
+    assert any(warning.startswith("Rounded: ") and "5e+03 s/rad" in warning for warning in check(steep).warnings)
+    assert not any(warning.startswith("Rounded: ") for warning in check(smoothed(row, 500)).warnings)
 
 
 @pytest.mark.parametrize(
@@ -308,9 +274,7 @@ def test_smoothing_takes_the_peak_off_the_linear_law() -> None:
 def test_onset_of_stick_slip(friction: str, wob: float, known: float) -> None:
     """Computed beforehand by other code, without smoothing; whatever the depth."""
     for depth in (1000, 5000, 8000):
-        study = torsion(
-            friction=friction, wob=wob, speed=3, depth=depth, zeta=1 if "hyper" in friction else 0
-        )
+        study = torsion(friction=friction, wob=wob, speed=3, depth=depth, zeta=1 if "hyper" in friction else 0)
         found = derived_quantities(study.parameters, study.operation)["stick_slip_onset"].value
         assert found == pytest.approx(known, abs=2e-3)
 
@@ -319,18 +283,14 @@ def test_onset_of_stick_slip(friction: str, wob: float, known: float) -> None:
 def test_the_averaged_fold_has_a_closed_form_without_smoothing(wob: float) -> None:
     """c tau Omega^2 / 2 = (T_s - T_d) ((1 + tau Omega) / sqrt(1 + 2 tau Omega) - 1), by
     averages over v = Omega (1 + cos theta)."""
-    study = torsion(
-        wob=wob, speed=3, depth=5000, zeta=1, friction="law: hyperbolic, smoothing: 1.0e+8 s/rad"
-    )
+    study = torsion(wob=wob, speed=3, depth=5000, zeta=1, friction="law: hyperbolic, smoothing: 1.0e+8 s/rad")
     found = derived_quantities(study.parameters, study.operation)["stick_slip_fold"].value
     law, k = study.parameters.bit.friction, derive(study.parameters, 5000.0, wob * 1e3, 3.0)
     fallen = wob * 1e3 * 2 / 3 * float(k.bit_radius) * (law.static - law.dynamic)
 
     def surplus(speed: float) -> float:
         through = law.decay * speed
-        return 50.0 * law.decay * speed**2 / 2 - fallen * (
-            (1 + through) / np.sqrt(1 + 2 * through) - 1
-        )
+        return 50.0 * law.decay * speed**2 / 2 - fallen * ((1 + through) / np.sqrt(1 + 2 * through) - 1)
 
     assert found == pytest.approx(brentq(surplus, 1.0, 100.0), rel=2e-3)
 
@@ -355,9 +315,9 @@ def test_the_averaged_fold_is_near_that_of_runs(drive: str, wob: float, fold: fl
         f"rad/s}}\n"
         f"drive: {{kind: {drive}}}"
     )
-    assert derived_quantities(study.parameters, study.operation)[
-        "stick_slip_fold"
-    ].value == pytest.approx(fold, rel=0.13)
+    assert derived_quantities(study.parameters, study.operation)["stick_slip_fold"].value == pytest.approx(
+        fold, rel=0.13
+    )
 
 
 @pytest.mark.parametrize(
@@ -373,9 +333,7 @@ def test_the_averaged_fold_is_near_that_of_runs(drive: str, wob: float, fold: fl
         ("kind: z_torque", 66.72, 4.445),
     ],
 )
-def test_the_averaged_fold_is_too_low_by_what_its_description_says(
-    drive: str, wob: float, fold: float
-) -> None:
+def test_the_averaged_fold_is_too_low_by_what_its_description_says(drive: str, wob: float, fold: float) -> None:
     """Folds by continuation, of docs/drives.md."""
     study = parse_study(
         f"modes: {{axial: frozen, lateral: frozen}}\noperation: {{wob: {wob} kN, rotary_speed: 3 "
@@ -392,22 +350,14 @@ def test_steady_drilling_loses_its_stability_at_the_onset(law: str) -> None:
     dies out above it."""
     smoothing = "" if law == "rational" else ", smoothing: 100000 s/rad"
     friction = f"law: {law}{smoothing}"
-    hopf = derived_quantities(
-        (one := torsion(wob=22.24, speed=3, friction=friction)).parameters, one.operation
-    )
+    hopf = derived_quantities((one := torsion(wob=22.24, speed=3, friction=friction)).parameters, one.operation)
     onset_speed = hopf["stick_slip_onset"].value
     assert onset_speed is not None
     for speed, grows in ((onset_speed * 0.97, True), (onset_speed * 1.03, False)):
         study = torsion(wob=22.24, speed=speed, friction=friction)
         k = derive(study.parameters, 5000.0, 22.24e3, speed)
         steady = -(22.24e3 * float(bit_arm(study.parameters, k, speed)) + 50.0 * speed) / k.k_t
-        near = {
-            "wob": 22.24,
-            "speed": speed,
-            "friction": friction,
-            "twist": steady + 0.01,
-            "bit_speed": speed,
-        }
+        near = {"wob": 22.24, "speed": speed, "friction": friction, "twist": steady + 0.01, "bit_speed": speed}
         first, later = (features(torsion(**near, transient=t, observe=30)) for t in (0, 300))
         swing = [found["bit_speed_max"] - found["bit_speed_min"] for found in (first, later)]
         assert (swing[1] > swing[0]) is grows
@@ -426,9 +376,7 @@ def test_peaks_of_the_rational_law() -> None:
 
 
 @pytest.mark.parametrize(("wob", "below", "above"), [(22.24, 4.1, 4.15), (66.72, 9.55, 9.62)])
-def test_stick_slip_of_the_default_law_ends_at_its_fold(
-    wob: float, below: float, above: float
-) -> None:
+def test_stick_slip_of_the_default_law_ends_at_its_fold(wob: float, below: float, above: float) -> None:
     """From a stuck bit: between 4.10 and 4.15, and between 9.55 and 9.62 rad/s by
     SciPy's Radau."""
     assert features(torsion(wob=wob, speed=below))["stuck_fraction"] > 0.05
@@ -443,14 +391,10 @@ def test_an_ensemble_winds_up_to_the_torque_at_rest() -> None:
         k = derive(parameters, 5000.0, 22.24e3, 3.0)
         from nsdrill.models.christoforou_yigit.ensemble import starting_states
 
-        states = starting_states(
-            parameters, Initial(ensemble=400), 5000.0, 22.24e3, 3.0, np.arange(400)
-        )
+        states = starting_states(parameters, Initial(ensemble=400), 5000.0, 22.24e3, 3.0, np.arange(400))
         most = -1.5 * (22.24e3 * static_arm(parameters, k) + 150.0) / k.k_t
         assert most < states[:, 6].min() < 0.98 * most
-        tight = starting_states(
-            parameters, Initial(ensemble=4, spread=1e-6), 5000.0, 22.24e3, 3.0, np.arange(4)
-        )
+        tight = starting_states(parameters, Initial(ensemble=4, spread=1e-6), 5000.0, 22.24e3, 3.0, np.arange(4))
         steady = -(22.24e3 * float(bit_arm(parameters, k, 3.0)) + 150.0) / k.k_t
         assert tight[:, 6] == pytest.approx(np.full(4, steady), rel=1e-3)
 
@@ -461,14 +405,8 @@ def test_an_ensemble_winds_up_to_the_torque_at_rest() -> None:
         ("bit: {friction: {law: linear, decay: 2 s/rad}}", "the law linear does not read"),
         ("bit: {friction: {law: rational, static: 0.4}}", r"reads: b0, b1, b2, b3"),
         ("bit: {friction: {b1: 3 s/rad}}", "the law hyperbolic does not read"),
-        (
-            "sweep: {bit.friction.dynamic_from: [1 rad/s, 2 rad/s]}",
-            "the law hyperbolic does not read",
-        ),
-        (
-            "bit: {friction: {law: rational}}\nsweep: {bit.cutting.zeta: [0, 1]}",
-            "the law rational does not read",
-        ),
+        ("sweep: {bit.friction.dynamic_from: [1 rad/s, 2 rad/s]}", "the law hyperbolic does not read"),
+        ("bit: {friction: {law: rational}}\nsweep: {bit.cutting.zeta: [0, 1]}", "the law rational does not read"),
         ("bit: {friction: {law: stribeck}}", "hyperbolic, linear, exponential"),
     ],
 )
@@ -478,12 +416,8 @@ def test_what_the_law_does_not_read_is_refused(text: str, said: str) -> None:
 
 
 def test_an_axis_over_a_number_of_a_law_has_the_bits_of_single_runs() -> None:
-    text = (
-        "bit: {{friction: {{law: rational{}}}}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
-    )
-    found = run_in_memory(
-        parse_study(text.format("", "sweep: {bit.friction.b1: [1.5 s/rad, 3 s/rad]}")), workers=1
-    )
+    text = "bit: {{friction: {{law: rational{}}}}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
+    found = run_in_memory(parse_study(text.format("", "sweep: {bit.friction.b1: [1.5 s/rad, 3 s/rad]}")), workers=1)
     for i, value in enumerate((1.5, 3.0)):
         alone = run_in_memory(parse_study(text.format(f", b1: {value} s/rad", "")), workers=1)
         for name in ("bit_speed_max", "bit_torque_max", "surface_torque_mean"):
@@ -501,6 +435,5 @@ def test_a_study_keeps_its_digest_with_the_default_law() -> None:
     older["bit"]["friction"] = {name: study.resolved["bit"]["friction"][name] for name in known}
     assert study_from_resolved(older).sha256 == study.sha256
     assert (
-        parse_study("bit: {friction: {law: linear}}").sha256
-        != parse_study("bit: {friction: {law: rational}}").sha256
+        parse_study("bit: {friction: {law: linear}}").sha256 != parse_study("bit: {friction: {law: rational}}").sha256
     )

@@ -40,61 +40,35 @@ def features(text: str) -> dict[str, float]:
 
 @pytest.mark.parametrize(
     ("wob", "speed", "peak"),
-    [
-        (66.72, 1, 6.43),
-        (66.72, 3, 3.10),
-        (66.72, 5, 2.47),
-        (66.72, 8, 2.14),
-        (22.24, 1, 3.11),
-        (22.24, 3, 2.15),
-    ],
+    [(66.72, 1, 6.43), (66.72, 3, 3.10), (66.72, 5, 2.47), (66.72, 8, 2.14), (22.24, 1, 3.11), (22.24, 3, 2.15)],
 )
 def test_peaks_of_stick_slip(wob: float, speed: float, peak: float) -> None:
     """The greatest bit speed over the set speed, computed beforehand from the one
     equation by other code."""
-    found = features(
-        TORSION.format(wob=wob, speed=speed, twist=0, bit_speed=0, transient=300, observe=100)
-    )
+    found = features(TORSION.format(wob=wob, speed=speed, twist=0, bit_speed=0, transient=300, observe=100))
     assert found["bit_speed_max"] / speed == pytest.approx(peak, abs=6e-3)
     assert found["lift_off_fraction"] == found["wall_contact_fraction"] == 0.0
     assert found["bit_force_max"] == pytest.approx(wob * 1e3, rel=1e-12)
 
 
 @pytest.mark.parametrize(("wob", "hopf"), [(22.24, 2.036), (66.72, 3.770)])
-def test_steady_drilling_loses_its_stability_where_friction_falls_too_steeply(
-    wob: float, hopf: float
-) -> None:
+def test_steady_drilling_loses_its_stability_where_friction_falls_too_steeply(wob: float, hopf: float) -> None:
     """Linear theory: the slope of the friction torque, smoothing included, is the
     torsional damping."""
     for speed, grows in ((hopf - 0.05, True), (hopf + 0.05, False)):
-        study = parse_study(
-            TORSION.format(wob=wob, speed=speed, twist=0, bit_speed=speed, transient=1, observe=1)
-        )
+        study = parse_study(TORSION.format(wob=wob, speed=speed, twist=0, bit_speed=speed, transient=1, observe=1))
         k = derive(study.parameters, 5000.0, wob * 1e3, speed)
         law, arm = study.parameters.bit.friction, 2 / 3 * k.bit_radius
         g = 2 / math.pi * math.atan(law.smoothing * speed)
-        rest = (
-            arm * ((law.static - law.dynamic) / (1 + law.decay * speed) + law.dynamic)
-            + k.cutting_arm
-        )
+        rest = arm * ((law.static - law.dynamic) / (1 + law.decay * speed) + law.dynamic) + k.cutting_arm
         steady = -(wob * 1e3 * g * rest + 50.0 * speed) / k.k_t
-        near = {
-            "wob": wob,
-            "speed": speed,
-            "twist": steady + 0.01,
-            "bit_speed": speed,
-            "observe": 30,
-        }
-        first, later = (
-            features(TORSION.format(transient=transient, **near)) for transient in (0, 570)
-        )
+        near = {"wob": wob, "speed": speed, "twist": steady + 0.01, "bit_speed": speed, "observe": 30}
+        first, later = (features(TORSION.format(transient=transient, **near)) for transient in (0, 570))
         swing = [one["bit_speed_max"] - one["bit_speed_min"] for one in (first, later)]
         assert (swing[1] > swing[0]) is grows
 
 
-@pytest.mark.parametrize(
-    ("speed", "radius"), [(2.0, 0.942586e-3), (4.0, 5.459086e-3), (5.0, 12.844433e-3)]
-)
+@pytest.mark.parametrize(("speed", "radius"), [(2.0, 0.942586e-3), (4.0, 5.459086e-3), (5.0, 12.844433e-3)])
 def test_synchronous_whirl(speed: float, radius: float) -> None:
     """The closed form of Jansen's model without swirl and clearance, drag and unbalance
     of the steel alone."""
@@ -105,13 +79,10 @@ def test_synchronous_whirl(speed: float, radius: float) -> None:
     assert found["bit_speed_min"] == found["bit_speed_max"] == speed
 
 
-@pytest.mark.parametrize(
-    "modes", ["{axial: frozen, lateral: frozen}", "{axial: frozen}", "{lateral: frozen}"]
-)
+@pytest.mark.parametrize("modes", ["{axial: frozen, lateral: frozen}", "{axial: frozen}", "{lateral: frozen}"])
 def test_energy_balance(modes: str) -> None:
     study = parse_study(
-        f"modes: {modes}\noperation: {{wob: 66.72 kN, rotary_speed: 2 rad/s}}\nsimulation: "
-        f"{{rtol: 1.0e-9}}"
+        f"modes: {modes}\noperation: {{wob: 66.72 kN, rotary_speed: 2 rad/s}}\nsimulation: {{rtol: 1.0e-9}}"
     )
     trace = nsdrill.simulate(study, duration=10.0, sample=0.0005)
     state = {name: values.values for name, values in trace.data_vars.items()}
@@ -135,9 +106,7 @@ def test_what_is_frozen_is_not_carried_from_point_to_point() -> None:
     assert np.array_equal(found.bit_speed_min, speed)
     assert np.array_equal(found.bit_speed_max, speed)
     assert np.all(found.surface_torque_max == 0.0)
-    assert np.allclose(
-        found.bit_force_max, found.wob.broadcast_like(found.bit_force_max), rtol=1e-12
-    )
+    assert np.allclose(found.bit_force_max, found.wob.broadcast_like(found.bit_force_max), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -145,14 +114,10 @@ def test_what_is_frozen_is_not_carried_from_point_to_point() -> None:
     [
         ("modes: {axial: frozen, torsional: frozen, lateral: frozen}", "at least one free"),
         ("modes: {torsional: frozen}\ndrive: {kind: stiff}", "modes.torsional: frozen"),
-        (
-            "modes: {lateral: frozen}\nsweep: {drillstring.eccentricity: [1 mm, 2 mm]}",
-            "frozen does without",
-        ),
+        ("modes: {lateral: frozen}\nsweep: {drillstring.eccentricity: [1 mm, 2 mm]}", "frozen does without"),
         ("modes: {lateral: frozen}\ninitial: {x: 2 mm}", "frozen does without"),
         (
-            "modes: {torsional: frozen}\noperation: {rotary_speed: {ramp: [[0 s, 2 rad/s], [9 s, "
-            "3 rad/s]]}}",
+            "modes: {torsional: frozen}\noperation: {rotary_speed: {ramp: [[0 s, 2 rad/s], [9 s, 3 rad/s]]}}",
             "would not follow it",
         ),
         ("drive: {kind: stiff, matching: 2}", "the drive stiff does not read"),

@@ -34,9 +34,7 @@ simulation: {{rtol: 1e-10}}
 """
 
 
-def calm(
-    depth: str = "2000 m", wob: str = "22 kN", speed: str = "4 rad/s", more: str = ""
-) -> Study:
+def calm(depth: str = "2000 m", wob: str = "22 kN", speed: str = "4 rad/s", more: str = "") -> Study:
     return parse_study(CALM.format(depth=depth, wob=wob, speed=speed) + more)
 
 
@@ -52,9 +50,7 @@ def test_a_ramp_that_changes_nothing_is_the_plain_run() -> None:
     assert "ramps" in ramp.attrs
     assert "ramps" not in plain.attrs
     for name, values in plain.variables.items():
-        assert ramp[name] == pytest.approx(values, abs=1e-5 * max(np.max(np.abs(values)), 1e-3)), (
-            name
-        )
+        assert ramp[name] == pytest.approx(values, abs=1e-5 * max(np.max(np.abs(values)), 1e-3)), name
 
 
 # The rock gives no torque and nothing is out of balance, so the twist is a damped
@@ -111,9 +107,7 @@ def test_twist_and_drive_angle_are_continuous_and_their_sum_turns_with_the_bit()
     assert np.diff(trace["drive_angle"]) == pytest.approx(
         0.5e-3 * (trace["drive_speed"][1:] + trace["drive_speed"][:-1]), abs=1e-12
     )
-    assert trace["drive_speed"][[0, 500, 1250, 2250, 3500]] == pytest.approx(
-        [2, 4, 6, 4.5, 3], rel=1e-12
-    )
+    assert trace["drive_speed"][[0, 500, 1250, 2250, 3500]] == pytest.approx([2, 4, 6, 4.5, 3], rel=1e-12)
     assert trace.attrs["final_state"][-1] == pytest.approx(trace["drive_angle"][-1], rel=1e-13)
     assert trace.attrs["final_state"][6] == pytest.approx(trace["twist"][-1], rel=1e-12)
 
@@ -151,9 +145,7 @@ def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
 
 def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> None:
     """Against SciPy on the torsional and axial equations, quasi-static in depth."""
-    study = parse_study(
-        FREE.replace("wob: 0 N,", "wob: 0 N, depth: {ramp: [[0 s, 1000 m], [20 s, 3000 m]]},")
-    )
+    study = parse_study(FREE.replace("wob: 0 N,", "wob: 0 N, depth: {ramp: [[0 s, 1000 m], [20 s, 3000 m]]},"))
     trace = simulate(study, duration=20.0, sample=0.1).trace
     speed = Ramp((0.0, 12.0, 20.0), (3.0, 9.0, 5.0))
 
@@ -166,15 +158,7 @@ def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> N
             (25e6 * max(-y[2], 0.0) - 4000 * y[3] - k.k_a * y[2]) / k.m_a,
         ]
 
-    exact = solve_ivp(
-        slope,
-        (0, 20),
-        [0.0, 3.0, 0.02, 0.0],
-        t_eval=trace.time,
-        rtol=1e-10,
-        atol=1e-10,
-        max_step=0.1,
-    )
+    exact = solve_ivp(slope, (0, 20), [0.0, 3.0, 0.02, 0.0], t_eval=trace.time, rtol=1e-10, atol=1e-10, max_step=0.1)
     assert trace["twist"] == pytest.approx(exact.y[0], abs=3e-5 * np.ptp(exact.y[0]))
     assert trace["z"] == pytest.approx(exact.y[2], abs=1e-4 * 0.02)
     assert trace["depth"][[0, 100, -1]] == pytest.approx([1000, 2000, 3000])
@@ -190,10 +174,7 @@ def test_finer_segments_change_nothing() -> None:
     )
     schedule = schedule_of(study, {})
     initial = initial_states(study.parameters, study.initial, *vars(schedule.start).values())[0]
-    ends = [
-        run_schedule(study, schedule, 5.0, initial, 2, 5.0, pieces)[4]
-        for pieces in (16, 64, 256, 512)
-    ]
+    ends = [run_schedule(study, schedule, 5.0, initial, 2, 5.0, pieces)[4] for pieces in (16, 64, 256, 512)]
     scale = np.maximum(np.abs(ends[-1]), [1e-3, 1e-2, 1e-3, 1e-2, 1e-4, 1e-3, 0.1, 1, 1])
     errors = [np.max(np.abs(end - ends[-1]) / scale) for end in ends[:-1]]
     assert errors[2] < 1e-5
@@ -211,34 +192,24 @@ simulation: {transient: 400 s, observe: 10 s}
 """
     sweep = run_in_memory(
         parse_study(
-            text.replace("SPEED", "4 rad/s") + "sweep: {rotary_speed: [4.5 rad/s, 5 rad/s, 5.5 "
-            "rad/s], procedure: up}"
+            text.replace("SPEED", "4 rad/s") + "sweep: {rotary_speed: [4.5 rad/s, 5 rad/s, 5.5 rad/s], procedure: up}"
         )
     )
     ramp = simulate(
-        parse_study(
-            text.replace("SPEED", "{ramp: [[0 s, 4 rad/s], [40 s, 4 rad/s], [840 s, 6 rad/s]]}")
-        )
+        parse_study(text.replace("SPEED", "{ramp: [[0 s, 4 rad/s], [40 s, 4 rad/s], [840 s, 6 rad/s]]}"))
     ).trace
     assert np.max(sweep["lift_off_fraction"]) == 0.0
     heights = []
     for place, speed in enumerate((4.5, 5.0, 5.5)):
         near = np.abs(ramp["drive_speed"] - speed) < 0.015
-        values, low, high = (
-            ramp["z"][near],
-            sweep["axial_min"][0, 0, 0, place],
-            sweep["axial_max"][0, 0, 0, place],
-        )
+        values, low, high = (ramp["z"][near], sweep["axial_min"][0, 0, 0, place], sweep["axial_max"][0, 0, 0, place])
         heights.append(high - low)
         assert values.max() - values.min() == pytest.approx(high - low, rel=0.03), speed
     assert heights[2] > 1.5 * heights[0]
 
 
 def test_the_segments() -> None:
-    ramps = {
-        "wob": Ramp((0.0, 10.0), (1e4, 1e4)),
-        "rotary_speed": Ramp((0.0, 4.0, 8.0), (2.0, 4.0, 4.0)),
-    }
+    ramps = {"wob": Ramp((0.0, 10.0), (1e4, 1e4)), "rotary_speed": Ramp((0.0, 4.0, 8.0), (2.0, 4.0, 4.0))}
     schedule = Schedule(Operation(), ramps)
     cuts = schedule.cuts(20.0)
     assert {0.0, 4.0, 8.0, 10.0, 20.0} <= set(cuts)
@@ -263,12 +234,7 @@ def test_the_drive_angle_is_the_integral_of_its_speed() -> None:
 
 
 def test_ramps_outside_the_model_are_refused() -> None:
-    for times, values in (
-        ((0.0,), (1.0,)),
-        ((1.0, 2.0), (1.0, 2.0)),
-        ((0.0, 0.0), (1.0, 2.0)),
-        ((0.0, 1.0), (1.0,)),
-    ):
+    for times, values in (((0.0,), (1.0,)), ((1.0, 2.0), (1.0, 2.0)), ((0.0, 0.0), (1.0, 2.0)), ((0.0, 1.0), (1.0,))):
         with pytest.raises(ValueError, match="ramp: found"):
             Ramp(times, values)
     with pytest.raises(ValueError, match="rotary_speed: found 0"):
@@ -278,9 +244,9 @@ def test_ramps_outside_the_model_are_refused() -> None:
 def test_a_ramp_that_stops_early_gives_the_samples_it_reached() -> None:
 
     limited = parse_study(
-        CALM.format(
-            depth="2000 m", wob="22 kN", speed="{ramp: [[0 s, 4 rad/s], [50 s, 8 rad/s]]}"
-        ).replace("rtol: 1e-10", "rtol: 1e-12, max_steps: 1000")
+        CALM.format(depth="2000 m", wob="22 kN", speed="{ramp: [[0 s, 4 rad/s], [50 s, 8 rad/s]]}").replace(
+            "rtol: 1e-10", "rtol: 1e-12, max_steps: 1000"
+        )
     )
     result = simulate(limited)
     assert result.trace.attrs["status"] == "step_limit"

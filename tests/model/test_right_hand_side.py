@@ -36,9 +36,7 @@ def terms(c: Case, t: float, s: np.ndarray) -> np.ndarray:
     f = contacts(c, t, s)
     _, vx, _, vy, z, vz, twist, omega = np.abs(s)
     speed = np.hypot(vx, vy)
-    stiffness = (
-        c.k_bend + f["bit_force"] * np.pi**2 / c.span + abs(f["bit_torque"]) * np.pi**3 / c.span**2
-    )
+    stiffness = c.k_bend + f["bit_force"] * np.pi**2 / c.span + abs(f["bit_torque"]) * np.pi**3 / c.span**2
     lateral = stiffness * f["radius"] + c.c_h * speed**2 + f["wall_force"] + abs(f["wall_friction"])
     s_e = c.m_e * c.eccentricity
     inertia = c.J + s_e * (c.eccentricity - s_e / c.m_l)
@@ -82,9 +80,7 @@ def points(options: dict, count: int, seed: int) -> list[tuple[Case, float, np.n
 @pytest.mark.parametrize("wall_law", ["linear", "hertz"])
 @pytest.mark.parametrize("softening", ["live", "static", "none"])
 @pytest.mark.parametrize("eccentric_mass", ["total", "steel"])
-def test_derivatives_equal_the_reference(
-    wall_law: str, softening: str, eccentric_mass: str
-) -> None:
+def test_derivatives_equal_the_reference(wall_law: str, softening: str, eccentric_mass: str) -> None:
     """To 2e-13 of the terms summed, at 200 random states of 200 random strings, all
     contacts and, with a linear wall, lobe numbers, each of which is compiled separately."""
     options = {"wall_law": wall_law, "softening": softening, "eccentric_mass": eccentric_mass}
@@ -93,9 +89,7 @@ def test_derivatives_equal_the_reference(
     cases = points(options, 200, 7)
     table = np.concatenate([table_of(c) for c, _, _ in cases])
     times, states = np.array([t for _, t, _ in cases]), np.array([s for *_, s in cases])
-    found = slopes(
-        8, wall_law == "hertz", table, times, states, np.array([c.lobes for c, _, _ in cases])
-    )
+    found = slopes(8, wall_law == "hertz", table, times, states, np.array([c.lobes for c, _, _ in cases]))
     for (c, t, s), mine in zip(cases, found, strict=True):
         scale = terms(c, t, s)
         scale[[1, 3, 7]] += wall_terms(c, s)
@@ -154,9 +148,7 @@ def test_a_lane_does_not_feel_its_neighbours() -> None:
         others = np.arange(8) != lane
         spoiled_table, spoiled_states = table.copy(), states.copy()
         spoiled_table[others], spoiled_states[others] = np.nan, np.inf
-        assert np.array_equal(
-            slopes(8, False, spoiled_table, time, spoiled_states)[lane], alone[lane]
-        )
+        assert np.array_equal(slopes(8, False, spoiled_table, time, spoiled_states)[lane], alone[lane])
 
 
 def test_a_lane_on_the_verge_of_the_wall_does_not_feel_a_neighbour_on_it() -> None:
@@ -181,11 +173,7 @@ def test_only_accelerations_and_auxiliary_rows_are_written() -> None:
     make_right_hand_side(8)(buffer)
     changed = np.flatnonzero(np.any((buffer != before).reshape(ROWS.total, 8), axis=1))
     accelerations = range(ROWS.acceleration, ROWS.acceleration + ROWS.pairs)
-    assert (
-        set(accelerations)
-        <= set(changed)
-        <= {*accelerations, *range(ROWS.aux_now, ROWS.aux_now + ROWS.aux)}
-    )
+    assert set(accelerations) <= set(changed) <= {*accelerations, *range(ROWS.aux_now, ROWS.aux_now + ROWS.aux)}
 
 
 PLAIN = """
@@ -230,19 +218,14 @@ def test_turning_the_lateral_plane_turns_the_accelerations() -> None:
         angles = np.linspace(0, 2 * np.pi, 8, endpoint=False)
         cos, sin = np.cos(angles), np.sin(angles)
         for a in (0, 1):
-            turned[:, a], turned[:, a + 2] = (
-                cos * s[a] - sin * s[a + 2],
-                sin * s[a] + cos * s[a + 2],
-            )
+            turned[:, a], turned[:, a + 2] = (cos * s[a] - sin * s[a + 2], sin * s[a] + cos * s[a + 2])
         f = slopes(8, False, np.repeat(table_of(c), 8, axis=0), np.full(8, 1.25), turned)
         back_x, back_y = cos * f[:, 1] + sin * f[:, 3], -sin * f[:, 1] + cos * f[:, 3]
         size = 1e-13 * (terms(c, 1.25, s) + wall_terms(c, s))
         assert np.all(np.abs(back_x - f[0, 1]) <= size[1])
         assert np.all(np.abs(back_y - f[0, 3]) <= size[3])
         assert np.all(np.abs(f[:, 7] - f[0, 7]) <= size[7])
-        assert np.array_equal(f[:, 5], np.repeat(f[0, 5], 8)), (
-            "the axial motion does not see the lateral plane"
-        )
+        assert np.array_equal(f[:, 5], np.repeat(f[0, 5], 8)), "the axial motion does not see the lateral plane"
 
 
 def test_mirror_image_of_the_rotation() -> None:
@@ -279,11 +262,7 @@ def test_centre_of_the_hole_is_an_ordinary_point() -> None:
 def test_packing_many_points_is_packing_each() -> None:
     c = Case()
     rng = np.random.default_rng(13)
-    depth, wob, speed = (
-        rng.uniform(300, 9000, 20),
-        rng.uniform(0, 1e5, 20),
-        rng.uniform(0.1, 20, 20),
-    )
+    depth, wob, speed = (rng.uniform(300, 9000, 20), rng.uniform(0, 1e5, 20), rng.uniform(0.1, 20, 20))
     many = pack(parameters_of(c), depth, wob, speed, 0.5)
     each = [pack(parameters_of(c), *point, 0.5)[0] for point in zip(depth, wob, speed, strict=True)]
     assert np.array_equal(many, np.array(each))

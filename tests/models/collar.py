@@ -11,12 +11,7 @@ import numpy as np
 
 
 def law(v: Any, static: float, dynamic: float, smoothing: float = 500.0, decay: float = 3.0) -> Any:
-    return (
-        2
-        / math.pi
-        * np.arctan(smoothing * v)
-        * ((static - dynamic) / (1 + decay * np.abs(v)) + dynamic)
-    )
+    return 2 / math.pi * np.arctan(smoothing * v) * ((static - dynamic) / (1 + decay * np.abs(v)) + dynamic)
 
 
 @dataclass
@@ -73,15 +68,7 @@ class Collar:
         self.per_T = self.factor * (n * math.pi) ** 3 / (2 * self.l**2)
         self.c = 2 * self.zeta * np.sqrt(self.m * self.k)
         self.phi = np.sin(np.outer(self.at, n) * math.pi)
-        self.d = (
-            2
-            / (3 * math.pi)
-            * self.rho_f
-            * self.C_D
-            * self.D_o
-            * self.l
-            / np.sum(np.abs(self.phi[:, 0]) ** 3)
-        )
+        self.d = 2 / (3 * math.pi) * self.rho_f * self.C_D * self.D_o * self.l / np.sum(np.abs(self.phi[:, 0]) ** 3)
         self.m_a = self.rho * (area * self.L_c + pipe_area * length / 3)
         self.k_a = self.E * pipe_area / length
         self.J = self.rho * 2 * (second * self.L_c + pipe_second * length / 3)
@@ -105,13 +92,9 @@ class Collar:
         z, vz, twist, w = s[4 * N :]
         angle = twist + self.Omega * t + 0.5 * self.ramp * t * t
         force = self.k_c * max(self.s0 * math.sin(self.n_b * angle) - z, 0.0)
-        torque = force * (
-            2 / 3 * self.r_h * law(w, *self.mu_b) + self.arm * 2 / math.pi * math.atan(500.0 * w)
-        )
+        torque = force * (2 / 3 * self.r_h * law(w, *self.mu_b) + self.arm * 2 / math.pi * math.atan(500.0 * w))
         known = {"force": (force, 0.0), "live": (force, torque), "static": (self.W, 0.0)}
-        axial, twisting = (
-            known[self.softening] if isinstance(self.softening, str) else (self.softening, 0.0)
-        )
+        axial, twisting = known[self.softening] if isinstance(self.softening, str) else (self.softening, 0.0)
         k = self.k - self.per_P * axial - self.per_T * twisting
         F_x, F_y, rubbing = -k * x - self.c * vx, -k * y - self.c * vy, 0.0
         for phi, (gap, stiffness, drag) in zip(self.phi, self.walls, strict=True):
@@ -126,9 +109,7 @@ class Collar:
             F_y = F_y + phi * (-N_j * d - T_j * c - drag * v * V_y)
             rubbing += T_j
         moment = -torque - self.c_t * w - self.k_t * twist - rubbing * self.D_o / 2
-        alpha = (
-            moment - np.sum(self.q * (F_y * math.cos(angle) - F_x * math.sin(angle)))
-        ) / self.J_e
+        alpha = (moment - np.sum(self.q * (F_y * math.cos(angle) - F_x * math.sin(angle)))) / self.J_e
         a_x = self.q * (w**2 * math.cos(angle) + alpha * math.sin(angle)) + F_x / self.m
         a_y = self.q * (w**2 * math.sin(angle) - alpha * math.cos(angle)) + F_y / self.m
         a_z = (force - self.W - self.c_a * vz - self.k_a * z) / self.m_a

@@ -13,13 +13,7 @@ from scipy.integrate import simpson, solve_ivp
 
 from models.collar import Collar
 from nsdrill.app.trajectory import simulate
-from nsdrill.models.beam.columns import (
-    bent_against_wall,
-    coefficients,
-    shape,
-    stiffnesses,
-    values_of,
-)
+from nsdrill.models.beam.columns import bent_against_wall, coefficients, shape, stiffnesses, values_of
 from nsdrill.models.beam.forces import at_place
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
@@ -41,9 +35,7 @@ bit: {surface_amplitude: 0 m, friction: {static: 0, dynamic: 0}, cutting: {zeta:
 
 
 def study(text: str = "model: beam", **changes: Any) -> Any:
-    return parse_study(
-        text, overrides=[f"{key.replace('__', '.')}={value}" for key, value in changes.items()]
-    )
+    return parse_study(text, overrides=[f"{key.replace('__', '.')}={value}" for key, value in changes.items()])
 
 
 def points(of: Any) -> Values:
@@ -66,9 +58,7 @@ def slopes(of: Any, t: np.ndarray, states: np.ndarray, lanes: int) -> np.ndarray
     model.right_hand_side(lanes, variant)(flat)
     out = np.empty_like(states)
     out[:, ::2] = states[:, 1::2] + model.frame_rates(table, variant)
-    out[:, 1::2] = flat.reshape(rows.total, lanes)[
-        rows.acceleration : rows.acceleration + rows.slopes
-    ].T[: len(states)]
+    out[:, 1::2] = flat.reshape(rows.total, lanes)[rows.acceleration : rows.acceleration + rows.slopes].T[: len(states)]
     return out
 
 
@@ -148,25 +138,19 @@ def test_the_compiled_slopes_are_those_of_the_equations(case: str) -> None:
     names = model_named("beam").states(model_named("beam").variant(of.parameters))
     rng = np.random.default_rng(7)
     N = collar.N
-    state_scales = np.concatenate(
-        [np.repeat(q, N) / np.tile(collar.n, 4) for q in [[0.08, 0.5, 0.08, 0.5]]]
-    )
+    state_scales = np.concatenate([np.repeat(q, N) / np.tile(collar.n, 4) for q in [[0.08, 0.5, 0.08, 0.5]]])
     state_scales = np.concatenate([state_scales, [2e-3, 0.05, 5.0, 3.0]])
     states = rng.normal(size=(40, len(state_scales))) * state_scales
     states[:, -1] += 2.0
     t = rng.uniform(0, 5, 40)
-    expected = np.array(
-        [ordered(names, collar, collar.slopes(*one)) for one in zip(t, states, strict=True)]
-    )
+    expected = np.array([ordered(names, collar, collar.slopes(*one)) for one in zip(t, states, strict=True)])
     given = np.array([ordered(names, collar, one) for one in states])
     found = np.concatenate([slopes(of, t[k : k + 8], given[k : k + 8], 8) for k in range(0, 40, 8)])
     single = np.concatenate([slopes(of, t[k : k + 1], given[k : k + 1], 1) for k in range(40)])
     assert found.tobytes() == single.tobytes()
     assert np.max(np.abs(found - expected) / np.abs(expected).max(axis=0)) < 1e-13
     gaps = np.array([gap for gap, _, _ in collar.walls])
-    touching = np.array(
-        [np.hypot(collar.phi @ s[:N], collar.phi @ s[2 * N : 3 * N]) > gaps for s in states]
-    )
+    touching = np.array([np.hypot(collar.phi @ s[:N], collar.phi @ s[2 * N : 3 * N]) > gaps for s in states])
     assert 0.1 < touching.mean() < 0.9
 
 
@@ -179,12 +163,7 @@ def test_a_trace_is_that_of_another_integrator() -> None:
     the wall, so it needs small steps: at the absolute tolerance 1e-12 its error there
     is 2e-8 to 3e-7, by chance.
     """
-    of = study(
-        operation__rotary_speed="7 rad/s",
-        initial__x="80 mm",
-        initial__vy="-0.3 m/s",
-        simulation__rtol=1e-11,
-    )
+    of = study(operation__rotary_speed="7 rad/s", initial__x="80 mm", initial__vy="-0.3 m/s", simulation__rtol=1e-11)
     trace = simulate(of, duration=4.0, sample=0.05).trace
     collar = Collar(Omega=7.0)
     start = np.zeros(24)
@@ -229,8 +208,7 @@ def test_one_mode_with_a_wall_at_mid_span_is_the_lumped_model() -> None:
     lumped = simulate(parse_study(body), duration=10.0).trace
     changes, _ = CASES["one mode"]
     collar = simulate(
-        parse_study(body, overrides=["model=beam", *(f"{k}={v}" for k, v in changes.items())]),
-        duration=10.0,
+        parse_study(body, overrides=["model=beam", *(f"{k}={v}" for k, v in changes.items())]), duration=10.0
     ).trace
     for name in ("x", "y", "z", "twist", "radius"):
         assert np.abs(collar[name] - lumped[name]).max() < 1e-8, name
@@ -328,21 +306,11 @@ def defect(of: Any, trace: Any) -> tuple[float, float]:
     held = energy(of.parameters, of.operation, state)
     fed = powers(of.parameters, of.operation, state)
     total, t = sum(fed.values()), trace.time
-    work = np.concatenate(
-        [
-            [0.0],
-            np.cumsum((t[2::2] - t[:-2:2]) / 6 * (total[:-2:2] + 4 * total[1::2] + total[2::2])),
-        ]
-    )
-    return float(np.max(np.abs(held[::2] - held[0] - work))), float(
-        simpson(sum(np.abs(p) for p in fed.values()), x=t)
-    )
+    work = np.concatenate([[0.0], np.cumsum((t[2::2] - t[:-2:2]) / 6 * (total[:-2:2] + 4 * total[1::2] + total[2::2]))])
+    return float(np.max(np.abs(held[::2] - held[0] - work))), float(simpson(sum(np.abs(p) for p in fed.values()), x=t))
 
 
-OWN = (
-    "[{at: 0.2, gap: 60 mm}, {at: 0.5, stiffness: 40 MN/m, drag: 900 N*s^2/m^2}, {at: 0.8, "
-    "stiffness: 0 N/m}]"
-)
+OWN = "[{at: 0.2, gap: 60 mm}, {at: 0.5, stiffness: 40 MN/m, drag: 900 N*s^2/m^2}, {at: 0.8, stiffness: 0 N/m}]"
 
 
 @pytest.mark.parametrize(
@@ -424,12 +392,7 @@ def test_synchronous_whirl_without_drag() -> None:
         r = 4 * 0.0127 / (n * math.pi) * speed**2 / (stiff[n - 1] / k.m_l - speed**2)
         c, s = r * math.cos(angle), r * math.sin(angle)
         state |= {f"x_{n}": c, f"vx_{n}": -speed * s, f"y_{n}": s, f"vy_{n}": speed * c}
-        expected |= {
-            f"x_{n}": -speed * s,
-            f"vx_{n}": -(speed**2) * c,
-            f"y_{n}": speed * c,
-            f"vy_{n}": -(speed**2) * s,
-        }
+        expected |= {f"x_{n}": -speed * s, f"vx_{n}": -(speed**2) * c, f"y_{n}": speed * c, f"vy_{n}": -(speed**2) * s}
     t = np.array([(angle - twist) / speed])
     found = slopes(of, t, np.array([[state[name] for name in names]]), 1)[0]
     assert found == pytest.approx([expected[name] for name in names], abs=1e-12)
@@ -446,11 +409,7 @@ def test_ten_times_the_mass_is_a_tenth_of_the_wall() -> None:
         well__stiffness="6.78e10 N/m^1.5",
     )
     ten = study(
-        PAPER,
-        initial__wall_force="1 MN",
-        operation__wob="350 kN",
-        simulation__rtol=1e-10,
-        beam__modal_mass_factor=10,
+        PAPER, initial__wall_force="1 MN", operation__wob="350 kN", simulation__rtol=1e-10, beam__modal_mass_factor=10
     )
     light, heavy = (simulate(of, duration=2.0, sample=0.01).trace for of in (one, ten))
     assert np.abs(light["radius"] - heavy["radius"]).max() < 1e-10

@@ -57,18 +57,14 @@ EXACT = (
 
 
 @pytest.mark.parametrize("name", EXACT)
-def test_one_mode_has_the_features_of_the_lumped_model(
-    both: tuple[nsdrill.Dataset, ...], name: str
-) -> None:
+def test_one_mode_has_the_features_of_the_lumped_model(both: tuple[nsdrill.Dataset, ...], name: str) -> None:
     """To 1e-5: extremes are located on polynomials of one degree less, means are sums
     over them."""
     lumped, collar = (np.ravel(one[name]) for one in both)
     assert collar == pytest.approx(lumped, rel=1e-5, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    "name", ["rolling_ratio", "lateral_acceleration_rms", "axial_acceleration_rms"]
-)
+@pytest.mark.parametrize("name", ["rolling_ratio", "lateral_acceleration_rms", "axial_acceleration_rms"])
 def test_what_is_summed_from_ends_of_steps(both: tuple[nsdrill.Dataset, ...], name: str) -> None:
     """Trapezia over the steps, of which a contact has ten or more: to two percent."""
     lumped, collar = (np.ravel(one[name]) for one in both)
@@ -82,45 +78,22 @@ def test_the_torque_of_the_bit_at_its_greatest(both: tuple[nsdrill.Dataset, ...]
     assert np.all(collar > 0.99 * lumped)
 
 
-def test_one_mode_has_the_labels_returns_and_peaks_of_the_lumped_model(
-    both: tuple[nsdrill.Dataset, ...],
-) -> None:
+def test_one_mode_has_the_labels_returns_and_peaks_of_the_lumped_model(both: tuple[nsdrill.Dataset, ...]) -> None:
     lumped, collar = both
-    for name in (
-        "response",
-        "whirl_kind",
-        "stick_slip_severity",
-        "bounce_severity",
-        "whirl_severity",
-    ):
+    for name in ("response", "whirl_kind", "stick_slip_severity", "bounce_severity", "whirl_severity"):
         assert np.array_equal(lumped[name], collar[name]), name
-    for name in (
-        "section_radius",
-        "section_whirl_angle",
-        "section_axial",
-        "axial_peaks",
-        "bit_speed_peaks",
-    ):
-        assert np.ravel(collar[name]) == pytest.approx(
-            np.ravel(lumped[name]), rel=1e-4, abs=1e-6, nan_ok=True
-        ), name
+    for name in ("section_radius", "section_whirl_angle", "section_axial", "axial_peaks", "bit_speed_peaks"):
+        assert np.ravel(collar[name]) == pytest.approx(np.ravel(lumped[name]), rel=1e-4, abs=1e-6, nan_ok=True), name
 
 
 def test_features_are_those_of_the_trace() -> None:
     """Five modes and five walls, from near the wall at 7 rad/s: a trace with a sample
     every 50 us, 2 s."""
     study = "model: beam\ninitial: {x: 78 mm, vy: -0.8 m/s}\n"
-    study += (
-        "operation: {rotary_speed: 7 rad/s}\nsimulation: {transient: 0 s, observe: 2 s, rtol: "
-        "1.0e-9}\n"
-    )
+    study += "operation: {rotary_speed: 7 rad/s}\nsimulation: {transient: 0 s, observe: 2 s, rtol: 1.0e-9}\n"
     found = nsdrill.run(study)
     trace = nsdrill.simulate(study, duration=2.0, sample=5e-5)
-    value = {
-        name: float(np.ravel(found[name])[0])
-        for name in found.data_vars
-        if np.size(found[name]) == 1
-    }
+    value = {name: float(np.ravel(found[name])[0]) for name in found.data_vars if np.size(found[name]) == 1}
     on = trace.wall_force.values > 0
     assert 0.05 < value["wall_contact_fraction"] < 0.95
     assert value["wall_contact_fraction"] == pytest.approx(on.mean(), abs=2e-3)
@@ -177,10 +150,7 @@ def test_every_command_knows_the_collar(
         ({"record.section": "lobe"}, "revolution, with the model beam"),
         ({"beam.modes": 11}, "at most 10"),
         ({"beam.modes": 4, "beam.stations": [{"at": 0.5}], "operation.wob": "3 MN"}, "without end"),
-        (
-            {"beam.axial_load": "3 MN", "beam.stations": [{"at": 0.5, "stiffness": "0 N/m"}]},
-            "without end",
-        ),
+        ({"beam.axial_load": "3 MN", "beam.stations": [{"at": 0.5, "stiffness": "0 N/m"}]}, "without end"),
         ({"drive.kind": "stiff"}, "unknown key"),
     ],
 )
@@ -201,27 +171,21 @@ def test_the_load_is_an_axis() -> None:
     both = nsdrill.run(STUDY, set={"sweep": {"beam.axial_load": ["0 kN", "300 kN"]}})
     for load in (0.0, 300e3):
         alone = nsdrill.run(STUDY, set={"sweep": None, "beam.axial_load": f"{load} N"})
-        assert np.array_equal(
-            both.sel(beam_axial_load=load).final_state, np.squeeze(alone.final_state)
-        ), load
+        assert np.array_equal(both.sel(beam_axial_load=load).final_state, np.squeeze(alone.final_state)), load
 
 
 def test_the_force_is_that_of_the_wall_that_presses_most() -> None:
     """Walls of different gaps and stiffness: the greatest force of any is that of a
     trace."""
     study = (
-        "model: beam\nbeam: {modes: 2, stations: [{at: 0.3, gap: 50 mm, stiffness: 5 MN/m}, {at: "
-        "0.6, gap: 70 mm}]}\n"
+        "model: beam\nbeam: {modes: 2, stations: [{at: 0.3, gap: 50 mm, stiffness: 5 MN/m}, {at: 0.6, gap: 70 mm}]}\n"
     )
     study += "initial: {x: 80 mm, vy: -0.8 m/s}\noperation: {rotary_speed: 7 rad/s}\n"
     study += "simulation: {transient: 0 s, observe: 1 s, rtol: 1.0e-9}\n"
     found = nsdrill.run(study)
     trace = nsdrill.simulate(study, duration=1.0, sample=5e-5)
     at = [
-        sum(
-            math.sin(n * math.pi * xi) * np.array([trace[f"x_{n}"], trace[f"y_{n}"]])
-            for n in (1, 2)
-        )
+        sum(math.sin(n * math.pi * xi) * np.array([trace[f"x_{n}"], trace[f"y_{n}"]]) for n in (1, 2))
         for xi in (0.3, 0.6)
     ]
     force = [5e6 * (np.hypot(*at[0]) - 0.05), 25e6 * (np.hypot(*at[1]) - 0.07)]
@@ -236,9 +200,7 @@ def test_the_exponent_leaves_the_motion_as_it_is() -> None:
     """A run has the same bits with its Lyapunov exponent measured or not."""
     plain = nsdrill.run(STUDY)
     measured = nsdrill.run(STUDY, set={"record.exponent": True})
-    assert (
-        np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
-    )
+    assert np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
     assert np.all(np.isfinite(measured["lyapunov_exponent"]))
 
 

@@ -51,12 +51,8 @@ IDEAL = SEGMENTS + "drive: {kind: ideal}\n"
     ],
     ids=["stabilizers", "along", "touch", "segments", "ideal"],
 )
-def test_the_deviation_is_the_derivative_of_the_motion(
-    text: str, seconds: float, rtol: str, within: float
-) -> None:
-    study = parse_study(
-        f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: {rtol}}}\n"
-    )
+def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float, rtol: str, within: float) -> None:
+    study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: {rtol}}}\n")
     followed, quotient = followed_and_quotient(work_of(study), 1e-11)
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
 
@@ -64,9 +60,7 @@ def test_the_deviation_is_the_derivative_of_the_motion(
 @pytest.mark.parametrize("cut", ["c2: -0.00019", "c2: 0.001", "speed: mean"])
 @pytest.mark.parametrize("drive", ["dc_motor", "soft_torque"])
 @pytest.mark.parametrize("implicit", [False, True])
-def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(
-    cut: str, drive: str, implicit: bool
-) -> None:
+def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut: str, drive: str, implicit: bool) -> None:
     """At random states, on the rock and off it, after the rock's side at the start of a
     step: slopes, pushes and moved velocities, against differences of fourth order."""
     study = parse_study(
@@ -120,10 +114,7 @@ def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(
 
 @pytest.mark.parametrize("text", [STABILIZERS, SEGMENTS], ids=["stabilizers", "segments"])
 def test_a_run_has_the_same_bits_with_its_exponent(text: str) -> None:
-    study = (
-        f"{text}sweep: {{wob: [40 kN, 60 kN, 90 kN]}}\nsimulation: {{transient: 0.5 s, observe: 1 "
-        f"s}}\n"
-    )
+    study = f"{text}sweep: {{wob: [40 kN, 60 kN, 90 kN]}}\nsimulation: {{transient: 0.5 s, observe: 1 s}}\n"
     plain, told = (nsdrill.run(study, set={"record.exponent": switch}) for switch in (False, True))
     for name in plain.data_vars:
         assert np.array_equal(plain[name].values, told[name].values, equal_nan=True), name

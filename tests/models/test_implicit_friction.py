@@ -15,15 +15,12 @@ from nsdrill.study import parse_study
 
 W, RELAX = 8, 1e-3
 
-BEAM = (
-    "model: beam\nwell: {friction: {smoothing: EPS s/m}}\nbit: {friction: {smoothing: EPS s/rad}}"
-)
+BEAM = "model: beam\nwell: {friction: {smoothing: EPS s/m}}\nbit: {friction: {smoothing: EPS s/rad}}"
 NINE = ", ".join(f"{{at: {place / 10}}}" for place in range(1, 10))
 SEGMENTS = "model: segments\nbit: {cutting: {smoothing: EPS s/rad, speed: live, c2: C2}}"
 CASES = {
     "beam": BEAM,
-    "beam, few modes": f"{BEAM}\nbeam: {{modes: 2, stations: [{{at: 0.3}}, {{at: 0.5}}, {{at: "
-    f"0.6}}], torque: cy}}",
+    "beam, few modes": f"{BEAM}\nbeam: {{modes: 2, stations: [{{at: 0.3}}, {{at: 0.5}}, {{at: 0.6}}], torque: cy}}",
     "beam, nine stations": f"{BEAM}\nbeam: {{modes: 2, stations: [{NINE}]}}",
     "beam, one station": f"{BEAM}\nbeam: {{modes: 1, stations: [{{at: 0.5}}]}}",
     "cutting from rest": SEGMENTS.replace("C2", "0.001"),
@@ -46,11 +43,7 @@ def buffer_of(text: str, implicit: bool, seed: int, relax: float = 0.0) -> Any:
     variant = model.variant(study.parameters)
     variant = model.implicit(variant) if implicit else variant
     rows = model.rows(variant)
-    points = Values(
-        study.parameters,
-        study.initial,
-        tuple(np.full(W, v) for v in (at.depth, at.wob, at.rotary_speed)),
-    )
+    points = Values(study.parameters, study.initial, tuple(np.full(W, v) for v in (at.depth, at.wob, at.rotary_speed)))
     table = model.pack(points, Thresholds())
     b = np.zeros((rows.total, W))
     b[rows.parameter : rows.parameter + rows.parameters] = table.T
@@ -74,9 +67,7 @@ def slopes_of(b: np.ndarray, rows: Any) -> np.ndarray:
 
 @pytest.mark.parametrize("smoothing", ["500", "1e5"])
 @pytest.mark.parametrize("case", CASES)
-def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(
-    case: str, smoothing: str
-) -> None:
+def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: str, smoothing: str) -> None:
     found = []
     for implicit in (False, True):
         b, rows, function = buffer_of(CASES[case].replace("EPS", smoothing), implicit, 3)
@@ -100,9 +91,7 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: st
     pushed = [2 * slope + 1 for slope in rows.pushed]
     pushes = b[rows.push : rows.push + len(pushed)]
     for push, state in zip(pushes, pushed, strict=True):
-        assert b[rows.stage + state] == pytest.approx(
-            free[rows.stage + state] + relax * push, rel=1e-12, abs=1e-13
-        )
+        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + relax * push, rel=1e-12, abs=1e-13)
     plain, ordinary, function = buffer_of(text, False, 5)
     plain[ordinary.stage : ordinary.stage + rows.own] = b[rows.stage : rows.stage + rows.own]
     function(plain.ravel())
@@ -110,9 +99,7 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: st
     # The slip is as exact as the velocities; steepness amplifies what rounding leaves
     # of it.
     noise = 1e-15 * float(smoothing) * 10
-    assert slopes_of(b, rows) == pytest.approx(
-        slopes_of(plain, ordinary), abs=(3e-5 + noise) * np.abs(pushes).max()
-    )
+    assert slopes_of(b, rows) == pytest.approx(slopes_of(plain, ordinary), abs=(3e-5 + noise) * np.abs(pushes).max())
 
 
 @pytest.mark.parametrize("case", MIXED)
@@ -170,10 +157,7 @@ def test_the_deviation_is_the_derivative(case: str, implicit: bool) -> None:
     tolerance = 1e-4 if implicit else 1e-10
     for mine, theirs in (
         (b[rows.stage + own : rows.stage + 2 * own], exact[ordinary.stage : ordinary.stage + own]),
-        (
-            b[rows.acceleration + slopes :][:slopes],
-            exact[ordinary.acceleration : ordinary.acceleration + slopes],
-        ),
+        (b[rows.acceleration + slopes :][:slopes], exact[ordinary.acceleration : ordinary.acceleration + slopes]),
         (b[rows.push + pushes :][:pushes], exact[ordinary.push : ordinary.push + pushes]),
     ):
         for one, two in zip(mine, theirs, strict=True):

@@ -33,16 +33,12 @@ def linear(speed: float) -> np.ndarray:
     inertia, stiffness = pipe(p.drillstring, 5000.0)
     inertia = p.drillstring.collar_inertia + inertia / 3
     slope = (torque(p.bit, 66.72e3, speed + h) - torque(p.bit, 66.72e3, speed - h)) / (2 * h)
-    return np.array(
-        [[0.0, 1.0], [-stiffness / inertia, -(p.drillstring.damping + slope) / inertia]]
-    )
+    return np.array([[0.0, 1.0], [-stiffness / inertia, -(p.drillstring.damping + slope) / inertia]])
 
 
 def test_a_trace_is_that_of_another_integrator() -> None:
     """DOP853 of the equations in plain numpy, through sticking and slipping at 3 rad/s."""
-    trace = nsdrill.simulate(
-        STUDY, rotary_speed=3.0, duration=20.0, sample=0.1, set={"simulation.rtol": 1e-10}
-    )
+    trace = nsdrill.simulate(STUDY, rotary_speed=3.0, duration=20.0, sample=0.1, set={"simulation.rtol": 1e-10})
     p = Parameters()
     inertia, stiffness = pipe(p.drillstring, 5000.0)
     inertia = p.drillstring.collar_inertia + inertia / 3
@@ -51,53 +47,33 @@ def test_a_trace_is_that_of_another_integrator() -> None:
         friction = torque(p.bit, 66.72e3, y[1])
         return [y[1] - 3.0, (-stiffness * y[0] - p.drillstring.damping * y[1] - friction) / inertia]
 
-    expected = solve_ivp(
-        slopes, (0, 20), [0.0, 3.0], "DOP853", trace.time.values, rtol=1e-11, atol=1e-11
-    )
+    expected = solve_ivp(slopes, (0, 20), [0.0, 3.0], "DOP853", trace.time.values, rtol=1e-11, atol=1e-11)
     assert np.abs(trace.twist.values - expected.y[0]).max() < 1e-6
     assert np.abs(trace.bit_speed.values - expected.y[1]).max() < 1e-6
 
 
-FROZEN = {
-    "model": "christoforou_yigit",
-    "modes.axial": "frozen",
-    "modes.lateral": "frozen",
-    "bit.cutting.zeta": 0,
-}
+FROZEN = {"model": "christoforou_yigit", "modes.axial": "frozen", "modes.lateral": "frozen", "bit.cutting.zeta": 0}
 
 
 def test_it_is_the_main_model_with_two_motions_frozen() -> None:
     """Without cutting torque; the inertia of the collars that the main model computes."""
     inertia = 7850 * math.pi / 32 * (0.2286**4 - 0.0762**4) * 200
-    small = nsdrill.run(
-        STUDY, set={"drillstring.collar_inertia": f"{inertia!r} kg*m^2", "simulation.rtol": 1e-9}
-    )
+    small = nsdrill.run(STUDY, set={"drillstring.collar_inertia": f"{inertia!r} kg*m^2", "simulation.rtol": 1e-9})
     large = nsdrill.run(STUDY, set={**FROZEN, "simulation.rtol": 1e-9})
-    for name in (
-        "bit_speed_min",
-        "bit_speed_max",
-        "bit_speed_mean",
-        "stick_slip_index",
-        "surface_torque_max",
-    ):
+    for name in ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "surface_torque_max"):
         np.testing.assert_allclose(small[name], large[name], rtol=1e-5, err_msg=name)
     assert np.array_equal(small.response, large.response)
     assert np.array_equal(small.stuck_fraction > 0, large.stuck_fraction > 0)
 
 
 @pytest.mark.parametrize(("speed", "frozen"), [(6.0, False), (12.0, False), (6.0, True)])
-def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(
-    speed: float, frozen: bool
-) -> None:
+def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed: float, frozen: bool) -> None:
     """By the difference of the slopes at two states, and by the tangent of the main
     model, whose frozen states do not deviate, while the twist swings into that
     of steady drilling. (At rest the step of an explicit method grows to the edge of its
     stability, where no deviation decays.)"""
     p = Parameters()
-    steady = (
-        -(p.drillstring.damping * speed + torque(p.bit, 66.72e3, speed))
-        / pipe(p.drillstring, 5000.0)[1]
-    )
+    steady = -(p.drillstring.damping * speed + torque(p.bit, 66.72e3, speed)) / pipe(p.drillstring, 5000.0)[1]
     found = nsdrill.run(
         STUDY,
         set={
@@ -130,10 +106,7 @@ def test_the_loop_between_onset_and_fold() -> None:
 
 
 def test_lanes_and_workers_leave_no_trace(tmp_path: Path) -> None:
-    study = {
-        "sweep.rotary_speed": {"from": "1 rad/s", "to": "8 rad/s", "points": 9},
-        "sweep.procedure": "same",
-    }
+    study = {"sweep.rotary_speed": {"from": "1 rad/s", "to": "8 rad/s", "points": 9}, "sweep.procedure": "same"}
     one, two = (nsdrill.run(STUDY, set=study, workers=workers) for workers in (1, 2))
     alone = nsdrill.run(STUDY, set={"sweep.rotary_speed": "1.875 rad/s", "sweep.procedure": "same"})
     for name in one.data_vars:
@@ -156,10 +129,7 @@ def test_every_command_knows_it(
     shown = call("show", "t.h5").out
     assert "stick-slip" in shown
     assert "whirl" not in shown
-    assert (
-        "bit for bit"
-        in call("replay", "t.h5", "--rotary-speed", "2rad/s", "--procedure", "up", "-o", "r.h5").err
-    )
+    assert "bit for bit" in call("replay", "t.h5", "--rotary-speed", "2rad/s", "--procedure", "up", "-o", "r.h5").err
     assert call("simulate", "t.yaml", "-o", "s.h5").code == 0
     assert "same to the bit" in call("diff", "t.h5", "t.h5").out
     assert call("window", "t.h5").code == 0
@@ -192,9 +162,7 @@ def test_starts_of_an_ensemble_are_grouped(tmp_path: Path) -> None:
 
 def test_keys_of_another_model_are_refused() -> None:
     with pytest.raises(StudyError) as error:
-        nsdrill.load_study(
-            "model: torsion\nwell: {diameter: 1 m}\nsweep: {bit.lobes: [1, 2]}\ninitial: {x: 1 mm}"
-        )
+        nsdrill.load_study("model: torsion\nwell: {diameter: 1 m}\nsweep: {bit.lobes: [1, 2]}\ninitial: {x: 1 mm}")
     text = str(error.value)
     for part in (
         "well: found an unknown key; allowed: title, units, model, drillstring, bit",
@@ -209,9 +177,7 @@ def test_a_ramp_is_that_of_another_integrator() -> None:
     """DOP853 with speed and weight on bit that move, through stick-slip, leg by leg
     between the knots."""
     ramps = {
-        "operation.rotary_speed": {
-            "ramp": [["0 s", "3 rad/s"], ["10 s", "7 rad/s"], ["20 s", "7 rad/s"]]
-        },
+        "operation.rotary_speed": {"ramp": [["0 s", "3 rad/s"], ["10 s", "7 rad/s"], ["20 s", "7 rad/s"]]},
         "operation.wob": {"ramp": [["0 s", "40 kN"], ["20 s", "70 kN"]]},
         "simulation.rtol": 1e-9,
     }
@@ -223,10 +189,7 @@ def test_a_ramp_is_that_of_another_integrator() -> None:
 
     def slopes(t: float, y: np.ndarray) -> list[float]:
         speed, wob = 3.0 + 0.4 * min(t, 10.0), 40e3 + 1.5e3 * t
-        return [
-            y[1] - speed,
-            (-stiffness * y[0] - p.drillstring.damping * y[1] - torque(p.bit, wob, y[1])) / inertia,
-        ]
+        return [y[1] - speed, (-stiffness * y[0] - p.drillstring.damping * y[1] - torque(p.bit, wob, y[1])) / inertia]
 
     state, found = np.array([0.0, 3.0]), []
     for begin, end in ((0.0, 10.0), (10.0, 20.0)):

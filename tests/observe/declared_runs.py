@@ -32,9 +32,7 @@ class Model:
 
     def rows(self, declaration: Declaration) -> Rows:
         observed = max(ROOM, observed_rows(declaration))
-        return Rows(
-            len(self.names.states), 0, len(self.names.parameters), observed, singles=self.singles
-        )
+        return Rows(len(self.names.states), 0, len(self.names.parameters), observed, singles=self.singles)
 
     def right_hand_side(self, lanes: int, rows: Rows) -> Any:
         states = self.names.states
@@ -99,16 +97,13 @@ def observe(
             initial[order],
         ),
     )
-    parts = Compiled(
-        model.right_hand_side(lanes, rows), *make_observer(lanes, rows, names, declaration)
-    )
+    parts = Compiled(model.right_hand_side(lanes, rows), *make_observer(lanes, rows, names, declaration))
     done: list[FinishedRuns] = []
     while not batch.idle:
         done.append(batch.advance(parts, 60.0, True))
     back = np.argsort(np.concatenate([part.job for part in done]))
     status, report, final = (
-        np.concatenate([getattr(part, name) for part in done])[back]
-        for name in ("status", "outcome", "final")
+        np.concatenate([getattr(part, name) for part in done])[back] for name in ("status", "outcome", "final")
     )
     assert (status == 1).all()
     return Observed(

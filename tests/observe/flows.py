@@ -14,13 +14,7 @@ from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.observe.exponent import (
-    GROWTH,
-    GROWTH_COLUMNS,
-    growth_header,
-    make_growth,
-    seed_deviation,
-)
+from nsdrill.observe.exponent import GROWTH, GROWTH_COLUMNS, growth_header, make_growth, seed_deviation
 from nsdrill.observe.interpolant import crossing, quintic, value
 
 # Three states of first order and as many tangent states; three parameters.
@@ -30,9 +24,7 @@ ROWS = STEPPERS["tsitouras"].rows(Rows(6, 0, 3, len(GROWTH), 3, singles=3))
 @inlined
 def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
     rise = g1 - g0
-    return quintic(
-        g0, d0, 6.0 * rise - 4.0 * d0 - 2.0 * d1, g1, d1, 2.0 * d0 + 4.0 * d1 - 6.0 * rise
-    )
+    return quintic(g0, d0, 6.0 * rise - 4.0 * d0 - 2.0 * d1, g1, d1, 2.0 * d0 + 4.0 * d1 - 6.0 * rise)
 
 
 def lorenz(t, phase, s, p, o):  # type: ignore[no-untyped-def]
@@ -80,9 +72,7 @@ def run(
     parts, done = Compiled(right_hand_side(lanes, is_roessler), *watch), []
     while not batch.idle:
         done.append(batch.advance(parts, 60.0, True))
-    whole = FinishedRuns(
-        **{name: np.concatenate([getattr(d, name) for d in done]) for name in vars(done[0])}
-    )
+    whole = FinishedRuns(**{name: np.concatenate([getattr(d, name) for d in done]) for name in vars(done[0])})
     order = np.argsort(whole.job)
     return FinishedRuns(**{name: values[order] for name, values in vars(whole).items()})
 
@@ -96,9 +86,7 @@ def exponents(
 ) -> np.ndarray:
     """The observer's columns, shape (runs, len(GROWTH_COLUMNS))."""
     watch = make_growth(lanes, ROWS, 0, 0)
-    done = run(
-        is_roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe)
-    )
+    done = run(is_roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe))
     assert (done.status == 1).all()
     return done.outcome
 
@@ -107,12 +95,7 @@ def exponents(
 def section_watch() -> tuple[Any, Any]:
     """An observer for one lane that notes (x, y, z) where y rises through zero, once
     the window is open."""
-    start_, rate_, end_, end_rate_ = (
-        ROWS.start,
-        ROWS.start_acceleration,
-        ROWS.stage,
-        ROWS.acceleration,
-    )
+    start_, rate_, end_, end_rate_ = (ROWS.start, ROWS.start_acceleration, ROWS.stage, ROWS.acceleration)
     step_, moves_, observing_ = ROWS.step, ROWS.moves, ROWS.observing
 
     @compiled(BUFFER, BUFFER)
@@ -120,14 +103,10 @@ def section_watch() -> tuple[Any, Any]:
         if b[moves_] * b[observing_] == 0.0 or not (b[start_ + 1] < 0.0 <= b[end_ + 1]):
             return
         h, count = b[step_], int(store[0])
-        p0, p1, p2, p3, p4, p5 = cubic(
-            b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1]
-        )
+        p0, p1, p2, p3, p4, p5 = cubic(b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1])
         theta = crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
         for k in range(3):
-            p0, p1, p2, p3, p4, p5 = cubic(
-                b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k]
-            )
+            p0, p1, p2, p3, p4, p5 = cubic(b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k])
             store[1 + 3 * count + k] = value(p0, p1, p2, p3, p4, p5, theta)
         store[0] = float(count + 1)
 

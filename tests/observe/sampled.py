@@ -50,15 +50,11 @@ class Sampled:
             "wall_force_max": -lowest(-f["wall_force"]),
             "whirl_speed_mean": whirl,
             "whirl_ratio": whirl / mean_speed,
-            "rolling_ratio": -on_wall_slide / (on_wall_turn * c.collar_radius)
-            if on_wall_turn
-            else 0.0,
+            "rolling_ratio": -on_wall_slide / (on_wall_turn * c.collar_radius) if on_wall_turn else 0.0,
             "surface_torque_min": lowest(torque),
             "surface_torque_max": -lowest(-torque),
             "surface_torque_mean": integral(t, torque) / length,
-            "lateral_acceleration_rms": np.sqrt(
-                integral(t, self.slope[1] ** 2 + self.slope[3] ** 2) / length
-            ),
+            "lateral_acceleration_rms": np.sqrt(integral(t, self.slope[1] ** 2 + self.slope[3] ** 2) / length),
             "axial_acceleration_rms": np.sqrt(integral(t, self.slope[5] ** 2) / length),
         }
 
@@ -70,9 +66,7 @@ class Sampled:
         }
 
 
-def sample(
-    case: Case, start: np.ndarray, transient: float, observe: float, stuck_below: float, step: float
-) -> Sampled:
+def sample(case: Case, start: np.ndarray, transient: float, observe: float, stuck_below: float, step: float) -> Sampled:
     """The window of a run, sampled every ``step`` seconds from DOP853 at rtol 1e-12."""
     solution = solve(case, start[:8], transient + observe, rtol=1e-12, phase=0.0, dense=True)
     t = transient + np.linspace(0.0, observe, round(observe / step) + 1)
@@ -87,11 +81,7 @@ def above(t: np.ndarray, v: np.ndarray) -> float:
     """Time with v > 0, v taken as linear between samples."""
     a, b = v[:-1], v[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        part = np.where(
-            (a > 0) & (b > 0),
-            1.0,
-            np.where((a <= 0) & (b <= 0), 0.0, np.maximum(a, b) / np.abs(a - b)),
-        )
+        part = np.where((a > 0) & (b > 0), 1.0, np.where((a <= 0) & (b <= 0), 0.0, np.maximum(a, b) / np.abs(a - b)))
     return float(np.sum(part * np.diff(t)))
 
 
@@ -100,10 +90,7 @@ def integral_above(t: np.ndarray, level: np.ndarray, v: np.ndarray) -> float:
     a, b = level[:-1], level[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
         cross = np.where((a > 0) != (b > 0), a / (a - b), 0.0)
-    begin, end = (
-        np.where(a > 0, 0.0, np.where(b > 0, cross, 1.0)),
-        np.where(b > 0, 1.0, np.where(a > 0, cross, 1.0)),
-    )
+    begin, end = (np.where(a > 0, 0.0, np.where(b > 0, cross, 1.0)), np.where(b > 0, 1.0, np.where(a > 0, cross, 1.0)))
     middle = 0.5 * (begin + end)
     return float(np.sum(np.diff(t) * (end - begin) * (v[:-1] + middle * np.diff(v))))
 

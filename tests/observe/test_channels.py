@@ -150,9 +150,7 @@ def test_means_and_root_mean_squares_are_those_of_any_part_of_a_period() -> None
     assert o["x_rms"] == pytest.approx([math.sqrt(x_square)], abs=1e-10)
     for name in ("v", "cubic"):
         assert o[f"{name}_mean"] == pytest.approx([v_mean], abs=1e-8 if name == "cubic" else 1e-10)
-        assert o[f"{name}_rms"] == pytest.approx(
-            [math.sqrt(v_square)], abs=1e-8 if name == "cubic" else 1e-10
-        )
+        assert o[f"{name}_rms"] == pytest.approx([math.sqrt(v_square)], abs=1e-8 if name == "cubic" else 1e-10)
 
 
 @pytest.mark.parametrize("lanes", [8, 16])
@@ -179,27 +177,16 @@ def test_each_run_of_a_chain_begins_anew() -> None:
     """The second run measures what one by itself does that starts where the first
     ended."""
     parameters = [[2.0, 0.05], [1.5, 0.05]]
-    chain = observe(
-        SWING, SWINGING, parameters, [1.0, 0.0], Simulation(1.0, 10.0, 1e-9), 8, chained=True
-    )
-    second = observe(
-        SWING, SWINGING, parameters[1:], chain.final[0], Simulation(1.0, 10.0, 1e-9), 8
-    )
+    chain = observe(SWING, SWINGING, parameters, [1.0, 0.0], Simulation(1.0, 10.0, 1e-9), 8, chained=True)
+    second = observe(SWING, SWINGING, parameters[1:], chain.final[0], Simulation(1.0, 10.0, 1e-9), 8)
     assert second.report[0].tobytes() == chain.report[1].tobytes()
 
 
 def test_a_feature_more_leaves_the_others_as_they_are() -> None:
     """And one whose channel, outputs and section are new as well."""
     more = replace(
-        with_feature(
-            SWINGING,
-            Extremes("square of v", greatest="most", peaks="tops"),
-            TimeAbove("square of v", "q"),
-        ),
-        channels=(
-            Channel("square of v", "square", "rate", level=0.25, scale=1.0),
-            *SWINGING.channels,
-        ),
+        with_feature(SWINGING, Extremes("square of v", greatest="most", peaks="tops"), TimeAbove("square of v", "q")),
+        channels=(Channel("square of v", "square", "rate", level=0.25, scale=1.0), *SWINGING.channels),
         outputs=Outputs(("square", "rate"), lambda v, a: (v * v, 2.0 * v * a)),
         section=Section("x", 0.7),
     )
@@ -235,16 +222,7 @@ TORSION = Model(
     Names(
         ("twist", "bit_speed"),
         ("bit_acceleration",),
-        (
-            "inertia",
-            "stiffness",
-            "damping",
-            "torque",
-            "smoothing",
-            "drive_speed",
-            "stuck_below",
-            "wobble",
-        ),
+        ("inertia", "stiffness", "damping", "torque", "smoothing", "drive_speed", "stuck_below", "wobble"),
     ),
 )
 
@@ -266,13 +244,7 @@ TURNING = Declaration(
     (
         Extremes("twist", greatest="twist_max", least="twist_min"),
         Mean("twist", "twist_mean"),
-        Extremes(
-            "bit speed",
-            greatest="speed_max",
-            least="speed_min",
-            peaks="speed_peaks",
-            slip="drive_speed",
-        ),
+        Extremes("bit speed", greatest="speed_max", least="speed_min", peaks="speed_peaks", slip="drive_speed"),
         TimeAbove("bit speed", "free"),
         Mean("bit speed", "speed_mean"),
         Rms("bit speed", "speed_rms"),
@@ -292,9 +264,7 @@ STICKING = np.array(
 
 @lru_cache
 def turned(lanes: int) -> Observed:
-    return observe(
-        TORSION, TURNING, STICKING, [0.0, 3.0], Simulation(5.0, 25.0, 1e-9), lanes, frame_rates=-3.0
-    )
+    return observe(TORSION, TURNING, STICKING, [0.0, 3.0], Simulation(5.0, 25.0, 1e-9), lanes, frame_rates=-3.0)
 
 
 @pytest.mark.parametrize("run", range(len(STICKING)))
@@ -310,14 +280,7 @@ def test_a_torsional_string_measures_as_scipy_samples(run: int) -> None:
 
     t = np.linspace(5.0, 30.0, 500_001)
     twist, speed = solve_ivp(
-        rates,
-        (0.0, 30.0),
-        [0.0, 3.0],
-        "DOP853",
-        rtol=1e-11,
-        atol=1e-11,
-        max_step=0.02,
-        dense_output=True,
+        rates, (0.0, 30.0), [0.0, 3.0], "DOP853", rtol=1e-11, atol=1e-11, max_step=0.02, dense_output=True
     ).sol(t)
     o = {name: values[run] for name, values in turned(1).found.items()}
     energies = 0.5 * p[0] * speed * speed
@@ -403,14 +366,7 @@ def test_states_of_first_order_are_followed_by_a_cubic() -> None:
         ),
     )
     rate = np.linspace(1.0, 2.0, 11)
-    o = observe(
-        Model(lag, names, singles=1),
-        declaration,
-        rate[:, None],
-        [3.0],
-        Simulation(0.0, 3.0, 1e-11),
-        8,
-    )
+    o = observe(Model(lag, names, singles=1), declaration, rate[:, None], [3.0], Simulation(0.0, 3.0, 1e-11), 8)
     t = np.linspace(0.0, 3.0, 300_001)
     for k, r in enumerate(rate):
         x = t * t - 2.0 * t / r + 2.0 / r**2 + (3.0 - 2.0 / r**2) * np.exp(-r * t)
@@ -423,14 +379,7 @@ def test_states_of_first_order_are_followed_by_a_cubic() -> None:
         }.items():
             assert o.found[name][k] == pytest.approx(wanted, abs=1e-8), name
     assert np.isnan(o.peaks["tops"]).all()
-    one = observe(
-        Model(lag, names, singles=1),
-        declaration,
-        rate[:, None],
-        [3.0],
-        Simulation(0.0, 3.0, 1e-11),
-        1,
-    )
+    one = observe(Model(lag, names, singles=1), declaration, rate[:, None], [3.0], Simulation(0.0, 3.0, 1e-11), 1)
     assert one.report.tobytes() == o.report.tobytes()
 
 
@@ -452,38 +401,24 @@ def test_a_visit_inside_one_step_is_found(weight: float, curved: bool) -> None:
     channel = Channel("x", "x", "v", "a" if curved else None, level=math.copysign(0.75, weight))
     declaration = Declaration(
         (channel,),
-        (
-            Extremes("x", greatest="high", least="low", peaks="tops"),
-            TimeAbove("x", "share"),
-            Mean("x", "mean"),
-        ),
+        (Extremes("x", greatest="high", least="low", peaks="tops"), TimeAbove("x", "share"), Mean("x", "mean")),
     )
-    o = observe(
-        THROW, declaration, [weight, 0.0], [0.0, weight], Simulation(0.0, 4.0, 1e-3), first_step=2.0
-    )
+    o = observe(THROW, declaration, [weight, 0.0], [0.0, weight], Simulation(0.0, 4.0, 1e-3), first_step=2.0)
     width = len(declaration.measured_per_half)
-    first = dict(
-        zip([what for what, _ in declaration.measured_per_half], o.report[0, :width], strict=True)
-    )
+    first = dict(zip([what for what, _ in declaration.measured_per_half], o.report[0, :width], strict=True))
     assert first["above"] == pytest.approx(1.0, abs=1e-12)
-    assert first["greatest" if weight > 0 else "least"] == pytest.approx(
-        math.copysign(1.0, weight), abs=1e-13
-    )
+    assert first["greatest" if weight > 0 else "least"] == pytest.approx(math.copysign(1.0, weight), abs=1e-13)
     assert first["integral"] == pytest.approx(weight * (2.0 - 4.0 / 3.0), abs=1e-13)
     assert o.found["high" if weight < 0 else "low"] == pytest.approx([-4.0 * weight], abs=1e-12)
     found = o.peaks["tops"][0]
     assert found[~np.isnan(found)] == pytest.approx([1.0] if weight > 0 else [])
 
 
-@pytest.mark.parametrize(
-    ("level", "share"), [(1.0 + 1e-9, 0.0), (1.0 - 1e-6, 5e-4), (-3.0, 0.75), (-9.0, 1.0)]
-)
+@pytest.mark.parametrize(("level", "share"), [(1.0 + 1e-9, 0.0), (1.0 - 1e-6, 5e-4), (-3.0, 0.75), (-9.0, 1.0)])
 def test_a_touch_is_told_from_a_visit(level: float, share: float) -> None:
     """x = 2 t - t^2 for 4 s: its top is 1, and it is above the level for 2 sqrt(1 -
     level), from 0 on at the least."""
-    o = observe(
-        THROW, ABOVE_LEVEL, [2.0, level], [0.0, 2.0], Simulation(0.0, 4.0, 1e-3), first_step=2.0
-    )
+    o = observe(THROW, ABOVE_LEVEL, [2.0, level], [0.0, 2.0], Simulation(0.0, 4.0, 1e-3), first_step=2.0)
     assert o.found["share"] == pytest.approx([share], abs=1e-9)
 
 
@@ -503,13 +438,7 @@ def test_a_run_that_starts_on_its_level_is_on_the_side_to_which_it_goes() -> Non
 def test_the_halves_differ_where_a_motion_decays() -> None:
     """x = exp(-d t) (cos q t + d / q sin q t) from t = 2 pi to 22 pi; undamped, the
     halves, five periods each, agree."""
-    settled = observe(
-        SWING,
-        SWINGING,
-        [[1.0, 0.0], [1.0, 0.02]],
-        [1.0, 0.0],
-        Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9),
-    )
+    settled = observe(SWING, SWINGING, [[1.0, 0.0], [1.0, 0.02]], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9))
     assert settled.found["half_difference"][0] == pytest.approx(0.0, abs=1e-6)
     d, q = 0.02, math.sqrt(1.0 - 0.02**2)
     lows, highs, shares = [], [], []
@@ -520,19 +449,13 @@ def test_the_halves_differ_where_a_motion_decays() -> None:
         highs.append(-lowest(-x))
         shares.append(above(t, x - 0.5) / (5.0 * TWO_PI))
     span = max(highs) - min(lows) + 0.01
-    wanted = {
-        "x_max": max(abs(np.diff(lows)[0]), abs(np.diff(highs)[0])) / span,
-        "x_above": abs(np.diff(shares)[0]),
-    }
+    wanted = {"x_max": max(abs(np.diff(lows)[0]), abs(np.diff(highs)[0])) / span, "x_above": abs(np.diff(shares)[0])}
     for name, difference in wanted.items():
         assert difference > 0.05
         declaration = replace(
-            SWINGING,
-            features=(next(feature for n, feature in SWINGING.named_features if n == name),),
+            SWINGING, features=(next(feature for n, feature in SWINGING.named_features if n == name),)
         )
-        o = observe(
-            SWING, declaration, [1.0, 0.02], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9)
-        )
+        o = observe(SWING, declaration, [1.0, 0.02], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9))
         assert o.found["half_difference"] == pytest.approx([difference], abs=1e-6), name
 
 
@@ -557,11 +480,7 @@ def test_a_peak_stands_out_by_ten_tolerances() -> None:
     channel = replace(SWINGING.channels[0], scale=1000.0)
     declaration = Declaration((channel,), (Extremes("x", greatest="high", peaks="tops"),))
     o = observe(
-        SWING,
-        declaration,
-        [[1.0, 0.0]] * 2,
-        [[4.9e-3, 0.0], [5.1e-3, 0.0]],
-        Simulation(0.0, 4.6 * TWO_PI, 1e-6),
+        SWING, declaration, [[1.0, 0.0]] * 2, [[4.9e-3, 0.0], [5.1e-3, 0.0]], Simulation(0.0, 4.6 * TWO_PI, 1e-6)
     )
     assert np.count_nonzero(~np.isnan(o.peaks["tops"]), axis=1).tolist() == [0, 4]
 
@@ -570,21 +489,15 @@ def test_the_ring_has_the_last_peaks_oldest_first() -> None:
     """Of a damped swing each maximum is smaller than the one before by the same
     factor."""
     many, few = (
-        observe(
-            SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=n
-        )
+        observe(SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=n)
         for n in (20, 4)
     )
     tops = many.peaks["x_peaks"][0]
     tops = tops[~np.isnan(tops)]
     assert len(tops) == 9
-    assert tops[1:] / tops[:-1] == pytest.approx(
-        np.full(8, math.exp(-0.01 * TWO_PI / math.sqrt(1 - 1e-4))), rel=1e-7
-    )
+    assert tops[1:] / tops[:-1] == pytest.approx(np.full(8, math.exp(-0.01 * TWO_PI / math.sqrt(1 - 1e-4))), rel=1e-7)
     assert few.peaks["x_peaks"][0].tolist() == tops[-4:].tolist()
-    none = observe(
-        SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=0
-    )
+    none = observe(SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=0)
     assert none.peaks["x_peaks"].shape == (1, 0)
     assert none.found["x_max"].tobytes() == many.found["x_max"].tobytes()
 
@@ -595,18 +508,12 @@ def rock(t, phase, s, p, o):  # type: ignore[no-untyped-def]
     return {"speed": -s.twist, "x": -0.1 * s.x}
 
 
-ROCKING = Model(
-    rock, Names(("twist", "speed", "x"), ("acceleration", "dx"), ("drive", "spacing")), singles=1
-)
-ANGLE = Channel(
-    "angle", lambda twist, drive, phase, time: phase + drive * time + twist, "speed", "acceleration"
-)
+ROCKING = Model(rock, Names(("twist", "speed", "x"), ("acceleration", "dx"), ("drive", "spacing")), singles=1)
+ANGLE = Channel("angle", lambda twist, drive, phase, time: phase + drive * time + twist, "speed", "acceleration")
 
 
 @pytest.mark.parametrize(("swing_of", "unique"), [(0.3, True), (2.0, False)])
-def test_the_section_notes_all_states_at_multiples_of_the_angle(
-    swing_of: float, unique: bool
-) -> None:
+def test_the_section_notes_all_states_at_multiples_of_the_angle(swing_of: float, unique: bool) -> None:
     """twist = A sin t, x = exp(-t / 10), angle = 0.3 + t + A sin t: for A = 0.3 it only
     rises; for A = 2 it turns back, and the first time at each multiple of 0.5
     counts."""
@@ -616,20 +523,14 @@ def test_the_section_notes_all_states_at_multiples_of_the_angle(
     levels = 0.5 * np.arange(np.floor(turned_by[0] / 0.5) + 1, np.floor(highest[-1] / 0.5) + 1)
     at = t[np.searchsorted(highest, levels)]  # to 1.5e-5 s
     assert unique == bool((np.diff(turned_by) > 0).all())
-    wanted = np.column_stack(
-        [swing_of * np.sin(at), 1.0 + swing_of * np.cos(at), np.exp(-0.1 * at), levels]
-    )[-20:]
+    wanted = np.column_stack([swing_of * np.sin(at), 1.0 + swing_of * np.cos(at), np.exp(-0.1 * at), levels])[-20:]
     one, eight = (rocked(swing_of, [0.5] * 3, lanes) for lanes in (1, 8))
     assert one.report.tobytes() == eight.report.tobytes()
     for returns in one.returns:
         assert returns == pytest.approx(wanted, abs=1e-4)
         # To their own precision: the angle is 0.3 + t + twist, and x tells the time.
-        assert returns[:, 0] - 10.0 * np.log(returns[:, 2]) + 0.3 == pytest.approx(
-            returns[:, 3], abs=1e-7
-        )
-        assert (returns[:, 1] - 1.0) ** 2 + returns[:, 0] ** 2 == pytest.approx(
-            np.full(20, swing_of**2), abs=1e-6
-        )
+        assert returns[:, 0] - 10.0 * np.log(returns[:, 2]) + 0.3 == pytest.approx(returns[:, 3], abs=1e-7)
+        assert (returns[:, 1] - 1.0) ** 2 + returns[:, 0] ** 2 == pytest.approx(np.full(20, swing_of**2), abs=1e-6)
 
 
 def test_a_spacing_of_nonsense_gives_no_returns_and_an_end() -> None:
@@ -665,12 +566,7 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
         Outputs(("twice", "rate"), lambda doubled, v: (doubled, 2.0 * v)),
     )
     rows = replace(AUX_ROWS, observed=observed_rows(declaration))
-    W, stage_, slope_, aux_ = (
-        lanes,
-        lanes * rows.stage,
-        lanes * rows.acceleration,
-        lanes * rows.aux_now,
-    )
+    W, stage_, slope_, aux_ = (lanes, lanes * rows.stage, lanes * rows.acceleration, lanes * rows.aux_now)
 
     @compiled(BUFFER)
     def doubling(b):  # type: ignore[no-untyped-def]
@@ -692,12 +588,8 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
             np.array([[1.0, 0.0, 0.0]]),
         ),
     )
-    done = batch.advance(
-        Compiled(doubling, *make_observer(lanes, rows, WITH_AUX, declaration)), 60.0, True
-    )
-    found = measured(
-        WITH_AUX, declaration, done.outcome, np.zeros((1, 0)), np.ones((1, 2)), simulation.observe
-    )
+    done = batch.advance(Compiled(doubling, *make_observer(lanes, rows, WITH_AUX, declaration)), 60.0, True)
+    found = measured(WITH_AUX, declaration, done.outcome, np.zeros((1, 0)), np.ones((1, 2)), simulation.observe)
     assert found["high"] == pytest.approx([2.0], abs=1e-6)
     assert found["low"] == pytest.approx([-2.0], abs=1e-6)
     assert found["mean"] == pytest.approx([0.0], abs=1e-6)
@@ -708,8 +600,7 @@ def test_equal_texts_of_other_functions_are_other_observers() -> None:
     were made with differs."""
     for factor in (2.0, 3.0):
         declaration = Declaration(
-            (Channel("scaled", times(factor), slope_times(factor), scale=1.0),),
-            (Extremes("scaled", greatest="high"),),
+            (Channel("scaled", times(factor), slope_times(factor), scale=1.0),), (Extremes("scaled", greatest="high"),)
         )
         o = observe(SWING, declaration, [1.0, 0.0], [1.0, 0.0], Simulation(0.0, TWO_PI, 1e-9))
         assert o.found["high"] == pytest.approx([factor], abs=1e-7)
@@ -734,26 +625,11 @@ def wrong(_: str, channels: Any = None, features: Any = (), **more: Any) -> Decl
             wrong("row", (Channel("x", "x", "vv", "a"),)),
             ("channel 'x': slope", "'vv'", "allowed: a, d, phase, time, v,"),
         ),
-        (
-            wrong("argument", (Channel("x", lambda y: y, "v"),)),
-            ("channel 'x': value", "'y'", "allowed: a, d,"),
-        ),
-        (
-            wrong("aux", (Channel("x", "x", "helper"),)),
-            ("channel 'x': slope", "'helper'", "Outputs"),
-        ),
-        (
-            wrong("frame", (Channel("x", "x", "v", frame="v"),)),
-            ("channel 'x': frame", "'v'", "allowed: d, w"),
-        ),
-        (
-            wrong("level", (Channel("x", "x", "v", level="x"),)),
-            ("channel 'x': level", "'x'", "allowed: d, w"),
-        ),
-        (
-            wrong("twice", (Channel("x", "x", "v"), Channel("x", "v", "a"))),
-            ("channel: 'x'", "twice"),
-        ),
+        (wrong("argument", (Channel("x", lambda y: y, "v"),)), ("channel 'x': value", "'y'", "allowed: a, d,")),
+        (wrong("aux", (Channel("x", "x", "helper"),)), ("channel 'x': slope", "'helper'", "Outputs")),
+        (wrong("frame", (Channel("x", "x", "v", frame="v"),)), ("channel 'x': frame", "'v'", "allowed: d, w")),
+        (wrong("level", (Channel("x", "x", "v", level="x"),)), ("channel 'x': level", "'x'", "allowed: d, w")),
+        (wrong("twice", (Channel("x", "x", "v"), Channel("x", "v", "a"))), ("channel: 'x'", "twice")),
         (wrong("feature", features=(Mean("y", "m"),)), ("Mean", "'y'", "allowed: x")),
         (wrong("names", features=(Mean("x", "m"), Rms("x", "m"))), ("'m'", "twice")),
         (wrong("taken", features=(Mean("x", "half_difference"),)), ("'half_difference'", "twice")),
@@ -762,14 +638,8 @@ def wrong(_: str, channels: Any = None, features: Any = (), **more: Any) -> Decl
             wrong("infinite", (Channel("x", "x", "v", level=math.inf),)),
             ("channel 'x': level", "inf", "a finite number"),
         ),
-        (
-            wrong("no number", (Channel("x", ("x",), "v"),)),
-            ("channel 'x': value", "('x',)", "the name of a row"),
-        ),
-        (
-            wrong("no level", features=(TimeAbove("x", "t"),)),
-            ("TimeAbove 't'", "'x' has no level", "a number"),
-        ),
+        (wrong("no number", (Channel("x", ("x",), "v"),)), ("channel 'x': value", "('x',)", "the name of a row")),
+        (wrong("no level", features=(TimeAbove("x", "t"),)), ("TimeAbove 't'", "'x' has no level", "a number")),
         (
             wrong("no level to stick at", features=(Extremes("x", peaks="tops", slip=1.0),)),
             ("Extremes with slip", "'x' has no level", "a number"),
@@ -778,19 +648,13 @@ def wrong(_: str, channels: Any = None, features: Any = (), **more: Any) -> Decl
             wrong("scale", (Channel("x", lambda x: x, "v"),), (Extremes("x", "high"),)),
             ("channel 'x'", "scale", "a state"),
         ),
-        (
-            wrong("rate", (Channel("v", "v", "a", rate_of="y"),)),
-            ("channel 'v': rate_of", "'y'", "allowed: v"),
-        ),
+        (wrong("rate", (Channel("v", "v", "a", rate_of="y"),)), ("channel 'v': rate_of", "'y'", "allowed: v")),
         (
             wrong("rate of a cubic", (Channel("x", "x", "v"), Channel("v", "v", "a", rate_of="x"))),
             ("channel 'v'", "'x'", "must have a curvature"),
         ),
         (
-            wrong(
-                "rate of another",
-                (Channel("x", "x", "v", "a"), Channel("y", "x", "a", rate_of="x")),
-            ),
+            wrong("rate of another", (Channel("x", "x", "v", "a"), Channel("y", "x", "a", rate_of="x"))),
             ("channel 'y'", "rate of 'x'", "slope and curvature"),
         ),
         (
@@ -799,14 +663,8 @@ def wrong(_: str, channels: Any = None, features: Any = (), **more: Any) -> Decl
         ),
         (wrong("spacing", section=Section("x", 0.0)), ("section: spacing", "0.0", "positive")),
         (wrong("section", section=Section("y", 1.0)), ("section: channel", "'y'", "allowed: x")),
-        (
-            wrong("outputs", outputs=Outputs(("o",), lambda q: (q,))),
-            ("outputs", "'q'", "allowed: a, d, helper, phase"),
-        ),
-        (
-            wrong("output named as a state", outputs=Outputs(("x",), lambda v: (v,))),
-            ("row: 'x'", "twice"),
-        ),
+        (wrong("outputs", outputs=Outputs(("o",), lambda q: (q,))), ("outputs", "'q'", "allowed: a, d, helper, phase")),
+        (wrong("output named as a state", outputs=Outputs(("x",), lambda v: (v,))), ("row: 'x'", "twice")),
     ],
 )
 def test_a_wrong_declaration_is_told(declaration: Declaration, facts: tuple[str, ...]) -> None:
@@ -850,9 +708,7 @@ MANY = Declaration(
 )
 
 
-@pytest.mark.parametrize(
-    "declaration", [SWINGING, TURNING, MANY], ids=["swinging", "turning", "many"]
-)
+@pytest.mark.parametrize("declaration", [SWINGING, TURNING, MANY], ids=["swinging", "turning", "many"])
 def test_what_happens_in_every_step_works_on_all_lanes(declaration: Declaration) -> None:
     model = TORSION if declaration is TURNING else SWING
     rows = STEPPERS["tsitouras"].rows(model.rows(declaration))
@@ -886,6 +742,4 @@ def test_plain_python_measures_the_same() -> None:
         text=True,
         check=True,
     )
-    assert [float(value) for value in done.stdout.strip("[]\n").split(",")] == pytest.approx(
-        few_steps(), abs=1e-12
-    )
+    assert [float(value) for value in done.stdout.strip("[]\n").split(",")] == pytest.approx(few_steps(), abs=1e-12)

@@ -77,9 +77,7 @@ CHANNELS = (
     Channel("y", "y", "vy", "ay"),
     Channel("vx", "vx", "ax", rate_of="x"),
     Channel("vy", "vy", "ay", rate_of="y"),
-    Channel(
-        "radius", square, square_slope, square_curvature, level="near", scale=1.0, squared=True
-    ),
+    Channel("radius", square, square_slope, square_curvature, level="near", scale=1.0, squared=True),
     Channel("x squared", x_squared, x_squared_slope),
     Channel("product", product, product_slope, scale=1.0, of=("x", "y"), inside=product_inside),
 )
@@ -110,9 +108,7 @@ NEAR, FAR = 0.6, 0.9
 def went(lanes: int, observe_for: float = 4.0 * TWO_PI) -> Observed:
     parameters = np.column_stack([SPEEDS, 0 * SPEEDS + NEAR, 0 * SPEEDS + FAR])
     start = np.column_stack([0 * SPEEDS + 1.0, 0 * SPEEDS, 0 * SPEEDS, 0.5 * SPEEDS])
-    return observe(
-        ELLIPSE, AROUND, parameters, start, Simulation(0.0, observe_for, 1e-10), lanes, peaks=3
-    )
+    return observe(ELLIPSE, AROUND, parameters, start, Simulation(0.0, observe_for, 1e-10), lanes, peaks=3)
 
 
 def test_an_ellipse_has_its_closed_forms() -> None:
@@ -151,9 +147,7 @@ def test_the_bits_depend_on_no_lanes(lanes: int) -> None:
 
 
 def test_a_smooth_quantity_has_the_extremes_and_peaks_of_any() -> None:
-    plain = replace(
-        AROUND, channels=(CHANNELS[0],), features=(Extremes("x", "x_max", "x_min", "x_peaks"),)
-    )
+    plain = replace(AROUND, channels=(CHANNELS[0],), features=(Extremes("x", "x_max", "x_min", "x_peaks"),))
     parameters = np.column_stack([SPEEDS, SPEEDS, SPEEDS])
     start = np.column_stack([0 * SPEEDS + 1.0, 0 * SPEEDS, 0 * SPEEDS, 0.5 * SPEEDS])
     simulation = Simulation(0.0, 4.0 * TWO_PI, 1e-10)
@@ -186,12 +180,7 @@ def test_visits_of_two_levels_inside_one_step(sign: float, maxima: bool) -> None
         ),
     )
     o = observe(
-        THROW,
-        declaration,
-        [2.0 * sign, 0.96 * sign],
-        [0.0, 2.0 * sign],
-        Simulation(0.0, 4.0, 1e-3),
-        first_step=2.0,
+        THROW, declaration, [2.0 * sign, 0.96 * sign], [0.0, 2.0 * sign], Simulation(0.0, 4.0, 1e-3), first_step=2.0
     ).found
     # in the second half, from 2 to 4 s, x is below 0; turned over, above 0
     wanted = {"near": 1.0, "beyond": 0.4, "near_time": 1.0, "far_time": 0.4}
@@ -210,9 +199,7 @@ def test_a_polynomial_that_does_not_follow_is_not_looked_at() -> None:
             (Channel("x", "x", "v", "a", level=0.5),),
             (Extremes("x", "high", unless=(at_start, at_end)), TimeAbove("x", "share")),
         )
-        o = observe(
-            THROW, declaration, [2.0, -1.0], [0.0, 2.0], Simulation(0.0, 4.0, 1e-3), first_step=2.0
-        ).found
+        o = observe(THROW, declaration, [2.0, -1.0], [0.0, 2.0], Simulation(0.0, 4.0, 1e-3), first_step=2.0).found
         found.append((round(o["high"][0], 12), bool(o["share"][0] > 0.0)))
     assert found == [(1.0, True), (0.0, False), (1.0, True), (0.0, False)]
 
@@ -222,13 +209,7 @@ def test_the_halves_are_compared_by_the_scale_that_is_given() -> None:
     channels = (Channel("x", "x", "v", "a", level=0.0, scale=1.0),)
 
     def differing(*features: Any) -> float:
-        o = observe(
-            THROW,
-            Declaration(channels, features),
-            [2.0, 5.0],
-            [0.0, 2.0],
-            Simulation(0.0, 4.0, 1e-6),
-        )
+        o = observe(THROW, Declaration(channels, features), [2.0, 5.0], [0.0, 2.0], Simulation(0.0, 4.0, 1e-6))
         return float(o.found["half_difference"][0])
 
     assert differing(Mean("x", "m", compared="far")) == pytest.approx(4.0 / 5.0)
@@ -251,10 +232,7 @@ INSIDE = replace(X, of=("x",), inside=lambda x, v, g: (x, v))
         ((RmsOfSlopes(("y",), "m"),), ("RmsOfSlopes", "'y'", "allowed: x")),
         ((Extremes("x", "high", unless=(None, "y")),), ("Extremes of 'x': unless", "'y'", "far")),
         ((Extremes("x", "high", compared="x"),), ("Extremes of 'x': compared", "'x'", "far, g")),
-        (
-            (Extremes("x", "high"), Extremes("x", "top", smooth=True)),
-            ("Extremes of 'x'", "differ", "the same"),
-        ),
+        ((Extremes("x", "high"), Extremes("x", "top", smooth=True)), ("Extremes of 'x'", "differ", "the same")),
         ((Extremes("x", least="low", maxima=True),), ("Extremes of 'x'", "'low'", "maxima")),
     ],
 )
@@ -278,9 +256,7 @@ def test_a_wrong_feature_is_told(features: tuple[Any, ...], facts: tuple[str, ..
         ),
     ],
 )
-def test_a_wrong_function_inside_is_told(
-    channel: Channel, feature: Any, facts: tuple[str, ...]
-) -> None:
+def test_a_wrong_function_inside_is_told(channel: Channel, feature: Any, facts: tuple[str, ...]) -> None:
     with pytest.raises(ValueError, match=re.escape(facts[0])) as caught:
         check(THROW.names, Declaration((channel,), (feature,)))
     for fact in facts[1:]:

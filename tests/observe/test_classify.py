@@ -29,9 +29,7 @@ from nsdrill.variables import (
 CALM = dict.fromkeys(FEATURES, 0.0) | {"bit_speed_mean": 3.0, "whirl_ratio": 1.0}
 
 
-def label(
-    thresholds: Thresholds = Thresholds(), status: int = OK, **features: float
-) -> dict[str, int]:
+def label(thresholds: Thresholds = Thresholds(), status: int = OK, **features: float) -> dict[str, int]:
     made = {name: np.array([value]) for name, value in (CALM | features).items()}
     return {name: int(v[0]) for name, v in classify(made, np.array([status]), thresholds).items()}
 
@@ -63,8 +61,7 @@ def test_responses_add_up(features: dict[str, float], response: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "bound"),
-    [("lift_off_fraction", 0.01), ("stick_slip_index", 80.0), ("wall_contact_fraction", 0.01)],
+    ("name", "bound"), [("lift_off_fraction", 0.01), ("stick_slip_index", 80.0), ("wall_contact_fraction", 0.01)]
 )
 def test_a_response_begins_above_its_bound(name: str, bound: float) -> None:
     assert label(**{name: bound})["response"] == 0
@@ -75,19 +72,7 @@ def test_a_response_begins_above_its_bound(name: str, bound: float) -> None:
 # above 100 severe
 @pytest.mark.parametrize(
     ("index", "band"),
-    [
-        (0, 0),
-        (39.9, 0),
-        (40, 0),
-        (40.1, 1),
-        (60, 1),
-        (60.1, 2),
-        (80, 2),
-        (80.1, 3),
-        (100, 3),
-        (100.1, 4),
-        (5000, 4),
-    ],
+    [(0, 0), (39.9, 0), (40, 0), (40.1, 1), (60, 1), (60.1, 2), (80, 2), (80.1, 3), (100, 3), (100.1, 4), (5000, 4)],
 )
 def test_severity_bands(index: float, band: int) -> None:
     assert label(stick_slip_index=index)["stick_slip_severity"] == band
@@ -95,18 +80,7 @@ def test_severity_bands(index: float, band: int) -> None:
 
 @pytest.mark.parametrize(
     ("fraction", "band"),
-    [
-        (0, 0),
-        (0.01, 0),
-        (0.0101, 1),
-        (0.1, 1),
-        (0.101, 2),
-        (0.3, 2),
-        (0.301, 3),
-        (0.6, 3),
-        (0.601, 4),
-        (1, 4),
-    ],
+    [(0, 0), (0.01, 0), (0.0101, 1), (0.1, 1), (0.101, 2), (0.3, 2), (0.301, 3), (0.6, 3), (0.601, 4), (1, 4)],
 )
 def test_bands_of_bit_bounce(fraction: float, band: int) -> None:
     """As in the table of thresholds; with the defaults there is a grade exactly where
@@ -118,18 +92,7 @@ def test_bands_of_bit_bounce(fraction: float, band: int) -> None:
 
 @pytest.mark.parametrize(
     ("acceleration", "band"),
-    [
-        (0, 0),
-        (2.5, 0),
-        (2.51, 1),
-        (5, 1),
-        (5.01, 2),
-        (7.5, 2),
-        (7.51, 3),
-        (10, 3),
-        (10.1, 4),
-        (np.inf, 4),
-    ],
+    [(0, 0), (2.5, 0), (2.51, 1), (5, 1), (5.01, 2), (7.5, 2), (7.51, 3), (10, 3), (10.1, 4), (np.inf, 4)],
 )
 def test_bands_of_whirl(acceleration: float, band: int) -> None:
     """On the wall or not: a tool feels the acceleration either way."""
@@ -142,10 +105,9 @@ def test_no_critical_response_is_graded_none() -> None:
     """Also with a response threshold below the first bound of severity; a bound above
     it stays as it is."""
     low = replace(Thresholds(), bit_bounce=BitBounce(lift_off_fraction=0.001))
-    assert label(low, lift_off_fraction=0.005) | {
-        "response": BIT_BOUNCE,
-        "bounce_severity": 1,
-    } == label(low, lift_off_fraction=0.005)
+    assert label(low, lift_off_fraction=0.005) | {"response": BIT_BOUNCE, "bounce_severity": 1} == label(
+        low, lift_off_fraction=0.005
+    )
     high = replace(Thresholds(), bit_bounce=BitBounce(lift_off_fraction=0.5))
     found = label(high, lift_off_fraction=0.4)
     assert (found["response"], found["bounce_severity"]) == (0, 3)
@@ -208,10 +170,7 @@ def test_failed_points_have_no_labels() -> None:
 
 def test_thresholds_can_be_moved() -> None:
     strict = replace(
-        Thresholds(),
-        bit_bounce=BitBounce(0.0),
-        stick_slip=StickSlip(stick_slip_index=20.0),
-        whirl=Whirl(0.5),
+        Thresholds(), bit_bounce=BitBounce(0.0), stick_slip=StickSlip(stick_slip_index=20.0), whirl=Whirl(0.5)
     )
     assert label(strict, lift_off_fraction=1e-9)["response"] == BIT_BOUNCE
     assert label(strict, stick_slip_index=21.0)["response"] == STICK_SLIP

@@ -14,14 +14,7 @@ from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.rhs import state_scales
-from nsdrill.observe.exponent import (
-    GROWTH_COLUMNS,
-    GROWTH_HEADER,
-    WAVES,
-    exponent_of,
-    growth_header,
-    seed_deviation,
-)
+from nsdrill.observe.exponent import GROWTH_COLUMNS, GROWTH_HEADER, WAVES, exponent_of, growth_header, seed_deviation
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
 from observe.flows import exponents
@@ -65,23 +58,13 @@ def test_a_limit_cycle_has_exponent_zero_and_a_fixed_point_its_eigenvalue() -> N
 
 
 def test_exponents_have_the_same_bits_in_every_lane() -> None:
-    parameters = [
-        (10.0, rho, 8 / 3) for rho in (28.0, 100.0, 14.0, 24.5, 40.0, 60.0, 20.0, 0.5, 30.0)
-    ]
+    parameters = [(10.0, rho, 8 / 3) for rho in (28.0, 100.0, 14.0, 24.5, 40.0, 60.0, 20.0, 0.5, 30.0)]
     simulation = Simulation(transient=5.0, observe=20.0)
-    alone, packed = (
-        exponents(False, parameters, (1.0, 2.0, 20.0), simulation, lanes) for lanes in (1, 8)
-    )
+    alone, packed = (exponents(False, parameters, (1.0, 2.0, 20.0), simulation, lanes) for lanes in (1, 8))
     assert alone.tobytes() == packed.tobytes()
 
 
-def run_one(
-    case: Case,
-    start: np.ndarray,
-    simulation: Simulation,
-    record: Record = Record(),
-    looks: bool = True,
-):
+def run_one(case: Case, start: np.ndarray, simulation: Simulation, record: Record = Record(), looks: bool = True):
     """One run from ``start``; without ``looks`` its deviation keeps its length."""
     work = replace(work_for(case, simulation), record=record)
     runs = work.prepare(np.array([0]))
@@ -100,17 +83,14 @@ def run_one(
 # so much that its derivative is by 1e-2, where it meets the wall again and again.)
 @pytest.mark.parametrize(("rtol", "within"), [(1e-7, 4e-3), (1e-8, 2e-4)])
 @pytest.mark.parametrize("case", [BOUNCING, RUBBING], ids=["bouncing", "rubbing"])
-def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(
-    case: Case, rtol: float, within: float
-) -> None:
+def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case: Case, rtol: float, within: float) -> None:
     """Against two neighbouring runs, over lift-offs or impacts on the wall."""
     distance, simulation = 1e-5, Simulation(transient=0.0, observe=3.0, rtol=rtol)
     size, start = state_scales(table_of(case))[0], start_of(case)
     deviation = seed_deviation(size)
     fine = replace(simulation, rtol=1e-12)
     ends = [
-        run_one(case, start + sign * distance * np.append(deviation, 0.0), fine)[0].final[0, :8]
-        for sign in (1.0, -1.0)
+        run_one(case, start + sign * distance * np.append(deviation, 0.0), fine)[0].final[0, :8] for sign in (1.0, -1.0)
     ]
     quotient = (ends[0] - ends[1]) / (2 * distance) / size
     followed = run_one(case, start, simulation, WITH, looks=False)[0].final[0, 8:16] / size
@@ -121,24 +101,9 @@ def test_a_touch_that_begins_and_ends_within_one_step_counts() -> None:
     """A lobe that rises 160 nm above a bit at rest for some milliseconds, against steps
     a tenth as long."""
     case, top = Case(speed=3.0, wob=0.0, eccentricity=0.005), 0.02
-    start = np.array(
-        [
-            1e-3,
-            0.0,
-            0.0,
-            0.0,
-            case.amplitude - 1.6e-7,
-            0.0,
-            0.0,
-            case.speed,
-            np.pi / 6 - case.speed * top,
-        ]
-    )
+    start = np.array([1e-3, 0.0, 0.0, 0.0, case.amplitude - 1.6e-7, 0.0, 0.0, case.speed, np.pi / 6 - case.speed * top])
     size = state_scales(table_of(case))[0]
-    coarse, fine = (
-        run_one(case, start, Simulation(0.0, 0.06, rtol), WITH, looks=False)[0]
-        for rtol in (1e-6, 1e-12)
-    )
+    coarse, fine = (run_one(case, start, Simulation(0.0, 0.06, rtol), WITH, looks=False)[0] for rtol in (1e-6, 1e-12))
     assert 10 * coarse.accepted[0] > fine.accepted[0] > 5 * coarse.accepted[0]
     followed, exact = coarse.final[0, 8:16] / size, fine.final[0, 8:16] / size
     assert np.linalg.norm(followed - exact) < 1e-3 * np.linalg.norm(exact)
@@ -147,21 +112,11 @@ def test_a_touch_that_begins_and_ends_within_one_step_counts() -> None:
 @pytest.mark.parametrize(
     ("speed", "revolutions", "near"),
     [
-        (
-            4.7,
-            1,
-            (-1.16e-3, -6.58e-2, 1.31e-2, -8.54e-3, 5.40e-3, -3.89e-3, -5.611, 4.727, 92125.0),
-        ),
-        (
-            5.5,
-            2,
-            (-2.71e-2, 6.98e-2, -1.49e-2, -0.1463, 4.85e-3, -4.46e-2, -5.822, 5.796, 133125.0),
-        ),
+        (4.7, 1, (-1.16e-3, -6.58e-2, 1.31e-2, -8.54e-3, 5.40e-3, -3.89e-3, -5.611, 4.727, 92125.0)),
+        (5.5, 2, (-2.71e-2, 6.98e-2, -1.49e-2, -0.1463, 4.85e-3, -4.46e-2, -5.822, 5.796, 133125.0)),
     ],
 )
-def test_the_exponent_of_a_bounce_is_that_of_its_monodromy(
-    speed: float, revolutions: int, near: tuple
-) -> None:
+def test_the_exponent_of_a_bounce_is_that_of_its_monodromy(speed: float, revolutions: int, near: tuple) -> None:
     """Against another integrator, other equations of motion and another definition, at
     the default tolerance: -0.0175 and -0.0276 1/s. The next exponents are -0.0183 and
     -0.0294 1/s, so the deviation takes long to turn."""
@@ -179,13 +134,7 @@ SPEEDS = np.linspace(2.0, 7.0, 9)
 @pytest.fixture(scope="module")
 def sweep() -> Work:
     return replace(
-        work_for(
-            Case(),
-            Simulation(20.0, 20.0),
-            rotary_speed=SPEEDS,
-            procedure="up-down",
-            along="rotary_speed",
-        ),
+        work_for(Case(), Simulation(20.0, 20.0), rotary_speed=SPEEDS, procedure="up-down", along="rotary_speed"),
         record=WITH,
     )
 
@@ -212,11 +161,7 @@ def test_neither_lanes_nor_a_resumed_chain_change_the_exponent(sweep: Work) -> N
     place = 7
     rest = run_work(
         sweep,
-        starts=Starts(
-            np.array([0]),
-            np.array([place]),
-            lambda chain, place: whole["final_state"][points[place - 1]],
-        ),
+        starts=Starts(np.array([0]), np.array([place]), lambda chain, place: whole["final_state"][points[place - 1]]),
     )
     later = points[place:]
     assert all(rest[n][later].tobytes() == whole[n][later].tobytes() for n in whole)
@@ -242,14 +187,8 @@ def test_the_error_says_how_far_the_exponent_is_off() -> None:
     and they are not too large either."""
     starts = [(1.0 + 0.1 * k, 2.0, 20.0) for k in range(20)]
     simulation = Simulation(transient=50.0, observe=200.0)
-    found = [
-        exponent_of(exponents(False, [(10.0, 28.0, 8 / 3)], start, simulation), 200.0)
-        for start in starts
-    ]
-    exponent, error = (
-        np.concatenate([one[name] for one in found])
-        for name in ("lyapunov_exponent", "lyapunov_error")
-    )
+    found = [exponent_of(exponents(False, [(10.0, 28.0, 8 / 3)], start, simulation), 200.0) for start in starts]
+    exponent, error = (np.concatenate([one[name] for one in found]) for name in ("lyapunov_exponent", "lyapunov_error"))
     off = np.abs(exponent - 0.9056)
     assert np.count_nonzero(off < 2 * error) >= 17
     assert 0.25 < np.sqrt(np.mean(off**2) / np.mean(error**2)) < 1.25
@@ -261,9 +200,7 @@ def test_a_length_that_only_goes_up_and_down_adds_next_to_nothing() -> None:
     whatever part of a turn it ends with."""
     for observe in (199.0, 200.3, 201.7):
         simulation = Simulation(transient=500.0, observe=observe, rtol=1e-8)
-        cycle = exponent_of(
-            exponents(True, [(0.2, 0.2, 2.5)], (1.0, 1.0, 0.0), simulation), observe
-        )
+        cycle = exponent_of(exponents(True, [(0.2, 0.2, 2.5)], (1.0, 1.0, 0.0), simulation), observe)
         assert abs(cycle["lyapunov_exponent"][0]) < 1e-4
         assert abs(cycle["lyapunov_exponent"][0]) < 2 * cycle["lyapunov_error"][0] < 5e-3
 

@@ -19,9 +19,7 @@ from observe.sampled import Sampled, sample
 STUCK_BELOW = 0.5
 STICKING = Case(wob=66.72e3, speed=2.0, bit_smoothing=100.0)
 ROLLING = Case(speed=8.0)
-HERTZ = RUBBING.but(
-    wall_law="hertz", wall_stiffness=2e7, softening="static", eccentric_mass="steel", lobes=1
-)
+HERTZ = RUBBING.but(wall_law="hertz", wall_stiffness=2e7, softening="static", eccentric_mass="steel", lobes=1)
 # The string wound up so far that the bit is about to break loose.
 WOUND_UP = start_of(STICKING) + np.array([0, 0, 0, 0, 0, 0, -15, 0, 0])
 WINDOWS = {
@@ -85,10 +83,7 @@ def test_half_difference_is_the_worst_disagreement_of_the_halves(window: tuple) 
         for part in (slice(None, n + 1), slice(n, None))
     )
     worst = [abs(first["bit_speed_mean"] - second["bit_speed_mean"]) / case.speed]
-    for low, high, size in (
-        ("axial_min", "axial_max", case.amplitude),
-        ("bit_speed_min", "bit_speed_max", case.speed),
-    ):
+    for low, high, size in (("axial_min", "axial_max", case.amplitude), ("bit_speed_min", "bit_speed_max", case.speed)):
         span = max(first[high], second[high]) - min(first[low], second[low]) + 0.01 * size
         worst += [abs(first[name] - second[name]) / span for name in (low, high)]
     radii = first["radius_max"], second["radius_max"]
@@ -115,10 +110,7 @@ def test_peaks_are_counted_and_measured(window: tuple) -> None:
 
 def test_the_windows_show_all_responses() -> None:
     """So that the comparison above means something."""
-    seen = {
-        name: sample(c, s, t, o, STUCK_BELOW, 1e-3).features()
-        for name, (c, s, t, o) in WINDOWS.items()
-    }
+    seen = {name: sample(c, s, t, o, STUCK_BELOW, 1e-3).features() for name, (c, s, t, o) in WINDOWS.items()}
     assert 0.1 < seen["bouncing"]["lift_off_fraction"] < 0.9
     assert 0.1 < seen["rubbing"]["wall_contact_fraction"] < 0.9
     assert 0.1 < seen["sticking"]["stuck_fraction"] < 0.95
@@ -131,8 +123,7 @@ def test_features_follow_the_tolerance() -> None:
     in contact."""
     case, start, transient, observe = WINDOWS["rubbing"]
     fine, usual = (
-        run_from(work_for(case, Simulation(transient, observe, rtol=rtol)), start[None])
-        for rtol in (1e-10, 1e-6)
+        run_from(work_for(case, Simulation(transient, observe, rtol=rtol)), start[None]) for rtol in (1e-10, 1e-6)
     )
     for name in (
         "bit_force_max",
@@ -170,9 +161,7 @@ def test_a_peak_stands_out_by_ten_tolerances(tolerances: float, peaks: int) -> N
     """A bit that swings on flat rock, undamped, from its highest point: a maximum at
     the end of each period."""
     case = FREE.but(axial_damping=0.0)
-    simulation = Simulation(
-        0.0, 26.5 * 2 * np.pi / np.sqrt((case.k_a + case.rock_stiffness) / case.m_a), rtol=1e-8
-    )
+    simulation = Simulation(0.0, 26.5 * 2 * np.pi / np.sqrt((case.k_a + case.rock_stiffness) / case.m_a), rtol=1e-8)
     start = start_of(case)
     size = case.wob / (case.k_a + case.rock_stiffness)
     # the tolerance: of the natural scale and the value
@@ -204,12 +193,7 @@ def ellipse(a: float, b: float, phase: float) -> np.ndarray:
     """The state on x = a cos(w t), y = b sin(w t) at w t = phase, b with the sign of
     the direction."""
     state = start_of(FREE)
-    state[:4] = (
-        a * np.cos(phase),
-        -a * RATE * np.sin(phase),
-        b * np.sin(phase),
-        b * RATE * np.cos(phase),
-    )
+    state[:4] = (a * np.cos(phase), -a * RATE * np.sin(phase), b * np.sin(phase), b * RATE * np.cos(phase))
     return state
 
 
@@ -219,9 +203,7 @@ def test_whirl_is_the_unwrapped_angle_of_the_orbit(b: float, phase: float) -> No
     """Also of a needle-thin ellipse, whose angle turns by half a turn within one
     step."""
     duration = 7.3
-    out = run_from(
-        work_for(FREE, Simulation(0.0, duration, rtol=1e-11)), ellipse(0.05, b, phase)[None]
-    )
+    out = run_from(work_for(FREE, Simulation(0.0, duration, rtol=1e-11)), ellipse(0.05, b, phase)[None])
     t = np.linspace(0, duration, 2_000_001)
     angle = np.unwrap(np.arctan2(b * np.sin(RATE * t + phase), 0.05 * np.cos(RATE * t + phase)))
     assert out["whirl_speed_mean"][0] == pytest.approx((angle[-1] - angle[0]) / duration, rel=1e-6)
@@ -241,37 +223,25 @@ def test_a_wall_contact_shorter_than_a_step_is_seen(excess: float) -> None:
     # the apex; a soft wall.
     case = FREE.but(wall_stiffness=1e3)
     duration = np.pi / RATE
-    out = run_from(
-        work_for(case, Simulation(0.0, duration, rtol=1e-12)),
-        ellipse(a, 1e-3, -np.pi / 2 - 0.4)[None],
-    )
+    out = run_from(work_for(case, Simulation(0.0, duration, rtol=1e-12)), ellipse(a, 1e-3, -np.pi / 2 - 0.4)[None])
     expected = 2 * np.arccos(FREE.gap / a) / np.pi
-    assert duration / out["steps"][0] > 3 * expected * duration or excess > 1e-5, (
-        "else the contact is no graze"
-    )
+    assert duration / out["steps"][0] > 3 * expected * duration or excess > 1e-5, "else the contact is no graze"
     assert out["wall_contact_fraction"][0] == pytest.approx(expected, rel=0.01)
     assert out["radius_max"][0] == pytest.approx(a, rel=excess * 0.02)
     # Past the wall the collar goes at the speed of the ellipse at the end of its long
     # axis.
-    assert out["rolling_ratio"][0] == pytest.approx(
-        -1e-3 * RATE / (case.speed * case.collar_radius), rel=1e-3
-    )
+    assert out["rolling_ratio"][0] == pytest.approx(-1e-3 * RATE / (case.speed * case.collar_radius), rel=1e-3)
 
 
 def test_a_swing_that_misses_the_wall_by_a_hair_is_no_contact() -> None:
-    out = run_from(
-        work_for(FREE, Simulation(0.0, 20.0, rtol=1e-12)),
-        ellipse(FREE.gap * (1 - 1e-8), 1e-3, 0.4)[None],
-    )
+    out = run_from(work_for(FREE, Simulation(0.0, 20.0, rtol=1e-12)), ellipse(FREE.gap * (1 - 1e-8), 1e-3, 0.4)[None])
     assert out["wall_contact_fraction"][0] == 0
     assert out["radius_max"][0] == pytest.approx(FREE.gap * (1 - 1e-8), rel=1e-10)
 
 
 def test_radius_peaks_of_an_ellipse_are_its_long_axis() -> None:
     """Two a turn, all equal."""
-    out = run_from(
-        work_for(FREE, Simulation(0.0, 10.0, rtol=1e-12)), ellipse(0.05, 0.02, 0.4)[None]
-    )
+    out = run_from(work_for(FREE, Simulation(0.0, 10.0, rtol=1e-12)), ellipse(0.05, 0.02, 0.4)[None])
     peaks = out["radius_peaks"][0]
     peaks = peaks[np.isfinite(peaks)]
     assert len(peaks) == int((0.4 + RATE * 10.0) // np.pi)
@@ -282,9 +252,7 @@ def test_peak_ring_keeps_the_last_ones_oldest_first() -> None:
     """A swing that dies out in mud: falling peaks, so order and choice show."""
     case = FREE.but(mud_drag=1.0)
     many, few = (
-        run_from(
-            work_for(case, Simulation(0.0, 30.0), peaks=peaks), ellipse(0.06, 0.01, 0.4)[None]
-        )["radius_peaks"][0]
+        run_from(work_for(case, Simulation(0.0, 30.0), peaks=peaks), ellipse(0.06, 0.01, 0.4)[None])["radius_peaks"][0]
         for peaks in (100, 7)
     )
     many = many[np.isfinite(many)]
@@ -321,9 +289,7 @@ def test_the_window_has_no_memory_of_the_transient() -> None:
     """
     start = start_of(SMOOTH)
     whole = run_from(work_for(SMOOTH, Simulation(5.0, 4.0, rtol=1e-10)), start[None])
-    before = run_from(work_for(SMOOTH, Simulation(2.0, 3.0, rtol=1e-10)), start[None])[
-        "final_state"
-    ]
+    before = run_from(work_for(SMOOTH, Simulation(2.0, 3.0, rtol=1e-10)), start[None])["final_state"]
     after = run_from(work_for(SMOOTH, Simulation(0.0, 4.0, rtol=1e-10)), before)
     for name in FEATURES:
         assert after[name][0] == pytest.approx(whole[name][0], rel=1e-6, abs=1e-8), name
@@ -337,12 +303,7 @@ def test_a_resting_string_measures_as_at_rest() -> None:
     out = run_from(work_for(FREE, Simulation(1.0, 10.0, rtol=1e-11)), start[None])
     assert out["bit_speed_min"][0] == out["bit_speed_max"][0] == FREE.speed
     assert out["stick_slip_index"][0] == 0
-    assert (
-        out["lift_off_fraction"][0]
-        == out["wall_contact_fraction"][0]
-        == out["stuck_fraction"][0]
-        == 0
-    )
+    assert out["lift_off_fraction"][0] == out["wall_contact_fraction"][0] == out["stuck_fraction"][0] == 0
     assert out["radius_max"][0] == out["whirl_ratio"][0] == 0
     # Each step may err by rtol, and the axial motion forgets only in minutes.
     force = FREE.wob * FREE.rock_stiffness / (FREE.k_a + FREE.rock_stiffness)
@@ -369,9 +330,7 @@ def test_lanes_that_all_turn_in_the_same_step_measure_as_one_alone() -> None:
     window = Simulation(0.5, 3.0)
     alone = run_from(work_for(BOUNCING, window), start_of(BOUNCING)[None], lanes=1)
     twins = run_from(
-        work_for(BOUNCING, window, depth=np.full(40, BOUNCING.depth)),
-        np.tile(start_of(BOUNCING), (40, 1)),
-        lanes=16,
+        work_for(BOUNCING, window, depth=np.full(40, BOUNCING.depth)), np.tile(start_of(BOUNCING), (40, 1)), lanes=16
     )
     for name, values in twins.items():
         assert np.array_equal(values, np.repeat(alone[name], 40, axis=0), equal_nan=True), name

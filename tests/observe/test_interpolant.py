@@ -14,9 +14,7 @@ from nsdrill.observe.inside import crossings, has_extremum
 from nsdrill.observe.interpolant import above, extreme, quintic, value
 
 
-def time_above(
-    g0: float, d0: float, c0: float, g1: float, d1: float, c1: float, level: float
-) -> float:
+def time_above(g0: float, d0: float, c0: float, g1: float, d1: float, c1: float, level: float) -> float:
     p0, p1, p2, p3, p4, p5 = quintic(g0, d0, c0, g1, d1, c1)
     theta = extreme(p1, p2, p3, p4, p5, d1) if has_extremum(p1, d1) else 1.0
     start, end = p0 > level, g1 > level

@@ -14,16 +14,7 @@ from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.observe import motion
 from nsdrill.observe.motion import classify_motion, period, zero_one
 from nsdrill.observe.thresholds import Motion
-from nsdrill.variables import (
-    CHAOTIC,
-    DIVERGED,
-    EQUILIBRIUM,
-    OK,
-    PERIODIC,
-    QUASI_PERIODIC,
-    UNDETERMINED,
-    UNSETTLED,
-)
+from nsdrill.variables import CHAOTIC, DIVERGED, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
 from observe.flows import roessler_returns
 
 T = Motion()
@@ -81,9 +72,7 @@ def test_the_cascade_of_the_logistic_map(r: float, expected: int) -> None:
     ],
 )
 def test_the_cascade_of_roessler(c: float, expected: int) -> None:
-    returns = roessler_returns(
-        0.1, 0.1, c, Simulation(transient=20000.0, observe=1000.0, rtol=1e-10)
-    )
+    returns = roessler_returns(0.1, 0.1, c, Simulation(transient=20000.0, observe=1000.0, rtol=1e-10))
     assert len(returns) > 100
     assert period(padded(returns), ONES, Motion(absolute=1e-3, relative=0.0))[0] == expected
 
@@ -104,18 +93,14 @@ def test_tolerances_are_absolute_and_relative() -> None:
     assert period(padded(noisy), ONES, Motion(absolute=0.01, relative=0.0))[0] == 0
     assert period(padded(noisy), ONES, Motion(absolute=0.2, relative=0.0))[0] == 2
     assert period(padded(noisy), ONES, Motion(absolute=0.01, relative=0.02))[0] == 2
-    assert period(padded(noisy), 20 * ONES, Motion(absolute=0.01, relative=0.0))[0] == 2, (
-        "in natural scales"
-    )
+    assert period(padded(noisy), 20 * ONES, Motion(absolute=0.01, relative=0.0))[0] == 2, "in natural scales"
 
 
 def test_a_slow_spiral_has_no_long_period() -> None:
     """It comes near each of its returns again after one turn of the spiral, here eight
     returns: within the tolerance, but not nearer than to others."""
     n = np.arange(120)
-    spiral = np.exp(-n / 100)[:, None] * np.stack(
-        [np.cos(2 * np.pi * n / 8), np.sin(2 * np.pi * n / 8)], axis=1
-    )
+    spiral = np.exp(-n / 100)[:, None] * np.stack([np.cos(2 * np.pi * n / 8), np.sin(2 * np.pi * n / 8)], axis=1)
     assert period(padded(spiral), ONES, Motion(absolute=1.0))[0] == 0
     angle = 2 * np.pi * n / 11
     resonant = 3.0 * np.exp(-n / 400)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -190,12 +175,7 @@ def test_the_bit_frame_turns_velocities_along() -> None:
 
 
 def kind(
-    found: int = 0,
-    settled: int = 1,
-    status: int = OK,
-    count: int = 1000,
-    range_: float = 1.0,
-    **features: float,
+    found: int = 0, settled: int = 1, status: int = OK, count: int = 1000, range_: float = 1.0, **features: float
 ) -> int:
     made = {
         "axial_min": 0.0,
@@ -208,16 +188,12 @@ def kind(
     arrays["section_radius"] = np.where(np.arange(1001) < count, 1.0, np.nan)[None]
     count = np.count_nonzero(np.isfinite(arrays["section_radius"]), axis=-1)
     rests = still(arrays, ONES, T.absolute)
-    label = classify_motion(
-        arrays, np.array([status]), np.array([settled]), np.array([found]), count, rests, T
-    )
+    label = classify_motion(arrays, np.array([status]), np.array([settled]), np.array([found]), count, rests, T)
     return int(label[0])
 
 
 def test_the_kind_of_motion() -> None:
-    assert kind(found=3, zero_one=0.9) == PERIODIC, (
-        "a period is a period, whatever the 0-1 test says"
-    )
+    assert kind(found=3, zero_one=0.9) == PERIODIC, "a period is a period, whatever the 0-1 test says"
     assert kind(found=1, zero_one=0.9) == PERIODIC
     assert kind(found=1, range_=0.01, zero_one=np.nan) == EQUILIBRIUM
     assert kind(zero_one=0.95, settled=0) == CHAOTIC
@@ -228,9 +204,7 @@ def test_the_kind_of_motion() -> None:
     assert kind(found=3, count=2, zero_one=np.nan) == UNDETERMINED
     assert kind(found=3, status=DIVERGED, zero_one=np.nan) == UNDETERMINED
     for index in (0.05, 0.95):
-        assert kind(zero_one=index, count=999) == UNDETERMINED, (
-            "a file of an older version has it with fewer returns"
-        )
+        assert kind(zero_one=index, count=999) == UNDETERMINED, "a file of an older version has it with fewer returns"
     # With the exponent: its sign, with two errors, decides; the 0-1 test is there to be
     # compared only.
     assert kind(zero_one=0.0, lyapunov_exponent=0.3, lyapunov_error=0.1) == CHAOTIC
@@ -241,14 +215,10 @@ def test_the_kind_of_motion() -> None:
 def test_zero_is_said_of_an_exponent_only_where_it_is_known_to_be() -> None:
     """Between an exponent that is zero, to some accuracy, and one that is not known
     there is a difference."""
-    assert kind(lyapunov_exponent=-0.0016, lyapunov_error=0.0001) == UNSETTLED, (
-        "a period-1 motion still on the way"
-    )
+    assert kind(lyapunov_exponent=-0.0016, lyapunov_error=0.0001) == UNSETTLED, "a period-1 motion still on the way"
     assert kind(lyapunov_exponent=-0.0016, lyapunov_error=0.0009) == QUASI_PERIODIC
     assert kind(lyapunov_exponent=0.001, lyapunov_error=0.1) == UNDETERMINED
     assert kind(lyapunov_exponent=0.001, lyapunov_error=0.1, settled=0) == UNSETTLED
-    assert kind(lyapunov_exponent=0.0015, lyapunov_error=0.0001) == UNDETERMINED, (
-        "above zero, but not by the threshold"
-    )
+    assert kind(lyapunov_exponent=0.0015, lyapunov_error=0.0001) == UNDETERMINED, "above zero, but not by the threshold"
     assert kind(lyapunov_exponent=np.nan, lyapunov_error=np.nan) == UNDETERMINED
     assert kind(found=1, lyapunov_exponent=0.001, lyapunov_error=0.1) == PERIODIC

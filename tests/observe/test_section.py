@@ -21,12 +21,8 @@ from nsdrill.sweep.work import Work
 TIGHT = Simulation(transient=3.0, observe=12.0, rtol=1e-10, max_steps=10**7)
 
 
-def with_section(
-    case: Case, returns: int = 40, section: str = "revolution", simulation: Simulation = TIGHT
-) -> Work:
-    return replace(
-        work_for(case, simulation), record=Record(peaks=2, poincare=returns, section=section)
-    )
+def with_section(case: Case, returns: int = 40, section: str = "revolution", simulation: Simulation = TIGHT) -> Work:
+    return replace(work_for(case, simulation), record=Record(peaks=2, poincare=returns, section=section))
 
 
 def crossings(work: Work, start: np.ndarray) -> dict[str, np.ndarray]:
@@ -55,9 +51,7 @@ def exact(case: Case, start: np.ndarray, lobes: int) -> list[dict[str, float]]:
     found = []
     for level in np.arange(first, last + 1) * spacing:
         after = int(np.argmax(reached >= level))
-        t = brentq(
-            lambda t, level=level: angle(t) - level, grid[after - 1], grid[after], xtol=1e-14
-        )
+        t = brentq(lambda t, level=level: angle(t) - level, grid[after - 1], grid[after], xtol=1e-14)
         x, vx, y, vy, z, vz, twist, speed = solution(t)
         r = np.hypot(x, y)
         found.append(
@@ -97,9 +91,7 @@ def test_returns_are_those_of_the_exact_solution(case: Case, section: str, withi
     }
     for name in SECTION:
         values = np.array([one[name] for one in expected])
-        assert mine[name] == pytest.approx(
-            values, rel=within, abs=within * state_scales.get(name, 1.0)
-        ), name
+        assert mine[name] == pytest.approx(values, rel=within, abs=within * state_scales.get(name, 1.0)), name
 
 
 def test_the_last_ones_are_kept_oldest_first() -> None:

@@ -41,9 +41,7 @@ def test_samples_equal_scipy() -> None:
         assert trace[name] == pytest.approx(values, abs=1e-6 * size), name
     force = contacts(CASE, trace.time, exact, phase=0.7)
     for name in ("bit_force", "bit_torque", "wall_force", "wall_friction", "radius"):
-        assert trace[name] == pytest.approx(
-            force[name], abs=1e-5 * max(np.max(np.abs(force[name])), 1.0)
-        ), name
+        assert trace[name] == pytest.approx(force[name], abs=1e-5 * max(np.max(np.abs(force[name])), 1.0)), name
     assert np.any(force["bit_force"] == 0)
 
 
@@ -53,9 +51,7 @@ def test_a_trace_has_all_its_variables_at_even_times() -> None:
     assert trajectory.status == OK
     assert set(trace.variables) == {v.name for v in TRACE_VARIABLES}
     assert trace.time == pytest.approx(np.arange(101) * 0.01, abs=1e-12)
-    assert all(
-        len(values) == 101 and np.all(np.isfinite(values)) for values in trace.variables.values()
-    )
+    assert all(len(values) == 101 and np.all(np.isfinite(values)) for values in trace.variables.values())
 
 
 def test_the_first_sample_is_the_initial_state() -> None:
@@ -73,10 +69,7 @@ def test_the_last_sample_is_the_final_state() -> None:
 
 
 def test_sampling_does_not_change_the_run() -> None:
-    ends = [
-        simulate(STUDY, duration=2.0, sample=sample).trace.attrs
-        for sample in (1e-4, 0.01, 0.3, 2.0)
-    ]
+    ends = [simulate(STUDY, duration=2.0, sample=sample).trace.attrs for sample in (1e-4, 0.01, 0.3, 2.0)]
     for attrs in ends[1:]:
         assert attrs["final_state"].tobytes() == ends[0]["final_state"].tobytes()
         assert attrs["steps"] == ends[0]["steps"]
@@ -112,12 +105,8 @@ def test_simulate_is_the_run_of_that_point() -> None:
 
 
 def test_a_run_that_stops_early_gives_the_samples_it_reached() -> None:
-    study = parse_study(
-        TEXT.replace("PROCEDURE", "up").replace("rtol: 1e-10", "rtol: 1e-12, max_steps: 1000")
-    )
+    study = parse_study(TEXT.replace("PROCEDURE", "up").replace("rtol: 1e-10", "rtol: 1e-12, max_steps: 1000"))
     trajectory = simulate(study, rotary_speed=8.0)
     assert trajectory.status == STEP_LIMIT
     assert 0 < len(trajectory.trace.time) < 501
-    assert all(
-        len(values) == len(trajectory.trace.time) for values in trajectory.trace.variables.values()
-    )
+    assert all(len(values) == len(trajectory.trace.time) for values in trajectory.trace.variables.values())

@@ -41,12 +41,7 @@ def test_differences_are_measured_in_natural_sizes() -> None:
     assert model_named(MODEL).difference(one, two, units) == pytest.approx([0.1, 0.2, 0.3, 0.4])
     assert model_named(MODEL).difference(two, one, units) == pytest.approx([0.1, 0.2, 0.3, 0.4])
     two["radius_mean"][3] = np.nan
-    assert np.isnan(model_named(MODEL).difference(one, two, units)).tolist() == [
-        False,
-        False,
-        False,
-        True,
-    ]
+    assert np.isnan(model_named(MODEL).difference(one, two, units)).tolist() == [False, False, False, True]
 
 
 def test_everything_compared_is_a_feature() -> None:
@@ -76,15 +71,9 @@ def found(**changes: list[float]) -> dict[str, np.ndarray]:
     return values | {name: np.array(value) for name, value in changes.items()}
 
 
-def judged(
-    response: list[int], thresholds: Thresholds = Thresholds(), **changes: list[float]
-) -> dict[str, np.ndarray]:
+def judged(response: list[int], thresholds: Thresholds = Thresholds(), **changes: list[float]) -> dict[str, np.ndarray]:
     values = found(**changes)
-    return {
-        **values,
-        "response": np.array(response),
-        **trust_labels(values, np.array(response), thresholds, responses),
-    }
+    return {**values, "response": np.array(response), **trust_labels(values, np.array(response), thresholds, responses)}
 
 
 def test_a_point_is_trusted_where_both_checks_agree() -> None:
@@ -111,10 +100,7 @@ def test_one_check_is_enough_to_doubt(check: str) -> None:
 
 
 def test_a_check_that_failed_or_is_missing_is_no_agreement() -> None:
-    nan = {
-        f"tight_{name}": [np.nan, np.nan]
-        for name in ("difference", "lift_off_fraction", "wall_contact_fraction")
-    }
+    nan = {f"tight_{name}": [np.nan, np.nan] for name in ("difference", "lift_off_fraction", "wall_contact_fraction")}
     values = judged([0, 0], tight_status=[STEP_LIMIT, PENDING], **nan)
     assert values["tight_response"].tolist() == [0, 0]
     assert values["trusted"].tolist() == [0, 0]
@@ -122,13 +108,8 @@ def test_a_check_that_failed_or_is_missing_is_no_agreement() -> None:
 
 
 def test_the_labels_follow_the_thresholds() -> None:
-    strict, loose = (
-        replace(Thresholds(), trust=Trust(0.005)),
-        replace(Thresholds(), trust=Trust(0.02)),
-    )
+    strict, loose = (replace(Thresholds(), trust=Trust(0.005)), replace(Thresholds(), trust=Trust(0.02)))
     assert judged([0, 0], strict)["trusted"].tolist() == [0, 0]
     assert judged([0, 0], loose)["trusted"].tolist() == [1, 1]
-    lower = replace(
-        Thresholds(), stick_slip=replace(Thresholds().stick_slip, stick_slip_index=10.0)
-    )
+    lower = replace(Thresholds(), stick_slip=replace(Thresholds().stick_slip, stick_slip_index=10.0))
     assert judged([0, STICK_SLIP], lower)["trusted"].tolist() == [0, 1]

@@ -38,9 +38,7 @@ def mathieu(t, phase, s, p, o):
     return {"v": -(p.a - 2.0 * cosine) * s.x}
 
 
-def flow_of(
-    equations, states: int, *, forced: bool = False, singles: int = 0, rtol: float = 1e-13
-) -> Flow:
+def flow_of(equations, states: int, *, forced: bool = False, singles: int = 0, rtol: float = 1e-13) -> Flow:
     """The flow of a system with one parameter; ``forced``: it is the frequency of the
     forcing."""
     names = tuple("xvw"[:states])

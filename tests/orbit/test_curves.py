@@ -66,9 +66,7 @@ def test_curve_of_folds_of_cycles(continued):
     assert weights[-1] > 22.1e3
     near = int(np.argmin(np.abs(weights - 22.4e3)))
     wob = float(weights[near])
-    there = nsdrill.continue_branches(
-        {**STUDY, "operation": {"depth": "5000 m", "wob": f"{wob!r} N"}}
-    )
+    there = nsdrill.continue_branches({**STUDY, "operation": {"depth": "5000 m", "wob": f"{wob!r} N"}})
     (fold,) = there["rotary_speed"].values[there["label"].values == FOLD]
     assert speeds[near] == pytest.approx(fold, abs=1e-6)
 
@@ -79,9 +77,7 @@ def test_onset_of_sticking(continued):
     study, data = continued
     place = int(np.argmax(data["label"].values == STICK_ONSET))
     assert data["label"].values[place] == STICK_ONSET
-    assert data["bit_speed_min"].values[place] == pytest.approx(
-        study.thresholds.stuck_below, abs=1e-6
-    )
+    assert data["bit_speed_min"].values[place] == pytest.approx(study.thresholds.stuck_below, abs=1e-6)
     assert data["unstable"].values[place - 1] == data["unstable"].values[place + 1]
     sticks = data["touches"].sel(contact="bit").values
     slow = data["bit_speed_min"].values < study.thresholds.stuck_below

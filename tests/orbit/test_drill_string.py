@@ -38,9 +38,7 @@ def bit_torque(study, omega, force):
     k = derive(study.parameters, 5000.0, 22240.0, omega)
     bit = study.parameters.bit
     cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.friction.smoothing * omega)
-    return force * (
-        2 / 3 * study.parameters.well.diameter / 2 * friction(bit.friction, omega) + cutting
-    )
+    return force * (2 / 3 * study.parameters.well.diameter / 2 * friction(bit.friction, omega) + cutting)
 
 
 def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
@@ -78,9 +76,7 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
             cutting = arm * 2 / math.pi * math.atan(bit.friction.smoothing * speed)
             return force * (2 / 3 * radius * friction(bit.friction, speed) + cutting)
 
-        return study.parameters.drillstring.torsional_damping + (
-            torque(omega + h) - torque(omega - h)
-        ) / (2 * h)
+        return study.parameters.drillstring.torsional_damping + (torque(omega + h) - torque(omega - h)) / (2 * h)
 
     assert numbers_at(data, HOPF) == pytest.approx([brentq(damping, 1.5, 3.0)], abs=1e-6)
     (fold,) = numbers_at(data, FOLD)
@@ -100,9 +96,7 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
     # ends in steady drilling.
     side = cycles.isel(point=large)
     one = side.isel(point=int(np.argmin(np.abs(side["rotary_speed"].values - (fold - 0.05)))))
-    state = dict(
-        zip((str(name) for name in one["state_name"].values), one["state"].values, strict=True)
-    )
+    state = dict(zip((str(name) for name in one["state_name"].values), one["state"].values, strict=True))
     initial = {
         "z": f"{float(state['z'])!r} m",
         "twist": f"{float(state['twist'])!r} rad",
@@ -172,9 +166,7 @@ def test_fold_of_backward_rolling():
 
         return brentq(excess, 3.9, 6.5)
 
-    least = minimize_scalar(
-        speed_of, bounds=(1e-3, 0.2), method="bounded", options={"xatol": 1e-10}
-    )
+    least = minimize_scalar(speed_of, bounds=(1e-3, 0.2), method="bounded", options={"xatol": 1e-10})
     assert fold == pytest.approx(least.fun, abs=1e-6)
     assert fold == pytest.approx(4.65372612, abs=1e-7)
     at = int(np.argmax(data["label"].values == FOLD))
@@ -226,16 +218,12 @@ def test_multipliers_across_contacts(bounce):
         return Flow(base.equations, rtol=rtol)
 
     def monodromy(rtol, periods=1):
-        legs = Legs(
-            state[None], np.zeros(1), np.array([periods * fold / number]), values, np.ones(1, bool)
-        )
+        legs = Legs(state[None], np.zeros(1), np.array([periods * fold / number]), values, np.ones(1, bool))
         ends = flow(rtol).run(legs)
         return rotated(setup.symmetry, ends.monodromy[0].T, -periods * fold).T
 
     state_scales = flow(1e-11).state_scales(values)[0]
-    scaled = [
-        monodromy(rtol) * state_scales / state_scales[:, None] for rtol in (1e-11, 1e-12, 1e-13)
-    ]
+    scaled = [monodromy(rtol) * state_scales / state_scales[:, None] for rtol in (1e-11, 1e-12, 1e-13)]
     assert np.max(np.abs(scaled[0] - scaled[2])) < 1e-7
     own = np.sort_complex(np.linalg.eigvals(scaled[0]))
     stored = data["multiplier_real"].values + 1j * data["multiplier_imag"].values
@@ -251,9 +239,7 @@ def test_multipliers_across_contacts(bounce):
     legs = Legs(states, np.zeros(n), fold / speeds, speeds[:, None], np.ones(n, bool))
     worst = []
     for matrix, there in zip(flow(1e-14).run(legs).monodromy, stored, strict=True):
-        finest = np.linalg.eigvals(
-            rotated(setup.symmetry, matrix.T, -fold).T * state_scales / state_scales[:, None]
-        )
+        finest = np.linalg.eigvals(rotated(setup.symmetry, matrix.T, -fold).T * state_scales / state_scales[:, None])
         worst.append(max(np.min(np.abs(finest - one)) for one in there))
     assert max(worst) < 1e-8
     cubes = np.linalg.eigvals(monodromy(1e-11, 3))
@@ -263,13 +249,7 @@ def test_multipliers_across_contacts(bounce):
     for j in range(8):
         h = 1e-3 * state_scales[j]
         sides = state + np.array([[h], [-h]]) * np.eye(8)[j]
-        legs = Legs(
-            sides,
-            np.zeros(2),
-            np.full(2, fold / number),
-            np.repeat(values, 2, axis=0),
-            np.zeros(2, bool),
-        )
+        legs = Legs(sides, np.zeros(2), np.full(2, fold / number), np.repeat(values, 2, axis=0), np.zeros(2, bool))
         ends = rotated(setup.symmetry, flow(1e-13).run(legs).state, -fold)
         differences[:, j] = (ends[0] - ends[1]) / (2 * h)
     assert np.max(np.abs(differences * state_scales / state_scales[:, None] - scaled[0])) < 1e-4
@@ -307,14 +287,10 @@ def test_divergence(bounce):
             cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.smoothing * speed)  # noqa: B023
             return force * (2 / 3 * radius * friction(bit, speed) + cutting)  # noqa: B023
 
-        damping = parameters.drillstring.torsional_damping + (
-            torque(omega + h) - torque(omega - h)
-        ) / (2 * h)
+        damping = parameters.drillstring.torsional_damping + (torque(omega + h) - torque(omega - h)) / (2 * h)
         divergence = -parameters.drillstring.axial_damping / k.m_a - damping / k.J
         multipliers = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
-        found = np.log(np.abs(np.prod(multipliers[np.isfinite(multipliers)]))) / float(
-            one["period"]
-        )
+        found = np.log(np.abs(np.prod(multipliers[np.isfinite(multipliers)]))) / float(one["period"])
         assert found == pytest.approx(divergence, abs=1e-8)
 
 
@@ -326,19 +302,9 @@ def test_exponent_of_a_settled_bounce(bounce):
     largest = max(np.abs(one["multiplier_real"].values + 1j * one["multiplier_imag"].values))
     assert int(one["unstable"]) == 0
     state = {
-        str(name): float(value)
-        for name, value in zip(data["state_name"].values, one["state"].values, strict=True)
+        str(name): float(value) for name, value in zip(data["state_name"].values, one["state"].values, strict=True)
     }
-    units = {
-        "x": "m",
-        "y": "m",
-        "z": "m",
-        "vx": "m/s",
-        "vy": "m/s",
-        "vz": "m/s",
-        "twist": "rad",
-        "bit_speed": "rad/s",
-    }
+    units = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "twist": "rad", "bit_speed": "rad/s"}
     initial = {name: f"{value!r} {units[name]}" for name, value in state.items()}
     run = nsdrill.run(
         {
@@ -351,9 +317,7 @@ def test_exponent_of_a_settled_bounce(bounce):
         progress=False,
     )
     found, error = float(run["lyapunov_exponent"].squeeze()), float(run["lyapunov_error"].squeeze())
-    assert found == pytest.approx(
-        math.log(largest) / float(one["period"]), abs=max(3 * error, 2e-3)
-    )
+    assert found == pytest.approx(math.log(largest) / float(one["period"]), abs=max(3 * error, 2e-3))
 
 
 def test_branches_against_the_sweep(bounce):
@@ -375,10 +339,7 @@ def test_branches_against_the_sweep(bounce):
             "bit_speed": "rad/s",
         }
         place = int(np.argmin(np.abs(data["rotary_speed"].values - number)))
-        initial = {
-            str(name): f"{float(values[place])!r} {units[str(name)]}"
-            for name, values in starts.items()
-        }
+        initial = {str(name): f"{float(values[place])!r} {units[str(name)]}" for name, values in starts.items()}
         speed = float(one["rotary_speed"])
         run = nsdrill.run(
             {
@@ -402,21 +363,9 @@ def test_torus_bifurcation_against_the_sweep(bounce):
     _, data = bounce
     torus = numbers_at(data, 8)[-2]
     one = orbit_at(data, 4.2)
-    units = {
-        "x": "m",
-        "y": "m",
-        "z": "m",
-        "vx": "m/s",
-        "vy": "m/s",
-        "vz": "m/s",
-        "twist": "rad",
-        "bit_speed": "rad/s",
-    }
+    units = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "twist": "rad", "bit_speed": "rad/s"}
     names = [str(name) for name in data["state_name"].values]
-    initial = {
-        name: f"{float(value)!r} {units[name]}"
-        for name, value in zip(names, one["state"].values, strict=True)
-    }
+    initial = {name: f"{float(value)!r} {units[name]}" for name, value in zip(names, one["state"].values, strict=True)}
     step, points = 0.02, 7
     run = nsdrill.run(
         {
@@ -425,11 +374,7 @@ def test_torus_bifurcation_against_the_sweep(bounce):
             "simulation": {"transient": "400 s", "observe": "30 s"},
             "sweep": {
                 "procedure": "up",
-                "rotary_speed": {
-                    "from": "4.24 rad/s",
-                    "to": f"{4.24 + step * (points - 1)!r} rad/s",
-                    "points": points,
-                },
+                "rotary_speed": {"from": "4.24 rad/s", "to": f"{4.24 + step * (points - 1)!r} rad/s", "points": points},
             },
         },
         progress=False,
@@ -443,9 +388,7 @@ def test_torus_bifurcation_against_the_sweep(bounce):
     assert lost - step <= torus <= lost + step
 
 
-@pytest.mark.parametrize(
-    "extra", [{"stabilizer": {"clearance": "5 mm"}}, {"well": {"axial_friction": True}}]
-)
+@pytest.mark.parametrize("extra", [{"stabilizer": {"clearance": "5 mm"}}, {"well": {"axial_friction": True}}])
 def test_multipliers_where_equations_are_not_linearised(extra):
     """With stabilisers, or friction along the hole, deviations are differences of the
     equations: the multipliers are those of central differences of the flow."""
@@ -474,13 +417,7 @@ def test_multipliers_where_equations_are_not_linearised(extra):
     h = 1e-4 * flow.state_scales(values)[0]
     sides = np.concatenate([state + np.diag(h), state - np.diag(h)])
     many = 2 * states
-    legs = Legs(
-        sides,
-        np.zeros(many),
-        np.full(many, period),
-        np.repeat(values, many, axis=0),
-        np.zeros(many, bool),
-    )
+    legs = Legs(sides, np.zeros(many), np.full(many, period), np.repeat(values, many, axis=0), np.zeros(many, bool))
     ends = rotated(setup.symmetry, flow.run(legs).state, -number * period)
     differences = ((ends[:states] - ends[states:]) / (2.0 * h[:, None])).T
     free = list(setup.symmetry.free)
@@ -516,12 +453,7 @@ def test_a_regulated_motor_against_shooting_by_scipy():
     speed, period = float(one["rotary_speed"]), float(one["period"])
     names = [str(name) for name in data["state_name"].values]
     state = dict(zip(names, one["state"].values, strict=True))
-    k, p, n_k, wob = (
-        derive(study.parameters, 5000.0, 66720.0, speed),
-        study.parameters,
-        7.2 * 6.0,
-        66720.0,
-    )
+    k, p, n_k, wob = (derive(study.parameters, 5000.0, 66720.0, speed), study.parameters, 7.2 * 6.0, 66720.0)
     damping, force = p.drillstring.torsional_damping, -p.bit.rock_stiffness * float(state["z"])
 
     def torque(omega, load):
@@ -533,18 +465,8 @@ def test_a_regulated_motor_against_shooting_by_scipy():
     def slopes(t, y):
         lag, top_speed, twist, bit_speed, current = y
         pipe = k.k_t * (lag - twist)
-        deviations = (
-            current - steady / n_k,
-            lag,
-            top_speed - speed,
-            twist + steady / k.k_t,
-            bit_speed - speed,
-        )
-        voltage = (
-            n_k * speed
-            + 0.01 * steady / n_k
-            - sum(K * off for K, off in zip(gains, deviations, strict=True))
-        )
+        deviations = (current - steady / n_k, lag, top_speed - speed, twist + steady / k.k_t, bit_speed - speed)
+        voltage = n_k * speed + 0.01 * steady / n_k - sum(K * off for K, off in zip(gains, deviations, strict=True))
         return [
             top_speed - speed,
             (n_k * current - pipe) / 2122.32,
@@ -556,12 +478,7 @@ def test_a_regulated_motor_against_shooting_by_scipy():
     def end(start):
         return solve_ivp(slopes, (0.0, period), start, "DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
 
-    start = np.array(
-        [
-            float(state[name])
-            for name in ("lag", "drive_speed", "twist", "bit_speed", "motor_torque")
-        ]
-    )
+    start = np.array([float(state[name]) for name in ("lag", "drive_speed", "twist", "bit_speed", "motor_torque")])
     start[-1] /= n_k
     swing = float(one["bit_speed_max"]) - float(one["bit_speed_min"])
     assert swing > 0.1

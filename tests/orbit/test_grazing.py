@@ -77,14 +77,10 @@ def flow_at_a_stop() -> Flow:
 
         return Compiled(MOTION.tangent(lanes, rows, 0), watch, marker)
 
-    return Flow(
-        Equations(rows, Symmetry(1, (0, 1)), (1.0,), runs, parts, contacts=("stop",)), rtol=1e-12
-    )
+    return Flow(Equations(rows, Symmetry(1, (0, 1)), (1.0,), runs, parts, contacts=("stop",)), rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("start", "sense", "wanted"), [(0.5, 1, 0.7106873691), (1.5, -1, 1.2185743569)]
-)
+@pytest.mark.parametrize(("start", "sense", "wanted"), [(0.5, 1, 0.7106873691), (1.5, -1, 1.2185743569)])
 def test_oscillator_at_a_stop_grazes_where_its_amplitude_is_the_gap(start, sense, wanted):
     """Without touching the amplitude is F / |1 - w^2 + 2 i zeta w|, which is the gap at
     these frequencies."""
@@ -98,18 +94,7 @@ def test_oscillator_at_a_stop_grazes_where_its_amplitude_is_the_gap(start, sense
     test_functions = orbit_test_functions({0: Graze(REACHED, None)}, equilibrium=False)
     half = advance(
         flow,
-        {
-            0: follow(
-                problem,
-                point,
-                sense,
-                (0.4, 1.6),
-                40,
-                test_functions,
-                has_kink=kink_predicate(1),
-                max_step=0.1,
-            )
-        },
+        {0: follow(problem, point, sense, (0.4, 1.6), 40, test_functions, has_kink=kink_predicate(1), max_step=0.1)},
     )[0]
     labels = [one.label for one in half.points]
     first = labels.index(REACHED)
@@ -172,9 +157,7 @@ class Corner:
         deep = max(u, 0.0)
         residual = number - u + 1000.0 * deep**1.5
         return Evaluation(
-            np.array([residual]),
-            np.array([[-1.0 + 1500.0 * deep**0.5, 1.0]]),
-            lambda: (float(u), float(number)),
+            np.array([residual]), np.array([[-1.0 + 1500.0 * deep**0.5, 1.0]]), lambda: (float(u), float(number))
         )
         yield
 
@@ -220,12 +203,7 @@ def test_a_branch_is_followed_around_a_corner():
 def test_legs_of_an_impossible_angle_do_not_run():
     flow = flow_at_a_stop()
     legs = Legs(
-        np.zeros((2, 2)),
-        np.zeros(2),
-        np.full(2, 6.0),
-        np.array([[0.0], [1.0]]),
-        np.zeros(2, bool),
-        angular=True,
+        np.zeros((2, 2)), np.zeros(2), np.full(2, 6.0), np.array([[0.0], [1.0]]), np.zeros(2, bool), angular=True
     )
     ends = flow.run(legs)
     assert list(ends.ok) == [False, True]

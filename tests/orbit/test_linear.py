@@ -22,9 +22,7 @@ def test_solutions_and_signs(segments):
     for seed in range(12):
         matrix = shooting(segments, seed)
         wanted = np.random.default_rng(100 + seed).normal(size=len(matrix))
-        assert solve(matrix, matrix @ wanted) == pytest.approx(
-            wanted, abs=1e-8 * np.linalg.cond(matrix)
-        )
+        assert solve(matrix, matrix @ wanted) == pytest.approx(wanted, abs=1e-8 * np.linalg.cond(matrix))
         signs.add(sign_of_determinant(matrix))
         assert sign_of_determinant(matrix) == np.linalg.slogdet(matrix)[0]
     assert signs == {1.0, -1.0}

@@ -20,11 +20,7 @@ def cycle(flow, state, period, number, segments=6):
     starts = [np.array(state, dtype=float)]
     for _ in range(segments - 1):
         legs = Legs(
-            starts[-1][None],
-            np.zeros(1),
-            np.array([period / segments]),
-            np.array([[number]]),
-            np.zeros(1, bool),
+            starts[-1][None], np.zeros(1), np.array([period / segments]), np.array([[number]]), np.zeros(1, bool)
         )
         starts.append(flow.run(legs).state[0])
     return at(flow, problem, problem.unknowns(np.stack(starts), period, number)).found
@@ -73,9 +69,7 @@ def test_mathieu_characteristic_values(order):
     value: a multiplier of the rest of 1 or, over half of that period, of -1."""
     flow = flow_of(mathieu, 2, forced=True)
     number = float(mathieu_a(order, 1.0))
-    legs = Legs(
-        np.zeros((1, 2)), np.zeros(1), np.array([np.pi]), np.array([[number]]), np.ones(1, bool)
-    )
+    legs = Legs(np.zeros((1, 2)), np.zeros(1), np.array([np.pi]), np.array([[number]]), np.ones(1, bool))
     multipliers = np.linalg.eigvals(flow.run(legs).monodromy[0])
     wanted = -1.0 if order % 2 else 1.0
     assert np.trace(flow.run(legs).monodromy[0]) == pytest.approx(2.0 * wanted, abs=1e-8)
@@ -92,9 +86,7 @@ def test_folds_of_duffing():
         state = flow.run(legs).state
     problem = Periodic.at(flow, 1, number[0], state[0])
     point = at(flow, problem, problem.unknowns(state, 0.6))
-    jobs = {
-        0: follow(problem, point, 1, (0.5, 1.6), 400, orbit_test_functions({}, equilibrium=False))
-    }
+    jobs = {0: follow(problem, point, 1, (0.5, 1.6), 400, orbit_test_functions({}, equilibrium=False))}
     half = advance(flow, jobs)[0]
     folds = [one.point.found.values[0] for one in half.points if one.label == 5]
     assert half.ended == "to"

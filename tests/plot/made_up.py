@@ -63,17 +63,13 @@ def make_results(
     }
     for place in np.ndindex(*variables["status"].shape):
         speed = coords["rotary_speed"][place[3]]
-        response = rule(
-            procedures[place[0]], coords["depth"][place[1]], coords["wob"][place[2]], speed
-        )
+        response = rule(procedures[place[0]], coords["depth"][place[1]], coords["wob"][place[2]], speed)
         variables["status"][place] = OK
         variables["response"][place] = response
         wild = rng.normal(size=(3, PEAKS))
         bounce, stick, whirl = (bool(response & bit) for bit in (BIT_BOUNCE, STICK_SLIP, WHIRL))
         z = 1e-3 * (0.9 + (2.5 * np.abs(wild[0]) * (1 + stick) if bounce else 0.0)) * np.ones(PEAKS)
-        w = speed * (1.02 + 0.02 * speed) + (
-            speed * np.abs(0.9 + 0.25 * wild[1]) if stick else 0.0
-        ) * np.ones(PEAKS)
+        w = speed * (1.02 + 0.02 * speed) + (speed * np.abs(0.9 + 0.25 * wild[1]) if stick else 0.0) * np.ones(PEAKS)
         free = 0.004 + 0.003 * speed + 0.002 * bounce * wild[2]
         r = (GAP + 4e-4 * np.abs(wild[2]) if whirl else free) * np.ones(PEAKS)
         z[-int(rng.integers(1, 9)) :] = np.nan
@@ -81,16 +77,10 @@ def make_results(
         variables["radius_peaks"][place] = r
         variables["axial_max"][place] = np.nanmax(z)
         variables["bit_speed_max"][place], variables["radius_max"][place] = w.max(), r.max()
-        variables["stick_slip_index"][place] = (
-            95 + 30 * abs(wild[1, 0]) if stick else 22 + 4 * wild[1, 0] + 25 * bounce
-        )
+        variables["stick_slip_index"][place] = 95 + 30 * abs(wild[1, 0]) if stick else 22 + 4 * wild[1, 0] + 25 * bounce
         variables["lift_off_fraction"][place] = 0.12 + 0.05 * abs(wild[0, 0]) if bounce else 0.0
-        variables["wall_contact_fraction"][place] = (
-            (0.97 if speed > 4 else 0.3 + 0.1 * wild[2, 0]) if whirl else 0.0
-        )
-        variables["whirl_ratio"][place] = (
-            (-1.48 if speed > 4 else -0.6 + 0.3 * wild[2, 0]) if whirl else 1.0
-        )
+        variables["wall_contact_fraction"][place] = (0.97 if speed > 4 else 0.3 + 0.1 * wild[2, 0]) if whirl else 0.0
+        variables["whirl_ratio"][place] = (-1.48 if speed > 4 else -0.6 + 0.3 * wild[2, 0]) if whirl else 1.0
         variables["whirl_kind"][place] = (3 if speed > 4 else 4) if whirl else 0
     return Results(coords, variables, {"title": "Speed sweep, state carried", "gap": GAP})
 
@@ -109,9 +99,7 @@ def spoil(results: Results, diverged: int = 2, step_limit: int = 1, pending: int
     for number, place in enumerate(flat[: diverged + step_limit + pending]):
         index = np.unravel_index(place, results["status"].shape)
         bad = number < diverged + step_limit
-        results["status"][index] = (
-            (DIVERGED if number < diverged else STEP_LIMIT) if bad else PENDING
-        )
+        results["status"][index] = (DIVERGED if number < diverged else STEP_LIMIT) if bad else PENDING
         for v in (v for v in VARIABLES if v.name in results.variables):
             if v.dtype == "f8":
                 results[v.name][index] = np.nan

@@ -25,9 +25,7 @@ COLLAR = 0.2286  # m, the usual outer diameter
 @pytest.fixture
 def whirl() -> Trace:
     trace = make_trace(12.0)
-    trace.attrs["study_resolved"] = json.dumps(
-        {"drillstring": {"collar": {"outer_diameter": COLLAR}}}
-    )
+    trace.attrs["study_resolved"] = json.dumps({"drillstring": {"collar": {"outer_diameter": COLLAR}}})
     return trace
 
 
@@ -68,19 +66,11 @@ def test_the_direction_of_an_orbit_is_marked(whirl: Trace) -> None:
     sample."""
     (axes,) = plot.draw(whirl, "orbit").axes
     (end,) = of(axes, "end")
-    assert (end.get_xdata()[0], end.get_ydata()[0]) == pytest.approx(
-        (1e3 * whirl["x"][-1], 1e3 * whirl["y"][-1])
-    )
+    assert (end.get_xdata()[0], end.get_ydata()[0]) == pytest.approx((1e3 * whirl["x"][-1], 1e3 * whirl["y"][-1]))
     marks = of(axes, "direction")
     assert len(marks) == 2
     for mark in marks:
-        place = int(
-            np.argmin(
-                np.hypot(
-                    1e3 * whirl["x"] - mark.get_xdata()[0], 1e3 * whirl["y"] - mark.get_ydata()[0]
-                )
-            )
-        )
+        place = int(np.argmin(np.hypot(1e3 * whirl["x"] - mark.get_xdata()[0], 1e3 * whirl["y"] - mark.get_ydata()[0])))
         # its tip is the second corner
         arrow = mark._marker.get_transform().transform(mark.get_marker().vertices)
         heading = np.arctan2(*(arrow[1] - arrow[3])[::-1])
@@ -110,9 +100,7 @@ def test_a_gif_has_every_frame_and_the_same_bytes(whirl: Trace, tmp_path: Path) 
 
 
 def test_a_film_may_be_slower_than_nature(whirl: Trace, tmp_path: Path) -> None:
-    frames, seconds = animate(
-        whirl, tmp_path / "a.gif", look=look_of(time=(2.0, 2.4), width="2in"), speed=0.25
-    )
+    frames, seconds = animate(whirl, tmp_path / "a.gif", look=look_of(time=(2.0, 2.4), width="2in"), speed=0.25)
     assert (frames, seconds) == (41, pytest.approx(0.4))
 
 
@@ -140,9 +128,7 @@ def stand_in(folder: Path, monkeypatch: pytest.MonkeyPatch, end: str = "") -> No
     monkeypatch.setenv("PATH", str(folder), prepend=os.pathsep)
 
 
-def test_ffmpeg_is_given_every_pixel(
-    whirl: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ffmpeg_is_given_every_pixel(whirl: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(tmp_path / "bin", monkeypatch)
     assert film_name(tmp_path / "a.mp4") == str(tmp_path / "a.mp4")
     frames, _ = animate(whirl, tmp_path / "a.mp4", look=look_of(time=(2.0, 2.2), width="2.3in"))
@@ -152,9 +138,7 @@ def test_ffmpeg_is_given_every_pixel(
     assert wide % 2 == high % 2 == 0
 
 
-def test_a_failing_ffmpeg_leaves_nothing(
-    whirl: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failing_ffmpeg_leaves_nothing(whirl: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(tmp_path / "bin", monkeypatch, "sys.exit('no encoder')")
     with pytest.raises(NsdrillError, match="ffmpeg could not write the film: no encoder"):
         animate(whirl, tmp_path / "a.mp4", look=look_of(time=(2.0, 2.2), width="2in"))
@@ -164,9 +148,7 @@ def test_a_failing_ffmpeg_leaves_nothing(
 def test_without_ffmpeg_it_is_a_gif(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     assert film_name("whirl.mp4") == "whirl.gif"
-    with pytest.raises(
-        InputError, match=r"whirl\.avi: found '\.avi' as the kind of film; allowed: \.mp4, \.gif"
-    ):
+    with pytest.raises(InputError, match=r"whirl\.avi: found '\.avi' as the kind of film; allowed: \.mp4, \.gif"):
         film_name("whirl.avi")
 
 
@@ -176,9 +158,6 @@ def test_what_cannot_be_a_film_is_told(whirl: Trace, tmp_path: Path) -> None:
         animate(make_results(), path)  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"--speed: found 0; allowed"):
         animate(whirl, path, speed=0.0)
-    with pytest.raises(
-        InputError,
-        match=r"--animate: found 12 s of a trace, 299\d\d frames; allowed: 3000\. Choose",
-    ):
+    with pytest.raises(InputError, match=r"--animate: found 12 s of a trace, 299\d\d frames; allowed: 3000\. Choose"):
         animate(whirl, path, look=look_of(time=(0.0, None)), speed=0.01)
     assert not list(tmp_path.iterdir())

@@ -55,9 +55,7 @@ def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds: Results) -> None:
 
 @pytest.mark.parametrize("kind", ["bifurcation", "summary", "orbit"])
 def test_kind_that_does_not_fit_says_what_would(plane: Results, kind: str) -> None:
-    with pytest.raises(
-        InputError, match=r"does not fit a sweep over depth .* and rotary_speed"
-    ) as caught:
+    with pytest.raises(InputError, match=r"does not fit a sweep over depth .* and rotary_speed") as caught:
         plot.draw(plane, kind)
     assert "--panel NAME" in str(caught.value)
 
@@ -65,9 +63,7 @@ def test_kind_that_does_not_fit_says_what_would(plane: Results, kind: str) -> No
 def test_a_cut_of_a_map_is_a_bifurcation_diagram(plane: Results) -> None:
     figure = plot.draw(plane, "bifurcation", at={"depth": 500.0})
     assert "500 m" in figure.get_suptitle()
-    assert "500 m" in plot.draw(plane, "bifurcation", at={"depth": 510.0}).get_suptitle(), (
-        "the nearest one"
-    )
+    assert "500 m" in plot.draw(plane, "bifurcation", at={"depth": 510.0}).get_suptitle(), "the nearest one"
     with pytest.raises(InputError, match="as the sweep, of which the nearest value is drawn"):
         plot.draw(plane, "bifurcation", at={"depth": 20e3})
     with pytest.raises(InputError, match="allowed: depth, wob, rotary_speed"):
@@ -97,9 +93,7 @@ def test_bytes_as_procedure_names_and_a_title_with_dollars(speeds: Results) -> N
 
 
 @pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
-def test_same_bytes_every_time(
-    speeds: Results, plane: Results, tmp_path: Path, suffix: str
-) -> None:
+def test_same_bytes_every_time(speeds: Results, plane: Results, tmp_path: Path, suffix: str) -> None:
     data = plane if suffix == ".svg" else speeds
     first, second, third = (tmp_path / f"{name}{suffix}" for name in "abc")
     figure = plot.draw(data)
@@ -124,11 +118,7 @@ def test_same_bytes_in_another_process(tmp_path: Path) -> None:
             check=True,
             capture_output=True,
             text=True,
-            env={
-                "PYTHONHASHSEED": str(number),
-                "PATH": "",
-                "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
-            },
+            env={"PYTHONHASHSEED": str(number), "PATH": "", "PYTHONPATH": os.environ.get("PYTHONPATH", "")},
         )
         assert out.stdout.strip() == "False", "pyplot was imported"
     assert (tmp_path / "0.svg").read_bytes() == (tmp_path / "1.svg").read_bytes()

@@ -24,12 +24,7 @@ PEAKS = ("axial_peaks", "bit_speed_peaks", "radius_peaks")
 
 
 def drawn(figure: Figure, start: str) -> list:
-    return [
-        line
-        for axes in figure.axes
-        for line in axes.get_lines()
-        if str(line.get_gid()).startswith(start)
-    ]
+    return [line for axes in figure.axes for line in axes.get_lines() if str(line.get_gid()).startswith(start)]
 
 
 def panel(figure: Figure, label: str) -> Axes:
@@ -46,9 +41,7 @@ def test_every_finite_peak_of_a_good_point_is_drawn(speeds: Results, name: str) 
     good = speeds["status"] == OK
     expected = np.sort(speeds[name][good][np.isfinite(speeds[name][good])])
     scale = 1.0 if name == "bit_speed_peaks" else 1e-3
-    found = (
-        np.sort(np.concatenate([line.get_ydata() for line in drawn(figure, f"{name}:")])) * scale
-    )
+    found = np.sort(np.concatenate([line.get_ydata() for line in drawn(figure, f"{name}:")])) * scale
     np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
@@ -70,9 +63,7 @@ def test_shading_is_where_up_and_down_differ(speeds: Results) -> None:
     response, good = speeds["response"][:, 0, 0], (speeds["status"][:, 0, 0] == OK).all(axis=0)
     differ, borders = (response[0] != response[1]) & good, edges(speeds.coords["rotary_speed"])
     starts = [i for i in range(len(differ)) if differ[i] and (i == 0 or not differ[i - 1])]
-    ends = [
-        i for i in range(len(differ)) if differ[i] and (i == len(differ) - 1 or not differ[i + 1])
-    ]
+    ends = [i for i in range(len(differ)) if differ[i] and (i == len(differ) - 1 or not differ[i + 1])]
     expected = [(borders[a], borders[b + 1]) for a, b in zip(starts, ends, strict=True)]
     assert len(expected) >= 3
     for axes in figure.axes[1:]:
@@ -128,9 +119,7 @@ def test_wall_where_it_is_in_sight() -> None:
         ),
     ],
 )
-def test_labels_have_units(
-    speeds: Results, units: str, labels: list[str], x: str, title: str
-) -> None:
+def test_labels_have_units(speeds: Results, units: str, labels: list[str], x: str, title: str) -> None:
     figure = plot.draw(speeds, units=units)
     assert [axes.get_ylabel() for axes in figure.axes[1:]] == labels
     assert figure.axes[-1].get_xlabel() == x
@@ -139,9 +128,7 @@ def test_labels_have_units(
 
 def test_field_units_are_exact(speeds: Results) -> None:
     [drive] = drawn(plot.draw(speeds, units="field"), "rotary speed")
-    np.testing.assert_allclose(
-        drive.get_xdata(), speeds.coords["rotary_speed"] * 30 / np.pi, rtol=1e-14
-    )
+    np.testing.assert_allclose(drive.get_xdata(), speeds.coords["rotary_speed"] * 30 / np.pi, rtol=1e-14)
 
 
 def test_an_unordered_axis_is_put_in_order() -> None:
@@ -157,9 +144,7 @@ def test_markers_of_a_large_sweep_are_rasterised_and_text_is_not() -> None:
     figure = plot.draw(large)
     assert all(line.get_rasterized() for name in PEAKS for line in drawn(figure, f"{name}:"))
     assert not any(text.get_rasterized() for text in figure.legends[0].get_texts())
-    assert not any(
-        line.get_rasterized() for line in drawn(plot.draw(make_results()), "axial_peaks:")
-    )
+    assert not any(line.get_rasterized() for line in drawn(plot.draw(make_results()), "axial_peaks:"))
 
 
 def test_words_stay_on_the_paper(speeds: Results) -> None:
@@ -173,9 +158,7 @@ def test_words_stay_on_the_paper(speeds: Results) -> None:
 
 
 def test_a_sweep_without_peaks_has_no_bifurcation_diagram(speeds: Results) -> None:
-    bare = Results(
-        speeds.coords, {k: v for k, v in speeds.variables.items() if k not in PEAKS}, speeds.attrs
-    )
+    bare = Results(speeds.coords, {k: v for k, v in speeds.variables.items() if k not in PEAKS}, speeds.attrs)
     assert plot.kinds_for(bare)[0] == "value"
     with pytest.raises(InputError, match=r"record\.peaks"):
         plot.draw(bare, "bifurcation")
@@ -189,9 +172,7 @@ def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds: Resu
     figure = plot.draw(speeds, "summary")
     [line] = [line for line in drawn(figure, "lift_off_fraction:up")]
     good = speeds["status"][0, 0, 0] == OK
-    np.testing.assert_allclose(
-        line.get_ydata()[good], speeds["lift_off_fraction"][0, 0, 0][good] * 100
-    )
+    np.testing.assert_allclose(line.get_ydata()[good], speeds["lift_off_fraction"][0, 0, 0][good] * 100)
     assert np.isnan(line.get_ydata()[~good]).all()
     [beyond] = drawn(figure, "whirl_ratio:up:beyond")
     assert list(beyond.get_xdata()) == [speeds.coords["rotary_speed"][3]]
@@ -200,9 +181,7 @@ def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds: Resu
 
 def test_severity_bands(speeds: Results) -> None:
     axes = panel(plot.draw(speeds, "summary"), "Stick-slip index [%]")
-    starts = [
-        patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")
-    ]
+    starts = [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
     assert starts == [0, 40, 60, 80, 100]  # the severity table of the directional-drilling paper
 
 
@@ -212,9 +191,7 @@ def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
 
     def starts(label: str) -> list[float]:
         axes = panel(plot.draw(speeds, "summary"), label)
-        return [
-            patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")
-        ]
+        return [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
 
     thresholds = {"stick_slip": {"oscillation_index": 30.0, "severe_index": 120.0}}
     speeds.attrs["study_resolved"] = json.dumps({"classify": thresholds})
@@ -227,9 +204,7 @@ def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
 def test_edges() -> None:
     np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
     np.testing.assert_allclose(edges(np.array([3.0])), [2.85, 3.15])
-    np.testing.assert_allclose(
-        edges(np.array([1.0, 4.0, 16.0, 64.0])), [0.5, 2.0, 8.0, 32.0, 128.0]
-    )
+    np.testing.assert_allclose(edges(np.array([1.0, 4.0, 16.0, 64.0])), [0.5, 2.0, 8.0, 32.0, 128.0])
 
 
 def test_robust_limits_keep_all_but_the_wild() -> None:

@@ -56,10 +56,7 @@ def test_special_points_that_lie_on_each_other_are_counted(crowd: Dataset) -> No
 
 
 def test_closer_to_them_they_are_apart(crowd: Dataset) -> None:
-    far, near = (
-        plot.draw(crowd, look=look_of(xlim=ends))
-        for ends in ((2.0, 8.0), ("5.95 rad/s", "6.25 rad/s"))
-    )
+    far, near = (plot.draw(crowd, look=look_of(xlim=ends)) for ends in ((2.0, 8.0), ("5.95 rad/s", "6.25 rad/s")))
     assert len(specials(near.axes[0])) > 2 * len(specials(far.axes[0]))
     kinds = {line.get_gid() for line in specials(near.axes[0])}
     assert {"special:fold", "special:torus", "special:doubling"} <= kinds

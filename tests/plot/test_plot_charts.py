@@ -48,10 +48,7 @@ def test_critical_speeds_by_depth() -> None:
 
 
 def test_the_band_is_that_of_the_sweep_or_the_ramp() -> None:
-    ramp = {
-        "title": "t",
-        "operation": {"rotary_speed": {"ramp": [["0 s", "4 rad/s"], ["60 s", "7 rad/s"]]}},
-    }
+    ramp = {"title": "t", "operation": {"rotary_speed": {"ramp": [["0 s", "4 rad/s"], ["60 s", "7 rad/s"]]}}}
     for study, low, high in ((STUDY, 2.0, 8.0), (ramp, 4.0, 7.0)):
         axes = nsdrill.chart(study, "critical-speeds").axes[0]
         (band,) = (patch for patch in axes.patches if patch.get_gid() == "operating")
@@ -68,18 +65,12 @@ def test_field_units() -> None:
     name = "torsional waves, once a turn"
     for one, other in zip(lines(si, name), lines(field, name), strict=True):
         assert other == pytest.approx(one * [1 / 0.3048, 30 / np.pi], rel=1e-9)
-    assert (
-        nsdrill.chart(STUDY, "buckling", units="field").axes[0].get_ylabel() == "Axial load [klbf]"
-    )
-    assert "ft-lbf s/rad" in nsdrill.chart(STUDY, "drive-card", units="field").axes[0].get_title(
-        loc="left"
-    )
+    assert nsdrill.chart(STUDY, "buckling", units="field").axes[0].get_ylabel() == "Axial load [klbf]"
+    assert "ft-lbf s/rad" in nsdrill.chart(STUDY, "drive-card", units="field").axes[0].get_title(loc="left")
 
 
 def test_motions_that_are_frozen_have_no_critical_speed() -> None:
-    figure = nsdrill.chart(
-        STUDY, "critical-speeds", set={"modes": {"axial": "frozen", "lateral": "frozen"}}
-    )
+    figure = nsdrill.chart(STUDY, "critical-speeds", set={"modes": {"axial": "frozen", "lateral": "frozen"}})
     assert len(words(figure)) == 2
     assert len(lines(figure, "torsional waves, once a turn")) == 4
 
@@ -94,9 +85,7 @@ def test_a_span_that_buckles_has_no_speed() -> None:
     first = lines(figure, "lateral, of 1, 2, 3 half waves of the span")[0]
     # The span whose load of Euler is 120 kN: pi sqrt(E I / W) with E I = 27.803 MN m^2;
     # a little less with its torque.
-    assert first[np.isfinite(first[:, 1]), 0].max() == pytest.approx(
-        np.pi * np.sqrt(27.803e6 / 120e3), rel=0.02
-    )
+    assert first[np.isfinite(first[:, 1]), 0].max() == pytest.approx(np.pi * np.sqrt(27.803e6 / 120e3), rel=0.02)
     assert np.isnan(first[-1, 1])
     assert figure.axes[0].get_ylim()[0] > 0.1
 
@@ -118,11 +107,7 @@ def test_drive_card_has_the_drives_and_what_they_hold() -> None:
     assert "this study: soft torque, holds 136.4" in words(figure)
     assert "lqr, holds 193.3 (no impedance)" in words(figure)
     drawn = {line.get_gid(): line for line in figure.axes[0].lines if line.get_gid() in DRIVES}
-    assert (
-        len({(line.get_color(), line.get_linestyle()) for line in drawn.values()})
-        == len(drawn)
-        == 5
-    )
+    assert len({(line.get_color(), line.get_linestyle()) for line in drawn.values()}) == len(drawn) == 5
     assert drawn["soft_torque"].get_linewidth() > drawn["stiff"].get_linewidth()
 
 
@@ -131,9 +116,7 @@ def test_tuning_marks_the_best_and_the_own() -> None:
     (own,) = lines(figure, "the drive of the study")
     assert own[0] == pytest.approx([4.0, 0.093996], rel=1e-4)
     assert len(lines(figure, next(word for word in words(figure) if word.startswith("best")))) == 1
-    outside = nsdrill.chart(
-        STUDY, "drive-tuning", set={"drive": {"kind": "soft_torque", "matching": 20.0}}
-    )
+    outside = nsdrill.chart(STUDY, "drive-tuning", set={"drive": {"kind": "soft_torque", "matching": 20.0}})
     assert "the drive of the study lies outside" in words(outside)
     ideal = nsdrill.chart(STUDY, "drive-tuning")
     assert not lines(ideal, "the drive of the study")
@@ -163,9 +146,7 @@ def test_plot_draws_charts_of_a_study() -> None:
     assert lines(figure, "collars")
     with pytest.raises(InputError, match="wob: found with a study"):
         nsdrill.plot(study, "buckling", wob=3e4)
-    with pytest.raises(
-        InputError, match=r"along: found with kind='drive-card', which is of one point"
-    ):
+    with pytest.raises(InputError, match=r"along: found with kind='drive-card', which is of one point"):
         nsdrill.chart(study, "drive-card", along="rotary_speed")
     with pytest.raises(InputError, match="a study without a kind"):
         nsdrill.plot(study)

@@ -18,16 +18,9 @@ SPEEDS, WEIGHTS = np.linspace(1.0, 8.0, 8), np.linspace(1e4, 1e5, 5)
 def checked() -> Results:
     """Of forty points two change response in one of the checks, three change their
     features only, the others agree."""
-    coords = {
-        "procedure": np.array(["same"]),
-        "depth": np.array([5000.0]),
-        "wob": WEIGHTS,
-        "rotary_speed": SPEEDS,
-    }
+    coords = {"procedure": np.array(["same"]), "depth": np.array([5000.0]), "wob": WEIGHTS, "rotary_speed": SPEEDS}
     shape = (1, 1, 5, 8)
-    variables = {
-        v.name: np.full(shape, 0.5 if v.dtype == "f8" else OK) for v in VARIABLES if v.dims == POINT
-    }
+    variables = {v.name: np.full(shape, 0.5 if v.dtype == "f8" else OK) for v in VARIABLES if v.dims == POINT}
     variables["trusted"][0, 0, 0, :2] = 0
     variables["tight_response"][0, 0, 0, 0] = 3
     variables["long_response"][0, 0, 0, 1] = 0

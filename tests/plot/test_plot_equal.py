@@ -19,9 +19,7 @@ SPEEDS, WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3, 9)
 def results() -> Results:
     """The rate [m/h] is the speed times the weight in 10 kN."""
     made = make_results(wob=WEIGHTS, rotary_speed=SPEEDS, procedures=("up", "down"))
-    made.variables["rate_of_penetration"] = np.broadcast_to(
-        np.outer(WEIGHTS / 1e4, SPEEDS) / 3600.0, made.shape
-    ).copy()
+    made.variables["rate_of_penetration"] = np.broadcast_to(np.outer(WEIGHTS / 1e4, SPEEDS) / 3600.0, made.shape).copy()
     return made
 
 
@@ -61,11 +59,7 @@ def test_points_that_were_not_run_are_passed_over(results):
 
 
 def test_no_lines_where_nothing_varies_or_none_is_known(results):
-    for values in (
-        np.full(results.shape, 1e-3),
-        np.full(results.shape, np.nan),
-        np.zeros(results.shape),
-    ):
+    for values in (np.full(results.shape, 1e-3), np.full(results.shape, np.nan), np.zeros(results.shape)):
         results.variables["rate_of_penetration"] = values
         assert not lines(plot.draw(results, "map"))
 

@@ -49,11 +49,7 @@ def trace() -> Trace:
         ("axial", "phase", ["Bit speed", "$\\dot r$"]),
         ("lateral", "section", ["$\\dot z$", "Bit speed"]),
         ("torsional", "section", ["across", "$\\dot z$", "$\\dot r$"]),
-        (
-            "lateral",
-            "trace",
-            ["$z$", "Bit speed", "Bit force", "Bit torque", "$\\dot z$", "Bit speed"],
-        ),
+        ("lateral", "trace", ["$z$", "Bit speed", "Bit force", "Bit torque", "$\\dot z$", "Bit speed"]),
     ],
 )
 def test_of_a_trace(trace: Trace, mode: str, kind: str, shown: list[str]) -> None:
@@ -85,24 +81,14 @@ def test_of_a_ramp() -> None:
 def test_the_orbit_of_a_string_without_lateral_motion_is_refused(trace: Trace) -> None:
     alone = Trace(trace.time, trace.variables, trace.attrs | frozen("lateral"))
     assert "orbit" not in plot.kinds_for(alone)
-    with pytest.raises(
-        InputError, match=r"'orbit', which does not fit a trace \(the lateral motion is frozen"
-    ):
+    with pytest.raises(InputError, match=r"'orbit', which does not fit a trace \(the lateral motion is frozen"):
         plot.draw(alone, "orbit")
 
 
 def test_every_variable_that_is_drawn_has_a_mode_or_moves_with_several() -> None:
     drawn = described("christoforou_yigit").drawn
-    names = {
-        *drawn.histories,
-        *sum(drawn.planes, ()),
-        *drawn.section,
-        *sum(drawn.section_planes, ()),
-        *drawn.summary,
-    }
+    names = {*drawn.histories, *sum(drawn.planes, ()), *drawn.section, *sum(drawn.section_planes, ()), *drawn.summary}
     names |= {one[1] for one in drawn.attractors}
     assert names - set(drawn.modes) == {"bit_torque"}
-    assert drawn_in(frozen("axial", "lateral")).attractors == (
-        (None, "stick_slip_index", "Stick-slip index"),
-    )
+    assert drawn_in(frozen("axial", "lateral")).attractors == ((None, "stick_slip_index", "Stick-slip index"),)
     assert drawn_in({}) is drawn

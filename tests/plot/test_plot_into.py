@@ -27,19 +27,14 @@ def test_a_notebook_shows_a_figure_without_pyplot(shared: Path) -> None:
         "print('matplotlib.pyplot' in sys.modules)"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code, str(shared / "small.h5")],
-        capture_output=True,
-        text=True,
-        check=True,
+        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True
     )
     assert done.stdout == "False\n"
 
 
 def test_the_same_picture_of_a_file_and_of_a_dataset(shared: Path) -> None:
     with nsdrill.open_results(shared / "small.h5") as data:
-        pictures = [
-            nsdrill.plot(source, "summary")._repr_png_() for source in (shared / "small.h5", data)
-        ]
+        pictures = [nsdrill.plot(source, "summary")._repr_png_() for source in (shared / "small.h5", data)]
     assert pictures[0] == pictures[1]
 
 
@@ -50,10 +45,7 @@ def test_the_room_of_that_name_can_be_called(shared: Path) -> None:
         "print(type(nsdrill.plot(sys.argv[1], kind='summary', units='field')).__name__)"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code, str(shared / "small.h5")],
-        capture_output=True,
-        text=True,
-        check=True,
+        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True
     )
     assert done.stdout == "Picture\n"
 
@@ -69,18 +61,10 @@ def test_a_map_in_axes_of_a_user(plane: Results, kind: str) -> None:
     assert right.get_xlabel().startswith("Rotary speed")
     assert right.collections
     alone = nsdrill.plot(to_dataset(plane), kind)
-    assert [type(item) for item in right.collections] == [
-        type(item) for item in alone.axes[0].collections
-    ]
+    assert [type(item) for item in right.collections] == [type(item) for item in alone.axes[0].collections]
     assert right.get_xlim() == alone.axes[0].get_xlim()
-    words = (
-        [" ".join(text.get_text().split()) for text in right.get_legend().get_texts()]
-        if right.get_legend()
-        else []
-    )
-    assert words == (
-        [text.get_text() for text in alone.legends[0].get_texts()] if alone.legends else []
-    )
+    words = [" ".join(text.get_text().split()) for text in right.get_legend().get_texts()] if right.get_legend() else []
+    assert words == ([text.get_text() for text in alone.legends[0].get_texts()] if alone.legends else [])
     assert len(figure.axes) == 2 + (len(alone.axes) - 1)  # the colour bar
 
 
@@ -97,8 +81,7 @@ def test_kinds_of_several_axes_say_so_and_draw_nothing(speeds: Results, kind: st
     figure = Figure()
     axes = figure.subplots()
     with pytest.raises(
-        nsdrill.InputError,
-        match=r"^ax: found a picture with \d panels; allowed: one of them, by panel: 'strip', '",
+        nsdrill.InputError, match=r"^ax: found a picture with \d panels; allowed: one of them, by panel: 'strip', '"
     ):
         nsdrill.plot(to_dataset(speeds), kind, ax=axes)
     assert not axes.has_data()

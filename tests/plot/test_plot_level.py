@@ -17,12 +17,8 @@ from nsdrill.plot.style import freeze_layout, house_style, new_figure
 from nsdrill.plot.traces import planes_of
 
 
-@pytest.mark.parametrize(
-    ("middle", "swing", "opened"), [(-0.884, 1e-8, True), (0.0, 1e-15, True), (3.0, 1e-3, False)]
-)
-def test_the_last_digits_of_a_value_do_not_fill_a_panel(
-    middle: float, swing: float, opened: bool
-) -> None:
+@pytest.mark.parametrize(("middle", "swing", "opened"), [(-0.884, 1e-8, True), (0.0, 1e-15, True), (3.0, 1e-3, False)])
+def test_the_last_digits_of_a_value_do_not_fill_a_panel(middle: float, swing: float, opened: bool) -> None:
     with house_style():
         figure = new_figure(3.0, 3.0)
         axes = figure.add_subplot()
@@ -44,15 +40,11 @@ def test_a_plane_of_rounding_is_left_out() -> None:
 
 
 @pytest.mark.parametrize(("part", "wall"), [(0.05, False), (0.9, True)])
-def test_an_orbit_fills_its_panel_and_the_wall_is_there_where_it_is_near(
-    part: float, wall: bool
-) -> None:
+def test_an_orbit_fills_its_panel_and_the_wall_is_there_where_it_is_near(part: float, wall: bool) -> None:
     trace = make_trace()
     gap, angle = float(trace.attrs["gap"]), 3.0 * trace.time
     x, y = part * gap * np.cos(angle), part * gap * np.sin(angle)
-    trace = replace(
-        trace, variables={**trace.variables, "x": x, "y": y, "wall_force": np.zeros(len(x))}
-    )
+    trace = replace(trace, variables={**trace.variables, "x": x, "y": y, "wall_force": np.zeros(len(x))})
     (axes,) = plot.draw(trace, "orbit").axes
     half = axes.get_xlim()[1]
     assert 1e3 * part * gap < half < 1.5e3 * part * gap
@@ -75,10 +67,7 @@ def test_a_turn_along_the_wall_is_no_polygon() -> None:
     (axes,) = plot.draw(replace(trace, time=time, variables=variables), "orbit").axes
     (line,) = [line for line in axes.lines if line.get_gid() == "orbit:wall"]
     chords = np.column_stack(
-        [
-            0.5 * (line.get_xdata()[1:] + line.get_xdata()[:-1]),
-            0.5 * (line.get_ydata()[1:] + line.get_ydata()[:-1]),
-        ]
+        [0.5 * (line.get_xdata()[1:] + line.get_xdata()[:-1]), 0.5 * (line.get_ydata()[1:] + line.get_ydata()[:-1])]
     )
     # between samples alone it would be cos(0.3) of it
     assert np.hypot(*chords.T).min() > 0.998e3 * gap
@@ -89,20 +78,12 @@ def test_without_a_title_there_is_no_strip_for_it() -> None:
     plain, bare = (plot.draw(trace, "orbit", look=look_of(title=title)) for title in (None, False))
     assert bare.get_figheight() < plain.get_figheight() - 0.25
     assert bare.axes[0].get_title() == ""
-    assert plot.draw(
-        trace, "orbit", look=look_of(title=False, height="5in")
-    ).get_figheight() == pytest.approx(5.0)
+    assert plot.draw(trace, "orbit", look=look_of(title=False, height="5in")).get_figheight() == pytest.approx(5.0)
 
 
 def test_strings_that_differ_are_told_by_their_keys() -> None:
     def study(**bit: float) -> str:
-        return json.dumps(
-            {
-                "title": "any",
-                "bit": {"lobes": 3, **bit},
-                "simulation": {"rtol": bit.get("friction", 1)},
-            }
-        )
+        return json.dumps({"title": "any", "bit": {"lobes": 3, **bit}, "simulation": {"rtol": bit.get("friction", 1)}})
 
     def sweep(text: str):
         results = make_results(rotary_speed=np.linspace(1, 8, 5))
@@ -111,10 +92,6 @@ def test_strings_that_differ_are_told_by_their_keys() -> None:
     one = {"study_resolved": study(friction=0.3)}
     wob = float(sweep("{}").coords["wob"][0])
     assert other_string(one, sweep(study(friction=0.3)), {"wob": wob}) == []
-    assert other_string(one, sweep(study(friction=0.4)), {"wob": wob}) == [
-        ("bit.friction", 0.3, 0.4)
-    ]
+    assert other_string(one, sweep(study(friction=0.4)), {"wob": wob}) == [("bit.friction", 0.3, 0.4)]
     assert other_string(one, sweep(study(friction=0.4)), {"wob": wob}, {"bit.friction"}) == []
-    assert [key for key, *_ in other_string(one, sweep(study(friction=0.3)), {"wob": 2 * wob})] == [
-        "operation.wob"
-    ]
+    assert [key for key, *_ in other_string(one, sweep(study(friction=0.3)), {"wob": 2 * wob})] == ["operation.wob"]

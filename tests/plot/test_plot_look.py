@@ -28,11 +28,7 @@ def every(data: Results | Trace, first: int = 9) -> list[str]:
 def words_of(figure: Any) -> list[Any]:
     """All text with something in it that is seen, but for ticks, some of which lie
     beyond the limits."""
-    ticks = {
-        label
-        for axes in panels_of(figure)
-        for label in (*axes.get_xticklabels(), *axes.get_yticklabels())
-    }
+    ticks = {label for axes in panels_of(figure) for label in (*axes.get_xticklabels(), *axes.get_yticklabels())}
     texts = [text for text in figure.findobj(mpl.text.Text) if text not in ticks]
     found = [text for text in texts if text.get_text().strip() and text.get_visible()]
     return [text for text in found if text.get_window_extent().width > 0]
@@ -46,11 +42,7 @@ def test_a_sweep_fits_one_column(speeds: Results, kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["map", "whirl_kind", "window", "stick_slip_index"])
 def test_a_map_fits_one_column(kind: str) -> None:
-    both = make_results(
-        depth=np.linspace(500, 9000, 9),
-        rotary_speed=np.linspace(1, 8, 15),
-        procedures=("up", "down"),
-    )
+    both = make_results(depth=np.linspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
     check_column(plot.draw(both, kind, look=look_of(width="84mm")), 84 / 25.4)
 
 
@@ -84,25 +76,18 @@ def test_height_and_size_of_type(speeds: Results) -> None:
 
 def test_titles(trace: Trace) -> None:
     assert plot.draw(trace, "orbit", look=look_of(title=False)).get_suptitle() == ""
-    assert (
-        plot.draw(trace, "phase", look=look_of(title="Rolling $x_1$")).get_suptitle()
-        == "Rolling $x_1$"
-    )
+    assert plot.draw(trace, "phase", look=look_of(title="Rolling $x_1$")).get_suptitle() == "Rolling $x_1$"
 
 
 def test_settings_of_the_user_are_respected_and_left_alone(speeds: Results, tmp_path: Path) -> None:
     plain = plot.draw(speeds, "summary")
-    with mpl.rc_context(
-        {"font.size": 12.0, "axes.labelsize": 5.0, "axes.facecolor": "#ffeecc", "savefig.dpi": 50}
-    ):
+    with mpl.rc_context({"font.size": 12.0, "axes.labelsize": 5.0, "axes.facecolor": "#ffeecc", "savefig.dpi": 50}):
         figure = plot.draw(speeds, "summary")
         assert mpl.rcParams["font.size"] == 12.0
     (axes,) = figure.axes[-1:]
     assert axes.yaxis.label.get_fontsize() == 5.0
     assert axes.get_facecolor() == mpl.colors.to_rgba("#ffeecc")
-    assert axes.get_xticklabels()[0].get_fontsize() == pytest.approx(12.0 * 7 / 8), (
-        "in the proportion of the house"
-    )
+    assert axes.get_xticklabels()[0].get_fontsize() == pytest.approx(12.0 * 7 / 8), "in the proportion of the house"
     plot.save(figure, tmp_path / "a.png")
     assert mpl.image.imread(tmp_path / "a.png").shape[1] == pytest.approx(7.0 * 50, abs=1)
     assert plain.axes[-1].yaxis.label.get_fontsize() == 8.0
@@ -132,10 +117,7 @@ def test_a_style_file(trace: Trace, tmp_path: Path) -> None:
         ({"height": 0.0}, "--height: found 0 in"),
         ({"font_size": "large"}, "--font-size: found 'large'; allowed: points"),
         ({"font_size": 1}, "--font-size: found 1; allowed: points, 3 to 40"),
-        (
-            {"style": "no_such.mplstyle"},
-            "--style: found 'no_such.mplstyle', which is no file; allowed: .*ggplot",
-        ),
+        ({"style": "no_such.mplstyle"}, "--style: found 'no_such.mplstyle', which is no file; allowed: .*ggplot"),
         ({"style": {"font.sise": 3}}, "--style: .*font.sise"),
         ({"style": {"font.size": "much"}}, "--style: "),
         ({"xlim": (1.0,)}, "--xlim: found .*; allowed: two values"),
@@ -147,12 +129,8 @@ def test_wrong_looks_are_told(given: dict[str, Any], message: str) -> None:
         look_of(**given)
 
 
-@pytest.mark.parametrize(
-    "text", ["font.sise: 3\n", "font.size: much\n", "nothing at all\n", "", "\x00\xff\n"]
-)
-def test_faults_of_a_style_file_are_told(
-    tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.parametrize("text", ["font.sise: 3\n", "font.size: much\n", "nothing at all\n", "", "\x00\xff\n"])
+def test_faults_of_a_style_file_are_told(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.mplstyle"
     path.write_bytes(text.encode("latin-1"))
     with pytest.raises(InputError, match=r"--style .*a\.mplstyle: "):
@@ -165,9 +143,7 @@ def test_limits_of_a_sweep(speeds: Results) -> None:
     low, high = 30 * np.pi / 30, 50 * np.pi / 30
     for axes in figure.axes:
         assert axes.get_xlim() == pytest.approx((low, high))
-    inside = speeds["bit_speed_peaks"][:, 0, 0][
-        :, (speeds["rotary_speed"] > low) & (speeds["rotary_speed"] < high)
-    ]
+    inside = speeds["bit_speed_peaks"][:, 0, 0][:, (speeds["rotary_speed"] > low) & (speeds["rotary_speed"] < high)]
     shown = figure.axes[2].get_ylim()
     assert shown[1] < 1.3 * np.nanmax(inside), "the other axis fits what is seen"
 
@@ -175,9 +151,7 @@ def test_limits_of_a_sweep(speeds: Results) -> None:
 def test_limits_of_a_map_and_of_the_window(plane: Results) -> None:
     figure = plot.draw(plane, "stick_slip_index", look=look_of(xlim=(3.0, 5.0)))
     assert figure.axes[0].get_xlim() == pytest.approx((3.0, 5.0))
-    whole, part = (
-        plot.draw(plane, "window", look=look_of(xlim=ends)) for ends in (None, (3.0, 5.0))
-    )
+    whole, part = (plot.draw(plane, "window", look=look_of(xlim=ends)) for ends in (None, (3.0, 5.0)))
     texts = [[text.get_text() for text in one.legends[0].get_texts()] for one in (whole, part)]
     assert texts[0] == texts[1], "what the window says is of the whole sweep"
     assert part.axes[0].get_xlim() == pytest.approx((3.0, 5.0))
@@ -195,27 +169,17 @@ def test_a_part_of_a_trace(trace: Trace) -> None:
 @pytest.mark.parametrize(
     ("kind", "given", "message"),
     [
-        (
-            "orbit",
-            {"xlim": (0.0, 1.0)},
-            "--xlim: found with --kind orbit, whose panels have no x axis in common",
-        ),
+        ("orbit", {"xlim": (0.0, 1.0)}, "--xlim: found with --kind orbit, whose panels have no x axis in common"),
         (
             "phase",
             {"time": ("90 s", "95 s")},
             "allowed: times with two samples or more between them, of 0 s to 59.995 s",
         ),
-        (
-            "phase",
-            {"time": ("9 s", "5 s")},
-            "--from and --to: found 9 to 5 s; allowed: the lower end first",
-        ),
+        ("phase", {"time": ("9 s", "5 s")}, "--from and --to: found 9 to 5 s; allowed: the lower end first"),
         ("phase", {"time": ("9 m", "5 s")}, "--from: "),
     ],
 )
-def test_wrong_limits_are_told(
-    trace: Trace, kind: str, given: dict[str, Any], message: str
-) -> None:
+def test_wrong_limits_are_told(trace: Trace, kind: str, given: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         plot.draw(trace, kind, look=look_of(**given))
 
@@ -223,9 +187,7 @@ def test_wrong_limits_are_told(
 def test_wrong_limits_of_sweeps_are_told(speeds: Results) -> None:
     with pytest.raises(InputError, match=r"--from and --to: found with results"):
         plot.draw(speeds, look=look_of(time=(0, 1)))
-    with pytest.raises(
-        InputError, match=r"--xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"
-    ):
+    with pytest.raises(InputError, match=r"--xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"):
         plot.draw(speeds, look=look_of(xlim=(20.0, 30.0)))
     with pytest.raises(InputError, match="--xlim: "):
         plot.draw(speeds, look=look_of(xlim=("3 kN", "4 kN")))
@@ -239,9 +201,7 @@ def test_a_look_is_of_one_picture(speeds: Results) -> None:
 
 def test_an_axis_without_a_unit_is_limited_by_numbers() -> None:
     assert value_of("xlim", "0.35", "") == 0.35
-    with pytest.raises(
-        InputError, match=r"--xlim: found '3 m'; allowed: a number, as this axis has no unit"
-    ):
+    with pytest.raises(InputError, match=r"--xlim: found '3 m'; allowed: a number, as this axis has no unit"):
         value_of("xlim", "3 m", "")
 
 
@@ -250,8 +210,7 @@ def test_labels_above_each_other_have_room_in_large_type(speeds: Results, size: 
     figure = plot.draw(speeds, look=look_of(width="3.3in", font_size=size))
     figure.draw_without_rendering()
     boxes = sorted(
-        (axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()),
-        key=lambda b: b.y0,
+        (axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()), key=lambda b: b.y0
     )
     assert len(boxes) == 3
     assert all(below.y1 < above.y0 for below, above in itertools.pairwise(boxes))

@@ -42,16 +42,12 @@ def test_cells_reach_half_way_to_unequal_neighbours(plane: Results) -> None:
     axes = panels(plot.draw(plane))[0]
     depth = plane.coords["depth"]
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
-    np.testing.assert_allclose(
-        cells(axes).get_coordinates()[1:-1, 0, 1], np.sqrt(depth[1:] * depth[:-1])
-    )
+    np.testing.assert_allclose(cells(axes).get_coordinates()[1:-1, 0, 1], np.sqrt(depth[1:] * depth[:-1]))
 
     depth[0] *= 0.9
     axes = panels(plot.draw(plane))[0]
     assert axes.get_yscale() == "linear"
-    np.testing.assert_allclose(
-        cells(axes).get_coordinates()[1:-1, 0, 1], 0.5 * (depth[1:] + depth[:-1])
-    )
+    np.testing.assert_allclose(cells(axes).get_coordinates()[1:-1, 0, 1], 0.5 * (depth[1:] + depth[:-1]))
 
 
 def test_depth_goes_down(plane: Results) -> None:
@@ -70,9 +66,7 @@ def test_depth_goes_down(plane: Results) -> None:
 )
 def test_value_maps(plane: Results, kind: str, variable: str, scale: float, label: str) -> None:
     figure = plot.draw(plane, kind)
-    np.testing.assert_allclose(
-        cells(panels(figure)[0]).get_array(), plane[variable][0, :, 0, :] * scale
-    )
+    np.testing.assert_allclose(cells(panels(figure)[0]).get_array(), plane[variable][0, :, 0, :] * scale)
     assert label in [axes.get_ylabel() for axes in figure.axes]
 
 
@@ -89,18 +83,10 @@ def test_failed_cells_are_crossed_and_pending_cells_blank(plane: Results) -> Non
 
 
 def test_up_and_down_are_compared_in_a_third_panel() -> None:
-    data = make_results(
-        depth=np.linspace(1e3, 5e3, 5),
-        rotary_speed=np.linspace(1, 8, 12),
-        procedures=("up", "down"),
-    )
+    data = make_results(depth=np.linspace(1e3, 5e3, 5), rotary_speed=np.linspace(1, 8, 12), procedures=("up", "down"))
     data["status"][0, 0, 0, 0] = PENDING
     figure = plot.draw(data)
-    assert [axes.get_title() for axes in figure.axes] == [
-        "carried up",
-        "carried down",
-        "up and down compared",
-    ]
+    assert [axes.get_title() for axes in figure.axes] == ["carried up", "carried down", "up and down compared"]
     hatched = next(c for c in figure.axes[2].collections if c.get_gid() == "differs")
     both = (data["status"] == OK).all(axis=0)
     differs = ((data["response"][0] != data["response"][1]) & both)[:, 0]
@@ -110,27 +96,17 @@ def test_up_and_down_are_compared_in_a_third_panel() -> None:
 
 def test_a_third_axis_gives_small_multiples() -> None:
     data = make_results(
-        depth=np.linspace(1e3, 5e3, 6),
-        wob=(1e4, 2e4, 3e4, 4e4, 5e4),
-        rotary_speed=np.linspace(1, 8, 7),
+        depth=np.linspace(1e3, 5e3, 6), wob=(1e4, 2e4, 3e4, 4e4, 5e4), rotary_speed=np.linspace(1, 8, 7)
     )
     figure = plot.draw(data)
-    assert [axes.get_title() for axes in panels(figure)] == [
-        "10 kN",
-        "20 kN",
-        "30 kN",
-        "40 kN",
-        "50 kN",
-    ]
+    assert [axes.get_title() for axes in panels(figure)] == ["10 kN", "20 kN", "30 kN", "40 kN", "50 kN"]
     for number, axes in enumerate(panels(figure)):
         np.testing.assert_array_equal(cells(axes).get_array(), data["response"][0, :, number, :])
 
 
 def test_too_many_panels_says_what_to_select() -> None:
     data = make_results(
-        depth=np.linspace(1e3, 5e3, 14),
-        wob=np.linspace(1e4, 5e4, 13),
-        rotary_speed=np.linspace(1, 8, 15),
+        depth=np.linspace(1e3, 5e3, 14), wob=np.linspace(1e4, 5e4, 13), rotary_speed=np.linspace(1, 8, 15)
     )
     with pytest.raises(InputError, match=r"13 panels; allowed: 12\. Select one value of wob"):
         plot.draw(data)
@@ -154,25 +130,15 @@ def test_whirl_kinds_have_names(plane: Results) -> None:
 def test_values_of_up_and_down_are_subtracted() -> None:
     """The third panel of a map of values shows that value, not the response, and its
     sign by two colours."""
-    data = make_results(
-        depth=np.linspace(1e3, 5e3, 5),
-        rotary_speed=np.linspace(1, 8, 12),
-        procedures=("up", "down"),
-    )
+    data = make_results(depth=np.linspace(1e3, 5e3, 5), rotary_speed=np.linspace(1, 8, 12), procedures=("up", "down"))
     data["status"][0, 0, 0, 0] = PENDING
     figure = plot.draw(data, "lift_off")
-    assert [axes.get_title() for axes in panels(figure)] == [
-        "carried up",
-        "carried down",
-        "down less up",
-    ]
+    assert [axes.get_title() for axes in panels(figure)] == ["carried up", "carried down", "down less up"]
     shown = cells(panels(figure)[2])
     difference = 100 * (data["lift_off_fraction"][1] - data["lift_off_fraction"][0])[:, 0]
     known = ~np.ma.getmaskarray(shown.get_array())
     assert known.sum() == known.size - 1
-    np.testing.assert_allclose(
-        np.ma.getdata(shown.get_array())[known], difference[known], atol=1e-12
-    )
+    np.testing.assert_allclose(np.ma.getdata(shown.get_array())[known], difference[known], atol=1e-12)
     assert shown.norm.vmin == -shown.norm.vmax
     assert "down less up [%]" in [axes.get_ylabel() for axes in figure.axes]
 
@@ -193,7 +159,5 @@ def test_kinds_of_whirl_have_colours_of_their_own() -> None:
 def test_no_cell_reaches_below_zero_where_no_value_does() -> None:
     figure = plot.draw(make_results(rotary_speed=(1.0, 9.0)))
     assert figure.axes[1].get_xlim()[0] == 0.0
-    figure = plot.draw(
-        make_results(depth=(500.0, 9000.0), rotary_speed=np.linspace(1, 9, 5)), "map"
-    )
+    figure = plot.draw(make_results(depth=(500.0, 9000.0), rotary_speed=np.linspace(1, 9, 5)), "map")
     assert min(figure.axes[0].get_ylim()) == 0.0

@@ -42,9 +42,7 @@ def test_no_panel_without_values(motions: Results) -> None:
 
 def test_only_periods_of_periodic_motions_are_drawn(motions: Results) -> None:
     motions.variables["period"][..., 4] = 7
-    [line] = [
-        line for line in draw(motions, "motion").axes[3].get_lines() if line.get_marker() == "o"
-    ]
+    [line] = [line for line in draw(motions, "motion").axes[3].get_lines() if line.get_marker() == "o"]
     drawn = np.asarray(line.get_ydata(), dtype=float)
     assert np.array_equal(np.isfinite(drawn), motions["motion"].ravel() == PERIODIC)
     assert np.nanmax(drawn) == 2

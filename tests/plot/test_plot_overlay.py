@@ -16,10 +16,7 @@ SPEEDS, WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3, 9)
 
 
 def measured(**more):
-    values = {
-        "stick_slip_index": np.array([50.0, 80.0, 20.0]),
-        "surface_torque_max": np.array([1e3, np.nan, 3e3]),
-    }
+    values = {"stick_slip_index": np.array([50.0, 80.0, 20.0]), "surface_torque_max": np.array([1e3, np.nan, 3e3])}
     errors = {name: 0.1 * one for name, one in values.items()}
     at = {"rotary_speed": np.array([2.0, 4.0, 5.0]), "wob": np.array([22e3, 22.5e3, 40e3])}
     return Measured("field.csv", at | more, values, errors, ("line 2", "line 3", "line 4"))
@@ -43,9 +40,7 @@ def test_settings_are_crosses_on_a_map():
     for kind, panels in (("map", 3), ("window", 1)):
         figure = plot.draw(results, kind)
         assert overlay(figure, results, measured(), "si") == 3
-        marks = [
-            line for axes in figure.axes for line in axes.lines if line.get_gid() == "measured"
-        ]
+        marks = [line for axes in figure.axes for line in axes.lines if line.get_gid() == "measured"]
         assert 1 <= len(marks) <= panels
         np.testing.assert_allclose(marks[0].get_data(), [[2.0, 4.0, 5.0], [22.0, 22.5, 40.0]])
 
@@ -57,12 +52,7 @@ def test_what_has_no_place_is_told():
         (along, "stick_slip_index", far, "no measurement that has a place"),
         (along, "radius_max", measured(), "no measurement that has a place"),
         (plane, "map", far, "no measurement that has a place"),
-        (
-            make_results(depth=[1e3, 2e3, 3e3]),
-            "stick_slip_index",
-            measured(),
-            "found no depth, which the sweep varies",
-        ),
+        (make_results(depth=[1e3, 2e3, 3e3]), "stick_slip_index", measured(), "found no depth, which the sweep varies"),
     ):
         with pytest.raises(InputError, match=said):
             overlay(plot.draw(results, kind), results, one, "si")

@@ -39,31 +39,24 @@ def test_a_panel_along_an_axis_is_the_same_alone(speeds: Results, kind: str) -> 
 
 def test_a_name_may_be_shortened_where_it_is_clear(speeds: Results) -> None:
     assert labels(plot.draw(speeds, "bifurcation", panel="radius")) == ["Radial peaks $r$ [mm]"]
-    with pytest.raises(
-        nsdrill.InputError, match="found 'peaks'; allowed here: 'axial_peaks', 'bit_speed_peaks'"
-    ):
+    with pytest.raises(nsdrill.InputError, match="found 'peaks'; allowed here: 'axial_peaks', 'bit_speed_peaks'"):
         plot.draw(speeds, panel="peaks")
 
 
 def test_panels_of_maps_are_named_by_the_way_the_state_was_carried() -> None:
-    data = make_results(
-        wob=np.linspace(1e4, 6e4, 5), rotary_speed=np.linspace(1, 8, 9), procedures=("up", "down")
-    )
+    data = make_results(wob=np.linspace(1e4, 6e4, 5), rotary_speed=np.linspace(1, 8, 9), procedures=("up", "down"))
     whole = plot.draw(data, "map")
     for number, name in enumerate(("up", "down", "compared")):
         (alone,) = plot.draw(data, "map", panel=name).axes
         assert alone.get_ylabel() == "Weight on bit [kN]"
         assert alone.get_title() == whole.axes[number].get_title()
-        assert [one.get_gid() for one in alone.collections] == [
-            one.get_gid() for one in whole.axes[number].collections
-        ]
+        assert [one.get_gid() for one in alone.collections] == [one.get_gid() for one in whole.axes[number].collections]
     figure = plot.draw(data, "stick_slip_index", panel="down")
     assert [axes.get_label() for axes in figure.axes[1:]] == ["<colorbar>"]
 
 
 @pytest.mark.parametrize(
-    ("panel", "kind"),
-    [("orbit", None), ("phase", "trace"), ("section", None), ("wall_force", "trace")],
+    ("panel", "kind"), [("orbit", None), ("phase", "trace"), ("section", None), ("wall_force", "trace")]
 )
 def test_panels_of_a_trace(trace: Trace, panel: str, kind: str | None) -> None:
     """Those that were kinds of their own are drawn as they were."""

@@ -43,9 +43,7 @@ def sweep() -> Results:
 
 def test_every_return_is_drawn_in_the_colour_of_its_motion(sweep: Results) -> None:
     figure = plot.draw(sweep, "poincare")
-    lines = {
-        line.get_gid(): line for axes in figure.axes for line in axes.get_lines() if line.get_gid()
-    }
+    lines = {line.get_gid(): line for axes in figure.axes for line in axes.get_lines() if line.get_gid()}
     up = lines[f"section_radius:up:{PERIODIC}"]
     assert to_hex(up.get_color()) == MOTIONS[PERIODIC].colour.lower()
     assert sorted(set(np.round(up.get_ydata(), 6))) == [10.0, 20.0], "in mm"
@@ -106,12 +104,8 @@ def test_the_section_of_a_trace_is_found_between_samples() -> None:
     trace = Trace(time, values, {"rotary_speed": speed})
     found = section_of(trace)
     assert len(found["section_radius"]) == int((speed * time[-1] + twist[-1]) // (2 * np.pi))
-    assert found["section_radius"] == pytest.approx(
-        np.full(len(found["section_radius"]), 0.03), rel=1e-5
-    )
-    moments = (
-        np.arange(1, len(found["section_twist"]) + 1) * 2 * np.pi - found["section_twist"]
-    ) / speed
+    assert found["section_radius"] == pytest.approx(np.full(len(found["section_radius"]), 0.03), rel=1e-5)
+    moments = (np.arange(1, len(found["section_twist"]) + 1) * 2 * np.pi - found["section_twist"]) / speed
     assert found["section_axial"] == pytest.approx(np.sin(moments), abs=1e-5)
     assert found["section_twist"] == pytest.approx(0.5 * np.sin(swing * moments), abs=1e-4)
     assert found["section_whirl_angle"] == pytest.approx(np.angle(np.exp(2j * moments)), abs=1e-4)
@@ -119,9 +113,7 @@ def test_the_section_of_a_trace_is_found_between_samples() -> None:
 
 def test_a_trace_without_a_turn_has_no_section() -> None:
     time = np.linspace(0.0, 1.0, 50)
-    values = {
-        name: np.zeros(50) for name in ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
-    }
+    values = {name: np.zeros(50) for name in ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")}
     with pytest.raises(InputError, match="less than one revolution"):
         section_of(Trace(time, {**values, "drive_angle": 2.0 * time}, {"rotary_speed": 2.0}))
     values["twist"][7] = np.nan

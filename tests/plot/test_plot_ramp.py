@@ -15,11 +15,7 @@ from nsdrill.errors import InputError
 from nsdrill.plot.kinds.ramp import local_maxima
 
 
-def ramped(
-    name: str = "rotary_speed",
-    values: tuple[float, ...] = (3.0, 8.0, 8.0, 3.0),
-    trace: Trace | None = None,
-):
+def ramped(name: str = "rotary_speed", values: tuple[float, ...] = (3.0, 8.0, 8.0, 3.0), trace: Trace | None = None):
     trace = trace or make_trace(duration=60.0)
     times = np.linspace(0.0, 60.0, len(values))
     variable = {"rotary_speed": "drive_speed"}.get(name, name)
@@ -51,10 +47,7 @@ def test_the_schedule_has_panels_of_its_own(kind: str) -> None:
     trace = ramped("wob", (1e4, 6e4), ramped())
     figure = plot.draw(trace, kind)
     panels = figure.subfigs[0].axes if kind == "trace" else figure.axes
-    assert [axes.get_ylabel() for axes in panels][6:] == [
-        "Drive speed [rad/s]",
-        "Weight on bit [kN]",
-    ]
+    assert [axes.get_ylabel() for axes in panels][6:] == ["Drive speed [rad/s]", "Weight on bit [kN]"]
     assert "5000 m, 10 to 60 kN, 3 to 8 to 3 rad/s" in figure.get_suptitle()
 
 
@@ -89,37 +82,24 @@ def test_local_maxima_are_those_of_the_motion() -> None:
 
 
 def test_a_sweep_lies_behind() -> None:
-    sweep = make_results(
-        rotary_speed=np.linspace(1, 10, 19), wob=(22240.0, 66720.0), procedures=("up", "down")
-    )
+    sweep = make_results(rotary_speed=np.linspace(1, 10, 19), wob=(22240.0, 66720.0), procedures=("up", "down"))
     figure = plot.draw(ramped(), over=sweep)
     behind = artists(figure, "sweep:")
     assert set(behind) == {
-        f"sweep:{way}:{peaks}"
-        for way in ("up", "down")
-        for peaks in ("axial_peaks", "bit_speed_peaks", "radius_peaks")
+        f"sweep:{way}:{peaks}" for way in ("up", "down") for peaks in ("axial_peaks", "bit_speed_peaks", "radius_peaks")
     }
     line = behind["sweep:up:bit_speed_peaks"]
     # that of 66.72 kN, as the trace, and no further than the ramp goes
     peaks = sweep["bit_speed_peaks"][0, 0, 1]
     inside = (sweep.coords["rotary_speed"] >= 3) & (sweep.coords["rotary_speed"] <= 8)
-    assert sorted(line.get_ydata()) == pytest.approx(
-        sorted(peaks[inside][np.isfinite(peaks[inside])])
-    )
-    assert line.get_zorder() < min(
-        one.get_zorder() for one in artists(figure, "bit_speed:").values()
-    )
+    assert sorted(line.get_ydata()) == pytest.approx(sorted(peaks[inside][np.isfinite(peaks[inside])]))
+    assert line.get_zorder() < min(one.get_zorder() for one in artists(figure, "bit_speed:").values())
 
 
 def test_a_sweep_that_does_not_fit_is_refused() -> None:
-    with pytest.raises(
-        InputError, match=r"found a sweep of depth; allowed: a sweep of rotary_speed"
-    ):
+    with pytest.raises(InputError, match=r"found a sweep of depth; allowed: a sweep of rotary_speed"):
         plot.draw(ramped(), over=make_results(depth=(1000.0, 2000.0)))
     with pytest.raises(InputError, match=r"found a sweep at 22\.24 kN; allowed: one at 66\.72 kN"):
         plot.draw(ramped(), over=make_results(rotary_speed=(1.0, 5.0)))
-    with pytest.raises(
-        InputError,
-        match="--over: found with --kind bifurcation; allowed: with --kind branches, ramp",
-    ):
+    with pytest.raises(InputError, match="--over: found with --kind bifurcation; allowed: with --kind branches, ramp"):
         plot.draw(make_results(), over=make_results())

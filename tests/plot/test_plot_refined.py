@@ -51,19 +51,14 @@ def test_a_map_shows_inferred_responses_and_says_so(refined: Results) -> None:
     dots = [c for c in figure.axes[0].collections if c.get_gid() == "inferred"]
     inferred = refined["status"][0, 0] == INFERRED
     assert inferred.sum() == 30
-    np.testing.assert_array_equal(
-        covered(dots[0], refined["rotary_speed"], refined["wob"] / 1e3), inferred
-    )
+    np.testing.assert_array_equal(covered(dots[0], refined["rotary_speed"], refined["wob"] / 1e3), inferred)
     assert "paler: inferred (30 of 45)" in words(figure)
 
 
 @pytest.mark.parametrize(
-    ("kind", "said"),
-    [("whirl_kind", "paler: inferred"), ("stick_slip_index", "interpolated between runs")],
+    ("kind", "said"), [("whirl_kind", "paler: inferred"), ("stick_slip_index", "interpolated between runs")]
 )
-def test_other_maps_fill_them_from_the_points_around_and_say_so(
-    refined: Results, kind: str, said: str
-) -> None:
+def test_other_maps_fill_them_from_the_points_around_and_say_so(refined: Results, kind: str, said: str) -> None:
     figure = draw(refined, kind)
     cells = next(c for c in figure.axes[0].collections if c.get_gid() == "cells")
     assert np.all(np.asarray(cells.get_array()) == (1 if kind == "whirl_kind" else 30.0))
@@ -80,16 +75,12 @@ def test_between_points_values_are_linear(refined: Results) -> None:
     plane = 2.0 * x + 3e-3 * y
     ran = refined["status"][0, 0] == OK
     refined.variables["stick_slip_index"][0, 0] = np.where(ran, plane, np.nan)
-    cells = next(
-        c for c in draw(refined, "stick_slip_index").axes[0].collections if c.get_gid() == "cells"
-    )
+    cells = next(c for c in draw(refined, "stick_slip_index").axes[0].collections if c.get_gid() == "cells")
     assert np.asarray(cells.get_array()) == pytest.approx(plane)
 
 
 @pytest.mark.parametrize("kind", ["summary", "bifurcation"])
-def test_along_one_axis_the_strip_is_whole_and_curves_pass_over_them(
-    refined: Results, kind: str
-) -> None:
+def test_along_one_axis_the_strip_is_whole_and_curves_pass_over_them(refined: Results, kind: str) -> None:
     figure = draw(refined, kind, at={"wob": WEIGHTS[0]})
     strip = next(c for c in figure.axes[0].collections if c.get_gid() == "strip")
     assert np.ma.count(np.ma.asarray(strip.get_array())) == 9

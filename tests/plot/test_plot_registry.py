@@ -22,15 +22,9 @@ PAGE = Path(__file__).parents[2] / "docs" / "dev" / "extending.md"
 @pytest.fixture
 def another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The kind of the page on extending, in a file beside the others."""
-    (block,) = (
-        b
-        for b in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.M | re.S)
-        if "KINDS = " in b
-    )
+    (block,) = (b for b in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.M | re.S) if "KINDS = " in b)
     (tmp_path / "effort.py").write_text(block)
-    monkeypatch.setattr(
-        nsdrill.plot.kinds, "__path__", [*nsdrill.plot.kinds.__path__, str(tmp_path)]
-    )
+    monkeypatch.setattr(nsdrill.plot.kinds, "__path__", [*nsdrill.plot.kinds.__path__, str(tmp_path)])
     all_kinds.cache_clear()
     yield
     all_kinds.cache_clear()

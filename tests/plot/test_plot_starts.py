@@ -24,9 +24,7 @@ STARTS = 20
 SPEEDS = np.linspace(2.0, 8.0, 7)
 
 
-def with_starts(
-    results: Results, starts: int = STARTS, plane: dict[str, object] | None = None
-) -> Results:
+def with_starts(results: Results, starts: int = STARTS, plane: dict[str, object] | None = None) -> Results:
     """Starts beside each other: the first few smooth, then bouncing in two ways, with
     whirl at high speed."""
     rng = np.random.default_rng(4)
@@ -42,19 +40,13 @@ def with_starts(
         groups = np.where(k < calm, 0, np.where(k < other, 1, 2))
         # one of a whole sweep need not be here
         variables["attractor"][place] = np.array([1, 5, 2])[groups]
-        variables["response"][place], variables["whirl_kind"][place] = (
-            response,
-            np.where(response & WHIRL, 3, 0),
-        )
+        variables["response"][place], variables["whirl_kind"][place] = (response, np.where(response & WHIRL, 3, 0))
         variables["settled"][place] = groups < 2
         variables["radius_max"][place] = 0.005 + 0.03 * groups
         variables["axial_max"][place], variables["axial_min"][place] = 1e-3 + 8e-3 * groups, -2e-3
         variables["stick_slip_index"][place] = 5 + 8 * groups
         variables["initial_state"][place] = rng.uniform(-1e-2, 1e-2, (starts, 9))
-    study = {
-        "initial": {"slice": plane or {}},
-        "classify": {"attractors": {"tolerance": 0.05, "matching": 0.25}},
-    }
+    study = {"initial": {"slice": plane or {}}, "classify": {"attractors": {"tolerance": 0.05, "matching": 0.25}}}
     attrs = results.attrs | {"study_resolved": json.dumps(study)}
     return Results(results.coords | {"start": np.arange(starts)}, variables, attrs)
 
@@ -66,10 +58,7 @@ def ensemble() -> Results:
 
 @pytest.fixture(scope="module")
 def basins() -> Results:
-    plane = {
-        "x": {"from": -0.07, "to": 0.07, "points": 5},
-        "vx": {"from": -1.0, "to": 1.0, "points": 4},
-    }
+    plane = {"x": {"from": -0.07, "to": 0.07, "points": 5}, "vx": {"from": -1.0, "to": 1.0, "points": 4}}
     return with_starts(make_results(rotary_speed=[3.0]), plane=plane)
 
 
@@ -99,13 +88,9 @@ def test_columns_are_the_shares(ensemble: Results) -> None:
         expected = {int(code): 100 * float(np.mean(found == code)) for code in np.unique(found)}
         assert heights == pytest.approx(expected)
         assert sum(heights.values()) == pytest.approx(100)
-    assert {
-        "no critical response",
-        "bit-bounce",
-        "bit-bounce + whirl",
-        "95 % interval",
-        "between attractors",
-    } == set(words(figure))
+    assert {"no critical response", "bit-bounce", "bit-bounce + whirl", "95 % interval", "between attractors"} == set(
+        words(figure)
+    )
 
 
 def test_intervals_are_wilsons(ensemble: Results) -> None:
@@ -132,24 +117,18 @@ def test_attractors_by_share_and_response(ensemble: Results) -> None:
         "Axial range [mm]",
         "Stick-slip index [%]",
     ]
-    markers = [
-        line for line in figure.axes[0].get_lines() if str(line.get_gid()).startswith("radius_max")
-    ]
+    markers = [line for line in figure.axes[0].get_lines() if str(line.get_gid()).startswith("radius_max")]
     assert len(markers) == 3 * len(SPEEDS)
     for line in markers:
         code = int(str(line.get_gid()).split(":")[1])
         assert to_hex(line.get_color()) == RESPONSES[code].colour.lower()
         opened = line.get_markerfacecolor() == "none"
-        assert opened == (line.get_ydata()[0] == pytest.approx(65)), (
-            "the second bounce is unsettled"
-        )
+        assert opened == (line.get_ydata()[0] == pytest.approx(65)), "the second bounce is unsettled"
     column = [line for line in markers if line.get_xdata()[0] == SPEEDS[0]]
     sizes = {round(float(line.get_ydata()[0])): line.get_markersize() for line in column}
     members = {5: 12, 35: 2, 65: 6}
     least = size(0.0)
-    assert (sizes[5] - least) / (sizes[65] - least) == pytest.approx(
-        (members[5] / members[65]) ** 0.5
-    )
+    assert (sizes[5] - least) / (sizes[65] - least) == pytest.approx((members[5] / members[65]) ** 0.5)
     assert size(0.05) > 3.0, "points: a share of 5 % is seen"
 
 
@@ -173,13 +152,7 @@ def test_one_attractor_is_one_band(ensemble: Results) -> None:
     (axes,) = plot.draw(ensemble, "shares").axes
     numbers = {str(text.get_gid()): text.get_text() for text in axes.texts}
     # The response of 2 and 5 changes between the fifth and the sixth speed.
-    assert numbers == {
-        "number:1:0": "1",
-        "number:2:1": "2",
-        "number:5:1": "5",
-        "number:2:5": "2",
-        "number:5:5": "5",
-    }
+    assert numbers == {"number:1:0": "1", "number:2:1": "2", "number:5:1": "5", "number:2:5": "2", "number:5:5": "5"}
     white = [line for line in axes.get_lines() if line.get_color() == "white"]
     flat = [line for line in white if line.get_xdata()[0] != line.get_xdata()[1]]
     risers = [line for line in white if line.get_xdata()[0] == line.get_xdata()[1]]
@@ -187,11 +160,7 @@ def test_one_attractor_is_one_band(ensemble: Results) -> None:
     assert len(risers) == 5, "between the columns of one response, and none where it changes"
     for line in risers:
         left, right = (
-            next(
-                f.get_ydata()[0]
-                for f in flat
-                if f.get_xdata()[end] == pytest.approx(line.get_xdata()[0])
-            )
+            next(f.get_ydata()[0] for f in flat if f.get_xdata()[end] == pytest.approx(line.get_xdata()[0]))
             for end in (1, 0)
         )
         assert line.get_ydata() == pytest.approx([left, right])
@@ -203,9 +172,7 @@ def test_numbers_of_an_older_version_are_not_joined(ensemble: Results) -> None:
     study = json.loads(ensemble.attrs["study_resolved"])
     new = json.dumps(study["classify"])
     del study["classify"]["attractors"]["matching"]
-    old = Results(
-        ensemble.coords, ensemble.variables, ensemble.attrs | {"study_resolved": json.dumps(study)}
-    )
+    old = Results(ensemble.coords, ensemble.variables, ensemble.attrs | {"study_resolved": json.dumps(study)})
     again = Results(old.coords, old.variables, old.attrs | {"classification_resolved": new})
     for results, joined in ((old, False), (again, True)):
         lines = plot.draw(results, "attractors").axes[0].get_lines()
@@ -254,24 +221,12 @@ def test_one_start_is_a_sweep_as_any_other(ensemble: Results) -> None:
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        (
-            {"kind": "bifurcation"},
-            r"draws one start.*20 starts each.*shares.*'bifurcation' with --start, 0 to 19",
-        ),
+        ({"kind": "bifurcation"}, r"draws one start.*20 starts each.*shares.*'bifurcation' with --start, 0 to 19"),
         ({"kind": "nonsense"}, r"not known.*shares"),
-        (
-            {"kind": "basin"},
-            r"7 values of rotary_speed; allowed: one operating point.*--rotary-speed",
-        ),
-        (
-            {"kind": "basin", "at": {"rotary_speed": 3.0}, "states": ("x",)},
-            r"--states: found x; allowed: two of x, vx",
-        ),
+        ({"kind": "basin"}, r"7 values of rotary_speed; allowed: one operating point.*--rotary-speed"),
+        ({"kind": "basin", "at": {"rotary_speed": 3.0}, "states": ("x",)}, r"--states: found x; allowed: two of x, vx"),
         ({"kind": "basin", "at": {"rotary_speed": 3.0}, "states": ("x", "q")}, r"found x,q"),
-        (
-            {"kind": "shares", "states": ("x", "y")},
-            r"--states: found with --kind shares; allowed: with --kind basin",
-        ),
+        ({"kind": "shares", "states": ("x", "y")}, r"--states: found with --kind shares; allowed: with --kind basin"),
         ({"kind": "bifurcation", "start": 20}, r"--start: found 20; allowed: 0 to 19"),
         ({"kind": "shares", "at": {"rotary_speed": 3.0}}, r"needs a swept axis"),
     ],

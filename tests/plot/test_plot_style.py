@@ -20,21 +20,9 @@ from nsdrill.plot.style import REFERENCE, RESPONSES, panels_of
 # Machado, Oliveira & Fernandes (2009), full severity, on linear sRGB.
 VISION = {
     "normal": np.eye(3),
-    "protanopia": [
-        [0.152286, 1.052583, -0.204868],
-        [0.114503, 0.786281, 0.099216],
-        [-0.003882, -0.048116, 1.051998],
-    ],
-    "deuteranopia": [
-        [0.367322, 0.860646, -0.227968],
-        [0.280085, 0.672501, 0.047413],
-        [-0.01182, 0.04294, 0.968881],
-    ],
-    "tritanopia": [
-        [1.255528, -0.076749, -0.178779],
-        [-0.078411, 0.930809, 0.147602],
-        [0.004733, 0.691367, 0.3039],
-    ],
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.3039]],
 }
 # sRGB, D65
 TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
@@ -96,9 +84,7 @@ def test_a_light_page_keeps_its_colours(speeds: Results) -> None:
 def test_basins_have_colours_that_can_be_told_apart() -> None:
     """Eight attractors of one response, which were eight tints of one colour, by their
     distances in CIE L*a*b*, in which 2.3 can just be told apart side by side."""
-    attractors = [
-        Attractor(number, 5, 0, None, None, 10, 0, 0.1, 0.05, 0.2, {}) for number in range(1, 9)
-    ]
+    attractors = [Attractor(number, 5, 0, None, None, 10, 0, 0.1, 0.05, 0.2, {}) for number in range(1, 9)]
     colours = distinct_colours(attractors)
     places = [lightness_and_hue(colour) for colour in colours]
     distances = [np.linalg.norm(a - b) for a, b in combinations(places, 2)]

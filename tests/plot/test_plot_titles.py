@@ -17,13 +17,9 @@ from nsdrill.variables import DIVERGED, OK, PENDING
 
 LONG: dict[str, Any] = {
     "title": "A STRING WITH MUCH TO SAY ABOUT ITSELF " * 6,
-    "study_overrides": json.dumps(
-        ["drillstring.axial_damping=5 kN*s/m", "mud.density=1400 kg/m^3", "bit.lobes=1"] * 9
-    ),
+    "study_overrides": json.dumps(["drillstring.axial_damping=5 kN*s/m", "mud.density=1400 kg/m^3", "bit.lobes=1"] * 9),
     "study_resolved": json.dumps({"drive": {"kind": "soft_torque"}, "modes": {"axial": "frozen"}}),
-    "at": json.dumps(
-        {"bit.rock_stiffness": 25e6, "mud.density": 1400.0, "well.friction.static": 0.3}
-    ),
+    "at": json.dumps({"bit.rock_stiffness": 25e6, "mud.density": 1400.0, "well.friction.static": 0.3}),
 }
 
 
@@ -62,14 +58,9 @@ def test_each_colour_of_a_legend_means_one_thing() -> None:
 def test_what_the_title_says_is_not_said_again() -> None:
     data = make_results(rotary_speed=(2.0, 3.0))
     data.attrs["title"] = "Speeds at 5000 m, state carried"
-    assert plot.draw(data).get_suptitle().splitlines() == [
-        "Speeds at 5000 m, state carried",
-        "22.24 kN",
-    ]
+    assert plot.draw(data).get_suptitle().splitlines() == ["Speeds at 5000 m, state carried", "22.24 kN"]
     data.attrs["title"] = "Speeds at 15000 m and 22.24 kN/m"
-    assert plot.draw(data).get_suptitle().splitlines()[1] == "5000 m, 22.24 kN", (
-        "other values are no repetition"
-    )
+    assert plot.draw(data).get_suptitle().splitlines()[1] == "5000 m, 22.24 kN", "other values are no repetition"
 
 
 @pytest.mark.parametrize("units", ["si", "field"])
@@ -88,9 +79,7 @@ def test_what_the_axes_show_is_no_line_of_the_title() -> None:
     assert plot.draw(data).get_suptitle().splitlines()[1] == "bit.lobes = 1"
 
 
-def test_characters_that_no_font_has_are_known_and_warned_of_once(
-    recwarn: pytest.WarningsRecorder,
-) -> None:
+def test_characters_that_no_font_has_are_known_and_warned_of_once(recwarn: pytest.WarningsRecorder) -> None:
     trace = make_trace(5.0)
     assert plot.draw(trace, "orbit").missing == ""  # type: ignore[attr-defined]
     trace.attrs["title"] = "A title with \U0001f9e8\u5fd9 and words"
@@ -101,9 +90,7 @@ def test_characters_that_no_font_has_are_known_and_warned_of_once(
     assert not [one for one in recwarn if "Glyph" in str(one.message)]
 
 
-@pytest.mark.parametrize(
-    ("status", "words"), [(DIVERGED, "9 of 9 failed)"), (PENDING, "0 of 9 failed, 9 not run yet")]
-)
+@pytest.mark.parametrize(("status", "words"), [(DIVERGED, "9 of 9 failed)"), (PENDING, "0 of 9 failed, 9 not run yet")])
 def test_a_picture_with_nothing_on_it_says_so(status: int, words: str) -> None:
     data = make_results(rotary_speed=np.linspace(1, 8, 9))
     data["status"][:] = status
@@ -111,6 +98,4 @@ def test_a_picture_with_nothing_on_it_says_so(status: int, words: str) -> None:
         found = [text.get_text() for axes in plot.draw(data, kind).axes for text in axes.texts]
         assert any("no point ended well" in text and words in text for text in found), kind
     data["status"][..., 0] = OK
-    assert not any(
-        "ended well" in t.get_text() for axes in plot.draw(data).axes for t in axes.texts
-    )
+    assert not any("ended well" in t.get_text() for axes in plot.draw(data).axes for t in axes.texts)

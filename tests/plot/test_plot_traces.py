@@ -64,11 +64,7 @@ def test_histories_keep_every_extreme(name: str) -> None:
 def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float) -> None:
     trace = make_trace(duration=600.0, sample=0.01)
     figure = plot.draw(trace, "histories", look=plot.look_of(width=f"{width}in", time=(0, None)))
-    axes = next(
-        one
-        for one in figure.axes
-        if any(c.get_gid() == f"history:{name}:band" for c in one.collections)
-    )
+    axes = next(one for one in figure.axes if any(c.get_gid() == f"history:{name}:band" for c in one.collections))
     values = trace[name] / SCALES[name]
     corners = axes.collections[0].get_paths()[0].vertices
     assert corners[:, 1].max() == pytest.approx(values.max(), rel=1e-12)
@@ -81,10 +77,7 @@ def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float)
     inner = slice(len(values) // stretches * 2, -len(values) // stretches * 2)
     assert np.mean(mean.get_ydata()[2:-2]) == pytest.approx(values[inner].mean(), rel=0.02)
     said = figure.axes[0].get_title(loc="left")
-    assert (
-        said.replace("\n", " ")
-        == f"bands: least to greatest in each {600 / stretches:.2g} s; lines: the mean"
-    )
+    assert said.replace("\n", " ") == f"bands: least to greatest in each {600 / stretches:.2g} s; lines: the mean"
     figure.draw_without_rendering()
     for axes in figure.axes:  # the words stay on the page
         assert axes.get_tightbbox().x1 <= figure.bbox.width + 1
@@ -122,9 +115,7 @@ def test_slow_motion_stays_a_line_however_long_it_takes() -> None:
     rippled = np.sin(2 * np.pi * time / 20.0) + 0.01 * np.sin(2 * np.pi * 5 * time)
     assert count_upcrossings(rippled) < 60  # of 3000 ripples
     # nor is the level
-    assert count_upcrossings(np.sin(2 * np.pi * 2 * time) + 0.03 * time) == pytest.approx(
-        1200, abs=PARTS
-    )
+    assert count_upcrossings(np.sin(2 * np.pi * 2 * time) + 0.03 * time) == pytest.approx(1200, abs=PARTS)
     assert count_upcrossings(np.full(1000, np.nan)) == count_upcrossings(np.zeros(5000)) == 0
 
 
@@ -191,11 +182,7 @@ def test_envelope() -> None:
 
 def test_what_stays_at_one_value_is_told_not_drawn() -> None:
     trace = make_trace(duration=20.0)
-    steady = {
-        **trace.variables,
-        "wall_force": np.zeros(len(trace.time)),
-        "z": np.full(len(trace.time), 2e-3),
-    }
+    steady = {**trace.variables, "wall_force": np.zeros(len(trace.time)), "z": np.full(len(trace.time), 2e-3)}
     steady["vz"] = np.zeros(len(trace.time))
     resting = Trace(trace.time, steady, trace.attrs)
     figure = plot.draw(resting, "histories")
@@ -206,10 +193,7 @@ def test_what_stays_at_one_value_is_told_not_drawn() -> None:
         "Bit torque [kN m]",
     ]
     assert figure.axes[0].get_title(loc="left") == "constant: $z$ 2 mm, wall force 0 kN"
-    assert [axes.get_xlabel() for axes in plot.draw(resting, "phase").axes] == [
-        "Twist [rad]",
-        "$r$ [mm]",
-    ]
+    assert [axes.get_xlabel() for axes in plot.draw(resting, "phase").axes] == ["Twist [rad]", "$r$ [mm]"]
     still = Trace(trace.time, {name: np.ones(len(trace.time)) for name in steady}, trace.attrs)
     assert len(plot.draw(still, "histories").axes) == 6  # of a string at rest all is to be seen
     assert len(plot.draw(still, "phase").axes) == 3

@@ -56,9 +56,7 @@ def test_the_points_are_rate_and_probability(results):
     # 12 m/h is never safe, 8 in half of the samples, 6 in one: beaten; 4 in three, 2 in
     # all.
     [line] = [one for one in axes.lines if one.get_gid() == "front"]
-    np.testing.assert_allclose(
-        np.column_stack(line.get_data()), [[0, 12], [50, 8], [75, 4], [100, 2]]
-    )
+    np.testing.assert_allclose(np.column_stack(line.get_data()), [[0, 12], [50, 8], [75, 4], [100, 2]])
     texts = [text.get_text() for text in axes.texts]
     assert "20 kN, 6 rad/s" in texts
     assert axes.get_ylabel() == "Rate of penetration [m/h]"

@@ -46,9 +46,7 @@ def by_gid(axes: Axes, gid: str) -> Any:
 
 
 def holding(figure: Figure, gid: str) -> Axes:
-    return next(
-        axes for axes in figure.axes if any(a.get_gid() == gid for a in axes.get_children())
-    )
+    return next(axes for axes in figure.axes if any(a.get_gid() == gid for a in axes.get_children()))
 
 
 def test_maps_show_the_probability_of_each_outcome_in_one_scale(both: Results) -> None:
@@ -71,9 +69,7 @@ def test_the_line_surrounds_the_window_at_the_confidence(both: Results) -> None:
         line = by_gid(holding(figure, "confidence"), "confidence")
         assert len(line.get_segments()) == borders
         words = [text.get_text() for text in figure.legends[0].get_texts()]
-        assert words == [
-            f"safe with {100 * confidence:g} % or more ({100 * inside.mean():.1f} % of the points)"
-        ]
+        assert words == [f"safe with {100 * confidence:g} % or more ({100 * inside.mean():.1f} % of the points)"]
 
 
 def test_along_an_axis_the_bands_are_the_intervals(both: Results) -> None:
@@ -89,18 +85,12 @@ def test_along_an_axis_the_bands_are_the_intervals(both: Results) -> None:
             here = band[np.isclose(band[:, 0], x), 1]
             assert here.min() == pytest.approx(bottom, abs=1e-9)
             assert here.max() == pytest.approx(top, abs=1e-9)
-    assert np.allclose(
-        by_gid(axes, "alone:up").get_ydata(), 100 * found.of("safe", "up")[0].ravel()
-    )
+    assert np.allclose(by_gid(axes, "alone:up").get_ydata(), 100 * found.of("safe", "up")[0].ravel())
 
 
 def test_one_point_has_bars(both: Results) -> None:
     figure = plot.draw(both, "probability", at={"wob": 60e3, "rotary_speed": 4.0})
-    share = (
-        probabilities_of(plot.cut(both, {"wob": 60e3, "rotary_speed": 4.0}))
-        .of("safe")[0]
-        .ravel()[0]
-    )
+    share = probabilities_of(plot.cut(both, {"wob": 60e3, "rotary_speed": 4.0})).of("safe")[0].ravel()[0]
     axes = figure.axes[0]
     point = next(line for line in axes.get_lines() if line.get_gid() == "point:safe")
     assert point.get_xdata()[0] == pytest.approx(100 * share)
@@ -127,9 +117,7 @@ def test_the_window_is_drawn_at_its_confidence(both: Results) -> None:
 
 def test_a_sample_is_drawn_as_a_sweep_of_its_own(both: Results) -> None:
     plot.draw(both, "map", at={"sample": 3})
-    with pytest.raises(
-        InputError, match=r"(?s)draws one sample .* 'map' with --at sample=\.\.\., 0 to 15"
-    ):
+    with pytest.raises(InputError, match=r"(?s)draws one sample .* 'map' with --at sample=\.\.\., 0 to 15"):
         plot.draw(both, "map")
     with pytest.raises(InputError, match=r"sample: found 16; allowed: 0 to 15"):
         plot.draw(both, "map", at={"sample": 16})
@@ -146,9 +134,7 @@ def test_pictures_are_in_field_units_too(both: Results, kind: str) -> None:
 def test_where_nothing_is_safe_the_most_probable_point_is_drawn(both: Results) -> None:
     figure = plot.draw(both, "window", confidence=0.9999)
     note = find_window(both, confidence=0.9999)
-    drawn = [
-        line for axes in figure.axes for line in axes.lines if line.get_gid() == "most_probable"
-    ]
+    drawn = [line for axes in figure.axes for line in axes.lines if line.get_gid() == "most_probable"]
     assert len(drawn) == (0 if note["safe"] else 1)
     for line in drawn:
         assert line.get_xdata()[0] == pytest.approx(note["most_probable"]["rotary_speed"])
@@ -156,9 +142,7 @@ def test_where_nothing_is_safe_the_most_probable_point_is_drawn(both: Results) -
 
 def test_an_answer_that_does_not_vary_is_told_in_words(both: Results) -> None:
     both.variables["lift_off_fraction"] = np.zeros_like(both.variables["lift_off_fraction"])
-    panels = {
-        axes.get_xlabel().partition(" [")[0]: axes for axes in plot.draw(both, "tornado").axes
-    }
+    panels = {axes.get_xlabel().partition(" [")[0]: axes for axes in plot.draw(both, "tornado").axes}
     (said,) = panels["Time off the rock"].texts
     assert said.get_text().startswith("0 % in every sample")
     assert not panels["Time off the rock"].patches

@@ -20,11 +20,7 @@ from nsdrill.variables import STICK_SLIP, WHIRL
 
 @pytest.fixture
 def both() -> Results:
-    return make_results(
-        wob=np.linspace(10e3, 50e3, 7),
-        rotary_speed=np.linspace(1, 8, 15),
-        procedures=("up", "down"),
-    )
+    return make_results(wob=np.linspace(10e3, 50e3, 7), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
 
 
 def panels(figure: Figure) -> list[Axes]:
@@ -51,28 +47,17 @@ def test_areas_are_those_of_the_note(both: Results) -> None:
         np.testing.assert_array_equal(shown, by_history & (bits == code))
         hatched += shown.sum()
     assert hatched == note["rim"] > 0
-    assert any(
-        f"history-dependent ({100 * note['share']['rim']:.1f} %)" in word for word in words(figure)
-    )
+    assert any(f"history-dependent ({100 * note['share']['rim']:.1f} %)" in word for word in words(figure))
 
 
-@pytest.mark.parametrize(
-    ("units", "speed", "weight"), [("si", 1.0, 1e3), ("field", np.pi / 30, 4448.2216152605)]
-)
-def test_the_recommended_point_and_its_bars(
-    both: Results, units: str, speed: float, weight: float
-) -> None:
+@pytest.mark.parametrize(("units", "speed", "weight"), [("si", 1.0, 1e3), ("field", np.pi / 30, 4448.2216152605)])
+def test_the_recommended_point_and_its_bars(both: Results, units: str, speed: float, weight: float) -> None:
     [axes] = panels(plot.draw(both, "window", units=units))
     best = find_window(both)["maps"][0]["recommended"]
     [point] = [line for line in axes.get_lines() if line.get_gid() == "recommended"]
-    np.testing.assert_allclose(
-        point.get_xydata(), [[best["rotary_speed"] / speed, best["wob"] / weight]]
-    )
+    np.testing.assert_allclose(point.get_xydata(), [[best["rotary_speed"] / speed, best["wob"] / weight]])
     bars = [path for box in axes.containers[-1].lines[2] for path in box.get_segments()]
-    ends = {
-        axis: [sides["less"]["safe_to"], sides["more"]["safe_to"]]
-        for axis, sides in best["margins"].items()
-    }
+    ends = {axis: [sides["less"]["safe_to"], sides["more"]["safe_to"]] for axis, sides in best["margins"].items()}
     np.testing.assert_allclose(bars[0][:, 0] * speed, ends["rotary_speed"])
     np.testing.assert_allclose(bars[1][:, 1] * weight, ends["wob"])
 
@@ -179,9 +164,7 @@ def test_the_answer_and_its_warnings_are_in_the_picture(both: Results) -> None:
     [text] = [figure.legends[0].get_title().get_text().replace("\n  ", "")]
     for wanted in ("THE SWEEP BEGINS at 1 rad/s", "HISTORY WAS NOT EXAMINED"):
         assert wanted in text
-    assert plot.draw(alone, "window")._suptitle.get_text().count("No safe point") == (
-        find_window(alone)["safe"] == 0
-    )
+    assert plot.draw(alone, "window")._suptitle.get_text().count("No safe point") == (find_window(alone)["safe"] == 0)
     sent = plot.draw(both, "window")
     assert "No setting can be recommended; the best hint is " in sent._suptitle.get_text()
     both["settled"][:] = 1
@@ -200,11 +183,7 @@ def test_a_point_without_room_is_a_hint(both: Results) -> None:
     """One safe cell alone: its marker is open and the legend says why; with room it is
     filled, if its motion settled."""
     both["settled"][:] = 1
-    firm = next(
-        line
-        for line in panels(plot.draw(both, "window"))[0].lines
-        if line.get_gid() == "recommended"
-    )
+    firm = next(line for line in panels(plot.draw(both, "window"))[0].lines if line.get_gid() == "recommended")
     assert firm.get_markerfacecolor() == "#000000"
     both["response"][:] = WHIRL
     both["response"][:, 0, 2, 7] = 0

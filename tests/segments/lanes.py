@@ -23,9 +23,7 @@ DEPTH, WOB, SPEED = 2200.0, 100e3, 13.0
 
 def string(**values: Any) -> Parameters:
     """Parameters with some ``values``, by dotted keys with two underscores for a dot."""
-    return with_values(
-        Parameters(), {key.replace("__", "."): value for key, value in values.items()}
-    )
+    return with_values(Parameters(), {key.replace("__", "."): value for key, value in values.items()})
 
 
 QUIET = {"bit__surface_amplitude": 0.0, "segments__hydraulics__pulsation": 0.0}
@@ -45,9 +43,7 @@ class Slopes:
     """``slopes(t, states)`` of the compiled right-hand side, states and result (n,
     columns) in the model's order."""
 
-    def __init__(
-        self, parameters: Parameters, wob: float = WOB, speed: float = SPEED, depth: float = DEPTH
-    ) -> None:
+    def __init__(self, parameters: Parameters, wob: float = WOB, speed: float = SPEED, depth: float = DEPTH) -> None:
         self.points = Values(parameters, Initial(), (depth, wob, speed))
         self.variant = MODEL.variant(parameters)
         self.rows = MODEL.rows(self.variant)
@@ -62,9 +58,7 @@ class Slopes:
         for first in range(0, len(states), 8):
             some = states[first : first + 8]
             buffer = np.zeros((self.rows.total, 8))
-            buffer[self.rows.parameter : self.rows.parameter + self.rows.parameters] = self.table[
-                :, None
-            ]
+            buffer[self.rows.parameter : self.rows.parameter + self.rows.parameters] = self.table[:, None]
             buffer[self.rows.stage_time], buffer[self.rows.phase] = t, phase
             buffer[: self.rows.states, : len(some)] = some.T
             self.function(buffer.ravel())
@@ -113,10 +107,6 @@ def run(
 ) -> dict[str, Any]:
     """The columns of a sweep over ``wob`` or ``rotary_speed``."""
     values = {"depth": depth, "wob": WOB, "rotary_speed": SPEED} | axes
-    plan = Plan(
-        {name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in values.items()},
-        "same",
-        None,
-    )
+    plan = Plan({name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in values.items()}, "same", None)
     thresholds = replace(Thresholds())
     return run_work(Work(plan, parameters, initial, simulation, thresholds, record, "segments"))

@@ -98,11 +98,7 @@ class Plain:
                 self.halves.append((node, a, b, A_o, A_b))
         length, D, d = self.kelly
         self.m[0] += self.hoisted + self.rho * math.pi / 4 * (D**2 - d**2) * length
-        self.J[0] += (
-            self.table
-            + self.gear**2 * self.motor
-            + self.rho * math.pi / 32 * (D**4 - d**4) * length
-        )
+        self.J[0] += self.table + self.gear**2 * self.motor + self.rho * math.pi / 32 * (D**4 - d**4) * length
         self.m[n] += self.bit_mass
         self.J[n] += self.bit_mass * self.bit_radius**2 / 2
         self.k_a = 1 / (1 / self.k_top + np.sum(1 / self.k))
@@ -119,27 +115,14 @@ class Plain:
         advance = max(self.c1 * self.wob * math.sqrt(abs(at)) + self.c2, 0.0)
         cut = 2 * math.pi * advance / math.sqrt(at**2 + self.w_s**2)
         on = min(max((force - self.threshold) / (0.1 * self.threshold), 0.0), 1.0)
-        rubbing = (
-            math.tanh(omega) + self.alpha * omega / (1 + self.beta * omega**2) + self.nu * omega
-        )
-        cutting = (
-            on
-            * 2
-            / math.pi
-            * math.atan(self.eps * omega)
-            * self.zeta
-            * math.sqrt(cut / self.bit_radius)
-        )
+        rubbing = math.tanh(omega) + self.alpha * omega / (1 + self.beta * omega**2) + self.nu * omega
+        cutting = on * 2 / math.pi * math.atan(self.eps * omega) * self.zeta * math.sqrt(cut / self.bit_radius)
         return force * self.bit_radius * (self.mu0 * rubbing + cutting)
 
     def drag(self, t: float, v: Any) -> Any:
         """The mud's drag on the nodes [N], less that of the mean flow on a string at
         rest."""
-        Q, Q_m, D = (
-            self.flow + self.pulsation * math.sin(self.rate * t),
-            self.flow,
-            np.zeros(self.n + 1),
-        )
+        Q, Q_m, D = (self.flow + self.pulsation * math.sin(self.rate * t), self.flow, np.zeros(self.n + 1))
         for node, a, b, A_o, A_b in self.halves:
             x, y = Q / A_o - v[node], Q / A_b + v[node]
             D[node] += a * (x * abs(x) - (Q_m / A_o) ** 2) - b * (y * abs(y) - (Q_m / A_b) ** 2)
@@ -201,27 +184,15 @@ class Plain:
         """Kinetic, of all springs, of the coil, and of the weight on bit."""
         u, v, th, w, current = self.parts(state)
         springs = self.k @ np.diff(u) ** 2 + self.kt @ np.diff(th) ** 2 + self.k_top * u[0] ** 2
-        return 0.5 * float(
-            self.m @ v**2 + self.J @ w**2 + springs + self.L * current**2
-        ) + self.wob * float(u[-1])
+        return 0.5 * float(self.m @ v**2 + self.J @ w**2 + springs + self.L * current**2) + self.wob * float(u[-1])
 
     def power(self, t: float, state: Any) -> float:
         """The power of all that is no spring and no inertia."""
         _, v, _, w, current = self.parts(state)
         _, force, torque = self.bit(t, state)
-        lost = (
-            self.beta_a * self.k @ np.diff(v) ** 2
-            + self.beta_t * self.kt @ np.diff(w) ** 2
-            + self.cw @ w**2
-        )
+        lost = self.beta_a * self.k @ np.diff(v) ** 2 + self.beta_t * self.kt @ np.diff(w) ** 2 + self.cw @ w**2
         lost += self.c_top * v[0] ** 2 + self.c_rt * w[0] ** 2 + self.R * current**2
-        return float(
-            self.drag(t, v) @ v
-            + force * v[-1]
-            - torque * w[-1]
-            + self.voltage(t, state) * current
-            - lost
-        )
+        return float(self.drag(t, v) @ v + force * v[-1] - torque * w[-1] + self.voltage(t, state) * current - lost)
 
 
 def ours(state: Any, n: int) -> Any:
@@ -237,6 +208,4 @@ def ours(state: Any, n: int) -> Any:
 def plain_of(state: Any, n: int) -> Any:
     """The inverse of :func:`ours`."""
     m = 2 * (n + 1)
-    return np.concatenate(
-        [state[0:m:2], state[1:m:2], state[m : 2 * m : 2], state[m + 1 : 2 * m : 2], state[2 * m :]]
-    )
+    return np.concatenate([state[0:m:2], state[1:m:2], state[m : 2 * m : 2], state[m + 1 : 2 * m : 2], state[2 * m :]])

@@ -32,9 +32,7 @@ def lanes_of(states: np.ndarray, relax: float | None, **keys: Any) -> tuple[np.n
     rows = MODEL.rows(variant)
     b = np.zeros((rows.total, 8))
     points = Values(parameters, Initial(), (DEPTH, 100e3, SPEED))
-    b[rows.parameter : rows.parameter + rows.parameters] = MODEL.pack(points, Thresholds())[0][
-        :, None
-    ]
+    b[rows.parameter : rows.parameter + rows.parameters] = MODEL.pack(points, Thresholds())[0][:, None]
     b[: rows.states] = states.T
     if relax is not None:
         b[rows.relax] = relax
@@ -45,9 +43,7 @@ def lanes_of(states: np.ndarray, relax: float | None, **keys: Any) -> tuple[np.n
 @pytest.mark.parametrize("relax", [1e-5, 1e-4, 4e-4])
 @pytest.mark.parametrize("fastest", [0.1, 1.0, 20.0])
 @pytest.mark.parametrize("smoothing", [50.0, 1e4])
-def test_the_speed_of_a_stage_agrees_with_its_torque(
-    relax: float, fastest: float, smoothing: float
-) -> None:
+def test_the_speed_of_a_stage_agrees_with_its_torque(relax: float, fastest: float, smoothing: float) -> None:
     """Stages of up to 4 ms, on the rock with up to three times the weight on bit, of
     bits of both directions: they have moved by ``relax`` times the push, and there the
     ordinary slopes are those found, to 1e-7 of the greatest push."""
@@ -56,9 +52,7 @@ def test_the_speed_of_a_stage_agrees_with_its_torque(
     plain = Plain(pipes=2, collars=2)
     worst, greatest = 0.0, 0.0
     for _ in range(20):
-        states = np.repeat([1e-5, 1e-4, 0.1, 0.5, 0.0], [n + 1] * 4 + [1]) * generator.normal(
-            size=(8, 4 * n + 5)
-        )
+        states = np.repeat([1e-5, 1e-4, 0.1, 0.5, 0.0], [n + 1] * 4 + [1]) * generator.normal(size=(8, 4 * n + 5))
         states[:, n] = -generator.uniform(0.0, 3.0, 8) * 100e3 / plain.k_c
         states[:, 4 * n + 3] = fastest * generator.uniform(-1.0, 1.0, 8)
         full = np.array([ours(state, n) for state in states])
@@ -81,22 +75,14 @@ def test_a_bit_from_rest_creeps_as_scipy_has_it(method: str) -> None:
     string holds it. DOP853 on the plain equations at 1e-10."""
     parameters = string(**FEW)
     initial = Initial(twist=-9.0, bit_speed=0.0)
-    done = run(
-        parameters, Simulation(0.0, 0.3, rtol=1e-10, method=method, max_steps=10**7), initial
-    )  # type: ignore[arg-type]
+    done = run(parameters, Simulation(0.0, 0.3, rtol=1e-10, method=method, max_steps=10**7), initial)  # type: ignore[arg-type]
     plain, n = Plain(pipes=2, collars=2), 4
     start = plain_of(done["initial_state"][0, :-1], n)
     absolute = 1e-10 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 10.0], [n + 1] * 4 + [1])
-    end = solve_ivp(plain.rates, (0.0, 0.3), start, method="DOP853", rtol=1e-10, atol=absolute).y[
-        :, -1
-    ]
+    end = solve_ivp(plain.rates, (0.0, 0.3), start, method="DOP853", rtol=1e-10, atol=absolute).y[:, -1]
     assert 0.0198 < end[4 * n + 3] < 1.0  # it cuts, slowly
-    size = plain_of(
-        MODEL.state_scales(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n
-    )
-    assert (
-        np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < 2e-6
-    )
+    size = plain_of(MODEL.state_scales(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n)
+    assert np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < 2e-6
 
 
 def test_both_methods_find_one_stick_slip() -> None:
@@ -119,11 +105,7 @@ def test_the_default_study_is_implicit() -> None:
     a low speed."""
     study = parse_study("model: segments\n")
     chosen = [
-        bool(
-            implicit(
-                "auto", "segments", Values(study.parameters, study.initial, (DEPTH, wob, SPEED))
-            )
-        )
+        bool(implicit("auto", "segments", Values(study.parameters, study.initial, (DEPTH, wob, SPEED))))
         for wob in (10e3, 100e3, 200e3)
     ]
     assert chosen == [False, True, True]

@@ -16,12 +16,7 @@ import nsdrill
 from nsdrill.app.check import check
 from nsdrill.errors import InputError, StudyError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.segments.linear import (
-    fall_of_torque,
-    growth_at_rest,
-    slope_held,
-    torsional_matrix,
-)
+from nsdrill.models.segments.linear import fall_of_torque, growth_at_rest, slope_held, torsional_matrix
 from nsdrill.models.segments.parameters import Initial
 from nsdrill.models.segments.string import steady_of, string_of
 from nsdrill.study.load import parse_study
@@ -58,21 +53,9 @@ class Driven(Plain):
         get = self.numbers.get
         self.law = {
             "stiff": (J, 5 * J, 50 * zeta, 0.0, 0.0),
-            "soft_torque": (
-                J - get("taken", 0.0),
-                w**2 * (J - get("taken", 0.0)),
-                get("b", 4.0) * zeta,
-                0.0,
-                0.0,
-            ),
+            "soft_torque": (J - get("taken", 0.0), w**2 * (J - get("taken", 0.0)), get("b", 4.0) * zeta, 0.0, 0.0),
             "equal_damping": (J, w**2 * J, 2 * math.sqrt(k_t * J), 0.0, 0.0),
-            "z_torque": (
-                J / 13.5,
-                50 * zeta / 13.5 / (20 / (2 * math.pi)),
-                50 * zeta / 13.5,
-                0.0,
-                0.0,
-            ),
+            "z_torque": (J / 13.5, 50 * zeta / 13.5 / (20 / (2 * math.pi)), 50 * zeta / 13.5, 0.0, 0.0),
             "pi": (J, 14500.0, 14853.0, get("G_t", 0.0), get("G_w", 0.0)),
         }[self.kind]
         self.J[0] = self.law[0] + half
@@ -80,12 +63,7 @@ class Driven(Plain):
     def torque(self, state: Any) -> float:
         _, _, th, w, _ = self.parts(state)
         _, K_i, K_p, G_t, G_w = self.law
-        asked = -(
-            K_i * th[0]
-            + K_p * (w[0] - self.speed)
-            + G_t * (th[-1] - th[0])
-            + G_w * (w[-1] - self.speed)
-        )
+        asked = -(K_i * th[0] + K_p * (w[0] - self.speed) + G_t * (th[-1] - th[0]) + G_w * (w[-1] - self.speed))
         return min(max(asked, 0.0), self.limit) if math.isfinite(self.limit) else asked
 
     def rates(self, t: float, state: Any) -> Any:
@@ -100,11 +78,7 @@ class Driven(Plain):
 
 CASES = [
     *((kind, {}, {}) for kind in KINDS),
-    (
-        "soft_torque",
-        {"drive__matching": 1.5, "drive__compensated_inertia": 800.0},
-        {"b": 1.5, "taken": 800.0},
-    ),
+    ("soft_torque", {"drive__matching": 1.5, "drive__compensated_inertia": 800.0}, {"b": 1.5, "taken": 800.0}),
     ("pi", {"drive__twist_gain": -300.0, "drive__speed_gain": 60.0}, {"G_t": -300.0, "G_w": 60.0}),
 ]
 
@@ -115,13 +89,9 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
     without. The gains from LAPACK are rounded to nine digits."""
     limits = (None, 3000.0) if kind != "z_torque" and "taken" not in numbers else (None,)
     for limit in limits:
-        parameters = string(
-            **FEW, drive__kind=kind, drive__torque_limit=limit, drive__on_at=2.0, **keys
-        )
+        parameters = string(**FEW, drive__kind=kind, drive__torque_limit=limit, drive__on_at=2.0, **keys)
         slopes = Slopes(parameters)
-        plain = Driven(
-            pipes=2, collars=2, kind=kind, numbers=numbers, limit=limit or math.inf, on_at=2.0
-        )
+        plain = Driven(pipes=2, collars=2, kind=kind, numbers=numbers, limit=limit or math.inf, on_at=2.0)
         n, generator = plain.n, np.random.default_rng(2)
         state_scales = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
         clipped = 0
@@ -131,16 +101,12 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
             found = slopes(t, np.array([ours(state, n) for state in states]))
             for state, mine in zip(states, found, strict=True):
                 rates = plain.rates(t, state)
-                exact = np.concatenate(
-                    [rates[n + 1 : 2 * n + 2], rates[3 * n + 3 : 4 * n + 4], rates[-1:]]
-                )
+                exact = np.concatenate([rates[n + 1 : 2 * n + 2], rates[3 * n + 3 : 4 * n + 4], rates[-1:]])
                 u, v, th, w, _ = plain.parts(state)
                 moved = np.max(plain.k) * np.ptp(u) + plain.k_c * abs(u).max() * (
                     1 + plain.c_c / plain.wob * abs(v).max()
                 )
-                asked = np.abs(plain.law[1:]) @ np.abs(
-                    [th[0], w[0] - 13, th[-1] - th[0], w[-1] - 13]
-                )
+                asked = np.abs(plain.law[1:]) @ np.abs([th[0], w[0] - 13, th[-1] - th[0], w[-1] - 13])
                 turned = np.max(plain.kt) * np.ptp(th) + plain.k_c * abs(u).max() + asked
                 bound = np.concatenate([moved / plain.m, turned / plain.J, [1.0]])
                 assert np.max(np.abs(mine - exact) / bound) < 2e-9
@@ -149,8 +115,7 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
 
 
 @pytest.mark.parametrize(
-    ("kind", "method", "within"),
-    [("soft_torque", "explicit", 1e-7), ("equal_damping", "implicit", 1e-6)],
+    ("kind", "method", "within"), [("soft_torque", "explicit", 1e-7), ("equal_damping", "implicit", 1e-6)]
 )
 def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> None:
     """0.4 s from a bit that turns too slowly, beside DOP853 on the plain equations.
@@ -162,16 +127,9 @@ def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> N
     n = plain.n
     start = plain_of(done["initial_state"][0, :-1], n)
     absolute = 1e-12 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 1.0], [n + 1] * 4 + [1])
-    end = solve_ivp(plain.rates, (0.0, 0.4), start, method="DOP853", rtol=1e-12, atol=absolute).y[
-        :, -1
-    ]
-    size = plain_of(
-        MODEL.state_scales(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n
-    )
-    assert (
-        np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end)))
-        < within
-    )
+    end = solve_ivp(plain.rates, (0.0, 0.4), start, method="DOP853", rtol=1e-12, atol=absolute).y[:, -1]
+    size = plain_of(MODEL.state_scales(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n)
+    assert np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < within
     assert abs(end[2 * (n + 1)] - start[2 * (n + 1)]) > 1e-3  # the top has moved
 
 
@@ -182,9 +140,7 @@ def test_energy(kind: str) -> None:
     at the set speed."""
     parameters = string(**FEW, drive__kind=kind)
     slopes = Slopes(parameters)
-    plain: Plain = (
-        Driven(pipes=2, collars=2, kind=kind) if kind != "ideal" else Plain(pipes=2, collars=2)
-    )
+    plain: Plain = Driven(pipes=2, collars=2, kind=kind) if kind != "ideal" else Plain(pipes=2, collars=2)
     n, generator = plain.n, np.random.default_rng(3)
     state_scales = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
     for _ in range(6):
@@ -197,23 +153,16 @@ def test_energy(kind: str) -> None:
         acceleration, turn = made[: n + 1], made[n + 1 : 2 * n + 2]
         change = plain.m * v @ acceleration + plain.J[1:] * w[1:] @ turn[1:] + plain.wob * v[-1]
         change += (
-            plain.k @ (np.diff(u) * np.diff(v))
-            + plain.kt @ (np.diff(th) * np.diff(w))
-            + plain.k_top * u[0] * v[0]
+            plain.k @ (np.diff(u) * np.diff(v)) + plain.kt @ (np.diff(th) * np.diff(w)) + plain.k_top * u[0] * v[0]
         )
         given = plain.power(0.7, state)
         if isinstance(plain, Driven):
             change += plain.J[0] * w[0] * turn[0]
             given += plain.torque(state) * w[0]
         else:  # drag of the top and torque of the first segment
-            wound = (
-                plain.kt[0] * (th[0] - th[1] + plain.beta_t * (w[0] - w[1])) + plain.cw[0] * w[0]
-            )
+            wound = plain.kt[0] * (th[0] - th[1] + plain.beta_t * (w[0] - w[1])) + plain.cw[0] * w[0]
             given += wound * w[0]
-        scale = (
-            np.abs(plain.kt * np.diff(th) * np.diff(w)).sum()
-            + np.abs(plain.k * np.diff(u) * np.diff(v)).sum()
-        )
+        scale = np.abs(plain.kt * np.diff(th) * np.diff(w)).sum() + np.abs(plain.k * np.diff(u) * np.diff(v)).sum()
         assert change == pytest.approx(given, abs=1e-8 * scale + 1e-8 * abs(given))
 
 
@@ -295,16 +244,12 @@ def test_torque_drives_hold_more_than_an_ideal_one() -> None:
 def test_gains_that_swing_the_string_are_told() -> None:
     """The loop of a drive that pushes with the bit's speed; and no word of one that
     does not."""
-    bad = (
-        "drive: {kind: pi, damping: 10 N*m*s/rad, stiffness: 3000 N*m/rad, speed_gain: 500 "
-        "N*m*s/rad}"
-    )
+    bad = "drive: {kind: pi, damping: 10 N*m*s/rad, stiffness: 3000 N*m/rad, speed_gain: 500 N*m*s/rad}"
     text = "model: segments\nsegments: {{pipe: 2, collar: 2}}\n{}\nsimulation: {{observe: 100 s}}\n"
     warnings = " ".join(check(parse_study(text.format(bad))).warnings)
     assert "Unstable" in warnings
     root = growth_at_rest(
-        parse_study(text.format(bad)).parameters,
-        string_of(parse_study(text.format(bad)).parameters, DEPTH),
+        parse_study(text.format(bad)).parameters, string_of(parse_study(text.format(bad)).parameters, DEPTH)
     )
     assert root is not None
     assert f"{root.real:.4g}" in warnings
@@ -312,9 +257,7 @@ def test_gains_that_swing_the_string_are_told() -> None:
     limited = "drive: {kind: stiff, torque_limit: 1 kN*m}"
     report = check(parse_study(text.format(limited)))
     assert "Overloaded" in " ".join(report.warnings)
-    assert report.figures["torque_reserve"].value == pytest.approx(
-        1000.0 - report.figures["mean_torque"].value
-    )
+    assert report.figures["torque_reserve"].value == pytest.approx(1000.0 - report.figures["mean_torque"].value)
 
 
 SWEEP = """\
@@ -333,30 +276,19 @@ def test_a_carried_sweep_replays_to_the_bit_and_measures_what_a_trace_shows(tmp_
     path = tmp_path / "driven.h5"
     nsdrill.run(SWEEP, path, progress=False)
     data = nsdrill.open_results(path)
-    states = {
-        name: data[f"{name}_state"].sel(state="lag").to_numpy().ravel()
-        for name in ("initial", "final")
-    }
+    states = {name: data[f"{name}_state"].sel(state="lag").to_numpy().ravel() for name in ("initial", "final")}
     np.testing.assert_array_equal(states["initial"][1:], states["final"][:-1])
     trace = nsdrill.replay(path, rotary_speed="14 rad/s", sample="1 ms")
     here = data.sel(rotary_speed=14.0)
-    np.testing.assert_array_equal(
-        trace.attrs["final_state"], here["final_state"].to_numpy().ravel()
-    )
+    np.testing.assert_array_equal(trace.attrs["final_state"], here["final_state"].to_numpy().ravel())
     assert "current_max" not in data
     plain = Driven(pipes=2, collars=2, kind="soft_torque", speed=14.0, limit=4000.0)
-    seen = {
-        name: trace[name].to_numpy()[6000:] for name in ("lag", "drive_speed", "bit_speed", "twist")
-    }
+    seen = {name: trace[name].to_numpy()[6000:] for name in ("lag", "drive_speed", "bit_speed", "twist")}
     asked = -(plain.law[1] * seen["lag"] + plain.law[2] * (seen["drive_speed"] - 14.0))
     torque = np.clip(asked, 0.0, 4000.0)
     for end, value in (("min", torque.min()), ("max", torque.max())):
-        assert float(here[f"drive_torque_{end}"].item()) == pytest.approx(
-            value, abs=2e-3 * np.ptp(torque)
-        )
-    assert float(here["drive_speed_max"].item()) == pytest.approx(
-        seen["drive_speed"].max(), abs=1e-4
-    )
+        assert float(here[f"drive_torque_{end}"].item()) == pytest.approx(value, abs=2e-3 * np.ptp(torque))
+    assert float(here["drive_speed_max"].item()) == pytest.approx(seen["drive_speed"].max(), abs=1e-4)
 
 
 def test_a_drive_by_torque_along_a_ramp_that_is_switched_on() -> None:
@@ -377,9 +309,7 @@ simulation: {rtol: 1.0e-9}
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         speed, load = 13.0 + 4.0 * t, 100e3 - 20e3 / 1.5 * t
-        moment = Driven(
-            pipes=2, collars=2, speed=speed, wob=load, kind="soft_torque", limit=6000.0, on_at=0.7
-        )
+        moment = Driven(pipes=2, collars=2, speed=speed, wob=load, kind="soft_torque", limit=6000.0, on_at=0.7)
         moment.turned = lambda t: 13.0 * t + 2.0 * t * t  # type: ignore[method-assign]
         made = np.array(moment.rates(t, y))
         if t < 0.7:
@@ -428,41 +358,28 @@ def test_exponents_ensembles_and_unknowns_run() -> None:
     """The exponent leaves the bits alone; starts differ; samples are of the drive's own
     numbers."""
     head = SWEEP.partition("sweep:")[0] + "simulation: {transient: 1 s, observe: 2 s}\n"
-    plain, told = (
-        nsdrill.run(head, set={"record.exponent": on}, progress=False) for on in (False, True)
-    )
+    plain, told = (nsdrill.run(head, set={"record.exponent": on}, progress=False) for on in (False, True))
     assert plain["bit_speed_max"].item() == told["bit_speed_max"].item()
     assert np.isfinite(told["lyapunov_exponent"].item())
-    several = nsdrill.run(head, set={"initial.ensemble": 4}, progress=False)[
-        "bit_speed_max"
-    ].to_numpy()
+    several = nsdrill.run(head, set={"initial.ensemble": 4}, progress=False)["bit_speed_max"].to_numpy()
     assert len(np.unique(several)) == 4
-    drawn = nsdrill.run(
-        f"{head}uncertain: {{drive.matching: {{uniform: [1, 6]}}, samples: 4}}\n", progress=False
-    )["drive_speed_max"].to_numpy()
+    drawn = nsdrill.run(f"{head}uncertain: {{drive.matching: {{uniform: [1, 6]}}, samples: 4}}\n", progress=False)[
+        "drive_speed_max"
+    ].to_numpy()
     assert len(np.unique(drawn)) == 4
 
 
 @pytest.mark.parametrize(
     ("drive", "words"),
     [
-        (
-            "{kind: soft_torque, table_damping: 3 N*m*s/rad}",
-            "which the drive soft_torque does not read",
-        ),
+        ("{kind: soft_torque, table_damping: 3 N*m*s/rad}", "which the drive soft_torque does not read"),
         ("{kind: stiff, gear: 7}", "which the drive stiff does not read"),
         ("{kind: ideal, inertia: 3000 kg*m^2}", "what a drive of the kind ideal reads: nothing"),
         ("{kind: z_torque, torque_limit: 60 kN*m}", "which the drive z_torque does not read"),
-        (
-            "{kind: soft_torque, torque_limit: 60 kN*m, compensated_inertia: 9 kg*m^2}",
-            "none with drive.compensated",
-        ),
+        ("{kind: soft_torque, torque_limit: 60 kN*m, compensated_inertia: 9 kg*m^2}", "none with drive.compensated"),
         ("{kind: soft_torque, compensated_inertia: 3000 kg*m^2}", "below drive.inertia"),
         ("{kind: softtorque}", "soft_torque"),
-        (
-            "{kind: soft_torque, on_at: 5 s}\nsweep: {wob: [50 kN, 60 kN], procedure: up}",
-            "carries the state",
-        ),
+        ("{kind: soft_torque, on_at: 5 s}\nsweep: {wob: [50 kN, 60 kN], procedure: up}", "carries the state"),
     ],
 )
 def test_what_cannot_be_is_refused_by_its_key(drive: str, words: str) -> None:
@@ -475,12 +392,8 @@ def test_charts_of_the_model() -> None:
     charts are of other models."""
     from nsdrill.app.charts import chart_of
 
-    card = chart_of(
-        parse_study("model: segments\ndrive: {kind: soft_torque, matching: 1}\n"), "drive-card"
-    )
-    assert {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "dc_motor", "lqr"} == {
-        *card.held
-    }  # type: ignore[union-attr]
+    card = chart_of(parse_study("model: segments\ndrive: {kind: soft_torque, matching: 1}\n"), "drive-card")
+    assert {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "dc_motor", "lqr"} == {*card.held}  # type: ignore[union-attr]
     assert card.reflected["soft_torque"].min() < 0.1  # type: ignore[union-attr]
     with pytest.raises(InputError, match="drive-card"):
         chart_of(parse_study("model: segments\n"), "drive-tuning")

@@ -51,9 +51,7 @@ def test_a_ramp_is_the_motion_of_moving_numbers(drive: str, keys: dict) -> None:
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         speed, load = 13.0 + 4.0 * t, 100e3 - 20e3 / 1.5 * t
-        moment = Turned(
-            pipes=2, collars=2, speed=speed, wob=load, angle=13.0 * t + 2.0 * t * t, **keys
-        )
+        moment = Turned(pipes=2, collars=2, speed=speed, wob=load, angle=13.0 * t + 2.0 * t * t, **keys)
         made = np.array(moment.rates(t, y))
         if keys.get("stiff"):  # the table follows the set point
             made[3 * 5] = 4.0
@@ -64,9 +62,7 @@ def test_a_ramp_is_the_motion_of_moving_numbers(drive: str, keys: dict) -> None:
     pieces, y = [start[:, None]], start
     for first, last in ((0.0, 0.7), (0.7, 1.5)):  # the law begins with a jump
         times = np.minimum(at[(at > first + 1e-9) & (at <= last + 1e-9)], last)
-        one = solve_ivp(
-            rates, (first, last), y, "DOP853", rtol=1e-9, atol=1e-9, t_eval=times, max_step=0.01
-        )
+        one = solve_ivp(rates, (first, last), y, "DOP853", rtol=1e-9, atol=1e-9, t_eval=times, max_step=0.01)
         pieces, y = [*pieces, one.y], one.y[:, -1]
     exact = dict(
         zip(
@@ -75,13 +71,7 @@ def test_a_ramp_is_the_motion_of_moving_numbers(drive: str, keys: dict) -> None:
             strict=True,
         )
     )
-    for name, within in {
-        "z": 2e-6,
-        "twist": 2e-4,
-        "bit_speed": 5e-3,
-        "drive_speed": 1e-4,
-        "lag": 1e-4,
-    }.items():
+    for name, within in {"z": 2e-6, "twist": 2e-4, "bit_speed": 5e-3, "drive_speed": 1e-4, "lag": 1e-4}.items():
         if name in found:
             assert found[name].values == pytest.approx(exact[name], abs=within), name
     if not keys.get("stiff"):

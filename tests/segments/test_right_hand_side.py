@@ -21,10 +21,7 @@ GAINS = (0.029333, 41.716072, 2.158996, -32.539385, 13.552175)  # of another pro
 CASES = [
     ({}, {}),
     ({"segments__pipe": 1, "segments__collar": 1}, {"pipes": 1, "collars": 1}),
-    (
-        {"segments__pipe": 5, "segments__collar": 2, "drive__kind": "ideal"},
-        {"pipes": 5, "collars": 2, "stiff": True},
-    ),
+    ({"segments__pipe": 5, "segments__collar": 2, "drive__kind": "ideal"}, {"pipes": 5, "collars": 2, "stiff": True}),
     (
         {
             "segments__pipe": 2,
@@ -46,22 +43,10 @@ CASES = [
             "segments__hydraulics__annulus_factor": 0.0,
             "segments__hydraulics__bore_factor": 0.0,
         },
-        {
-            "pipes": 2,
-            "collars": 1,
-            "gains": (0.3, 40.0, 2.0, -30.0, 13.0),
-            "on_at": 2.0,
-            "f_out": 0.0,
-            "f_in": 0.0,
-        },
+        {"pipes": 2, "collars": 1, "gains": (0.3, 40.0, 2.0, -30.0, 13.0), "on_at": 2.0, "f_out": 0.0, "f_in": 0.0},
     ),
     (
-        {
-            "segments__pipe": 2,
-            "segments__collar": 3,
-            "bit__cutting__speed": "mean",
-            "segments__rock_damping": 0.0,
-        },
+        {"segments__pipe": 2, "segments__collar": 3, "bit__cutting__speed": "mean", "segments__rock_damping": 0.0},
         {"pipes": 2, "collars": 3, "live": False, "c_c": 0.0},
     ),
 ]
@@ -85,13 +70,9 @@ def test_the_lanes_have_the_rates_of_the_equations(keys: dict, fields: dict) -> 
         found = slopes(t, np.array([ours(state, n) for state in states]))
         for state, mine in zip(states, found, strict=True):
             rates = plain.rates(t, state)
-            exact = np.concatenate(
-                [rates[n + 1 : 2 * n + 2], rates[3 * n + 3 : 4 * n + 4], rates[-1:]]
-            )
+            exact = np.concatenate([rates[n + 1 : 2 * n + 2], rates[3 * n + 3 : 4 * n + 4], rates[-1:]])
             u, v, th, _, _ = plain.parts(state)
-            moved = np.max(plain.k) * np.ptp(u) + plain.k_c * abs(u).max() * (
-                1 + plain.c_c / plain.wob * abs(v).max()
-            )
+            moved = np.max(plain.k) * np.ptp(u) + plain.k_c * abs(u).max() * (1 + plain.c_c / plain.wob * abs(v).max())
             turned = np.max(plain.kt) * np.ptp(th) + plain.nK * 300 + plain.k_c * abs(u).max()
             bound = np.concatenate([moved / plain.m, turned / plain.J, [max(abs(exact[-1]), 1.0)]])
             assert np.max(np.abs(mine - exact) / bound) < 1e-9
@@ -119,12 +100,9 @@ def test_a_uniform_string_has_the_frequencies_of_equal_lumps() -> None:
 
 
 @pytest.mark.parametrize(
-    ("segments", "errors"),
-    [(5, (-1.53e-3, -0.24)), (10, (-3.84e-4, -0.065)), (20, (-9.60e-5, -0.016))],
+    ("segments", "errors"), [(5, (-1.53e-3, -0.24)), (10, (-3.84e-4, -0.065)), (20, (-9.60e-5, -0.016))]
 )
-def test_pipe_and_collars_come_nearer_to_the_continuous_string(
-    segments: int, errors: tuple[float, float]
-) -> None:
+def test_pipe_and_collars_come_nearer_to_the_continuous_string(segments: int, errors: tuple[float, float]) -> None:
     """tan(w L_p/c) tan(w L_c/c) = Ip_p/Ip_c of two uniform rods below a held end:
     1.13697632 rad/s and, the fifth, 20.03975275. The error falls with the square of the
     segment's length."""
@@ -132,11 +110,7 @@ def test_pipe_and_collars_come_nearer_to_the_continuous_string(
     for w in (1.13697632, 20.03975275):
         assert math.tan(w * 2000 / c) * math.tan(w * 200 / c) == pytest.approx(ratio, rel=1e-6)
     parameters = string(
-        **RINGING,
-        drive__kind="ideal",
-        bit__mass=0.0,
-        segments__pipe=segments,
-        segments__collar=segments,
+        **RINGING, drive__kind="ideal", bit__mass=0.0, segments__pipe=segments, segments__collar=segments
     )
     slopes = Slopes(parameters)
     found = frequencies(slopes.torsional(slopes.jacobian(slopes.steady())))
@@ -151,13 +125,9 @@ def test_axial_frequencies_with_the_bit_free_and_held() -> None:
     lifted = slopes.steady()
     lifted[2 * slopes.nodes - 2] = 1.0  # the bit, a metre above the rock
     matrix = slopes.axial(slopes.jacobian(lifted, 0.5))
-    np.testing.assert_allclose(
-        frequencies(matrix)[:3], [2.2995176, 8.6359015, 15.6158300], rtol=1e-7
-    )
+    np.testing.assert_allclose(frequencies(matrix)[:3], [2.2995176, 8.6359015, 15.6158300], rtol=1e-7)
     held = matrix[:-2, :-2]
-    np.testing.assert_allclose(
-        frequencies(held)[:3], [7.7688304, 15.1094544, 20.6420172], rtol=1e-7
-    )
+    np.testing.assert_allclose(frequencies(held)[:3], [7.7688304, 15.1094544, 20.6420172], rtol=1e-7)
 
 
 def test_steady_drilling() -> None:
@@ -207,9 +177,7 @@ def test_gains_of_the_regulator() -> None:
     np.testing.assert_allclose(regulator(string(), made)[0], GAINS, rtol=2e-5)
     strong = string(drive__control_weight=1.0)
     found = regulator(strong, made)[0]
-    np.testing.assert_allclose(
-        found, [1.017862, 911.214943, 308.681585, -628.370463, 823.064767], rtol=1e-6
-    )
+    np.testing.assert_allclose(found, [1.017862, 911.214943, 308.681585, -628.370463, 823.064767], rtol=1e-6)
 
 
 @pytest.mark.parametrize(("damping", "real"), [(0.2e-3, 0.0254), (10e-3, -0.103)])
@@ -230,9 +198,7 @@ def test_the_regulator_needs_a_string_with_damping(damping: float, real: float) 
     assert abs(worst.imag) == pytest.approx(5.15, abs=0.01)
 
 
-@pytest.mark.parametrize(
-    ("wob", "onset"), [(50e3, 19.46), (75e3, 26.40), (100e3, 32.30), (150e3, 42.02)]
-)
+@pytest.mark.parametrize(("wob", "onset"), [(50e3, 19.46), (75e3, 26.40), (100e3, 32.30), (150e3, 42.02)])
 def test_steady_drilling_is_unstable_below_a_speed(wob: float, onset: float) -> None:
     """The speed at which the torsional motion about steady drilling loses stability at
     constant voltage, of another program to four digits."""
@@ -246,20 +212,14 @@ def test_steady_drilling_is_unstable_below_a_speed(wob: float, onset: float) -> 
     assert growth[0] > 0.0 > growth[1]
 
 
-def _along(
-    plain: Plain, start: np.ndarray, until: float, rtol: float = 1e-10
-) -> tuple[np.ndarray, float]:
+def _along(plain: Plain, start: np.ndarray, until: float, rtol: float = 1e-10) -> tuple[np.ndarray, float]:
     """SciPy's state at the end, and the energy that came in."""
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         return np.append(plain.rates(t, y[:-1]), plain.power(t, y[:-1]))
 
-    absolute = np.append(
-        rtol * np.repeat([1e-4, 1e-2, 0.1, 1.0, 10.0], [plain.n + 1] * 4 + [1]), 1e-4
-    )
-    found = solve_ivp(
-        rates, (0.0, until), np.append(start, 0.0), method="DOP853", rtol=rtol, atol=absolute
-    )
+    absolute = np.append(rtol * np.repeat([1e-4, 1e-2, 0.1, 1.0, 10.0], [plain.n + 1] * 4 + [1]), 1e-4)
+    found = solve_ivp(rates, (0.0, until), np.append(start, 0.0), method="DOP853", rtol=rtol, atol=absolute)
     return found.y[:-1, -1], float(found.y[-1, -1])
 
 
@@ -276,9 +236,7 @@ def test_a_run_ends_where_scipy_does_and_energy_balances() -> None:
     size = plain_of(MODEL.state_scales(slopes.table[None], slopes.variant)[0], 8)
     difference = np.abs(plain_of(done["final_state"][0, :-1], 8) - end) / (size + np.abs(end))
     assert difference.max() < 1e-6
-    assert plain.energy(end) - plain.energy(start) == pytest.approx(
-        gained, abs=1e-6 * plain.energy(start)
-    )
+    assert plain.energy(end) - plain.energy(start) == pytest.approx(gained, abs=1e-6 * plain.energy(start))
     assert abs(gained) > 10.0
 
 
@@ -304,8 +262,6 @@ def test_the_bit_lifts_off_below_a_load(speed: float, load: float) -> None:
     critical = 1e-3 * abs(plain.k_c / (1 + plain.k_c * receptance)) * (1 + plain.k_a / plain.k_c)
     assert critical == pytest.approx(load, rel=1e-4)
     # 800 s take the first mode, which decays with 0.013 /s, below a thousandth.
-    done = run(
-        string(**quiet), Simulation(800.0, 20.0), wob=[0.98 * load, 1.02 * load], rotary_speed=speed
-    )
+    done = run(string(**quiet), Simulation(800.0, 20.0), wob=[0.98 * load, 1.02 * load], rotary_speed=speed)
     assert done["lift_off_fraction"][0] > 0.0
     assert done["lift_off_fraction"][1] == 0.0

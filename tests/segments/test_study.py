@@ -62,12 +62,8 @@ def test_features_are_those_of_a_dense_trace(results: Path) -> None:
         return float(data[name].to_numpy().item())
 
     assert measured("bit_speed_max") == pytest.approx(seen["bit_speed"].max(), abs=2e-3)
-    assert measured("bit_speed_mean") == pytest.approx(
-        np.trapezoid(seen["bit_speed"]) / 20_000, rel=1e-4
-    )
-    assert measured("stuck_fraction") == pytest.approx(
-        np.mean(seen["bit_speed"] < 5 * math.pi / 30), abs=2e-3
-    )
+    assert measured("bit_speed_mean") == pytest.approx(np.trapezoid(seen["bit_speed"]) / 20_000, rel=1e-4)
+    assert measured("stuck_fraction") == pytest.approx(np.mean(seen["bit_speed"] < 5 * math.pi / 30), abs=2e-3)
     off = 1e-3 * np.sin(seen["twist"] + seen["drive_angle"]) - seen["z"] <= 0.0
     assert 0.0 < measured("lift_off_fraction") == pytest.approx(np.mean(off), abs=2e-3)
     assert measured("axial_max") == pytest.approx(seen["z"].max(), abs=1e-6)
@@ -97,9 +93,7 @@ def test_a_trace_has_the_forces_of_the_equations(results: Path) -> None:
 def test_an_ideal_drive_turns_with_the_set_speed_of_each_point_of_a_chain() -> None:
     """The motion is carried on, the speed of the drive is not. It has a torque, and no
     current."""
-    text = STUDY.replace("13 rad/s, 30 rad/s]", "30 rad/s, 31 rad/s], procedure: up").replace(
-        "20 s", "1 s"
-    )
+    text = STUDY.replace("13 rad/s, 30 rad/s]", "30 rad/s, 31 rad/s], procedure: up").replace("20 s", "1 s")
     done = api.run(f"{text}drive: {{kind: ideal}}\n", progress=False)
     for name in ("drive_speed_min", "drive_speed_max"):
         np.testing.assert_array_equal(done[name].to_numpy().ravel(), [30.0, 31.0])
@@ -113,10 +107,7 @@ def test_an_ideal_drive_turns_with_the_set_speed_of_each_point_of_a_chain() -> N
 
 def test_a_string_at_rest_and_one_without_flow() -> None:
     """Words for what the numbers say as well."""
-    head = (
-        STUDY.partition("initial:")[0]
-        + "operation: {depth: 2200 m}\nsimulation: {transient: 1 s, observe: 1 s}\n"
-    )
+    head = STUDY.partition("initial:")[0] + "operation: {depth: 2200 m}\nsimulation: {transient: 1 s, observe: 1 s}\n"
     head = head.replace("operation: {depth: 2200 m, wob: 100 kN}\n", "")
     word = parse_study(f"{head}initial: {{start: rest}}\n").initial
     assert (word.twist, word.bit_speed) == (None, None)
@@ -125,9 +116,7 @@ def test_a_string_at_rest_and_one_without_flow() -> None:
         for text in ("{start: rest}", "{twist: 0 rad, bit_speed: 0 rad/s}")
     ]
     np.testing.assert_array_equal(*still)
-    off = parse_study(
-        head.replace("collar: 2}", "collar: 2, hydraulics: null}")
-    ).parameters.segments.hydraulics
+    off = parse_study(head.replace("collar: 2}", "collar: 2, hydraulics: null}")).parameters.segments.hydraulics
     assert (off.annulus_factor, off.bore_factor, off.flow) == (0.0, 0.0, 0.022)
 
 
@@ -147,15 +136,8 @@ def test_gains_that_do_not_fit(drive: str, words: str) -> None:
 
 
 def test_lobes_are_an_axis() -> None:
-    head = (
-        STUDY.replace("20 s", "2 s").partition("sweep:")[0]
-        + "simulation: {transient: 2 s, observe: 2 s}\n"
-    )
-    both = (
-        api.run(f"{head}sweep: {{bit.lobes: [1, 3]}}\n", progress=False)["axial_max"]
-        .to_numpy()
-        .ravel()
-    )
+    head = STUDY.replace("20 s", "2 s").partition("sweep:")[0] + "simulation: {transient: 2 s, observe: 2 s}\n"
+    both = api.run(f"{head}sweep: {{bit.lobes: [1, 3]}}\n", progress=False)["axial_max"].to_numpy().ravel()
     alone = api.run(f"{head}bit: {{lobes: 3}}\n", progress=False)["axial_max"].to_numpy().ravel()
     assert both[0] != both[1] == alone[0]
 
@@ -165,13 +147,9 @@ def test_steady_drilling_returns_once_a_revolution() -> None:
     low lobe repeats with each turn, and on flat rock it is an equilibrium."""
     quiet = {"segments__pipe": 2, "segments__collar": 2, "segments__hydraulics__pulsation": 0.0}
     keep, simulation = Record(peaks=4, poincare=16), Simulation(150.0, 20.0)
-    done = run(
-        string(**quiet, bit__surface_amplitude=2e-4), simulation, record=keep, rotary_speed=60.0
-    )
+    done = run(string(**quiet, bit__surface_amplitude=2e-4), simulation, record=keep, rotary_speed=60.0)
     assert (done["motion"][0], done["period"][0]) == (PERIODIC, 1)
-    still = run(
-        string(**quiet, bit__surface_amplitude=0.0), simulation, record=keep, rotary_speed=60.0
-    )
+    still = run(string(**quiet, bit__surface_amplitude=0.0), simulation, record=keep, rotary_speed=60.0)
     assert still["motion"][0] == EQUILIBRIUM
     assert np.all(np.isfinite(done["section_bit_speed"][0]))
 
@@ -192,10 +170,7 @@ def test_results_get_new_labels(results: Path) -> None:
     """With a bound above every index and fraction nothing is critical."""
     data = api.open_results(results)
     assert np.all(data["response"] != 0)
-    bounds = {
-        "classify.stick_slip.stick_slip_index": 1000.0,
-        "classify.bit_bounce.lift_off_fraction": 1.0,
-    }
+    bounds = {"classify.stick_slip.stick_slip_index": 1000.0, "classify.bit_bounce.lift_off_fraction": 1.0}
     assert np.all(api.classify(data, bounds)["response"] == 0)
 
 
@@ -203,9 +178,7 @@ def test_starts_follow_from_the_bit() -> None:
     """A string at rest below a table that turns: no twist to speak of, speeds that fall
     to that of the bit."""
     points = Slopes(string()).points
-    rest = MODEL.starts(
-        type(points)(points.parameters, Initial(twist=0.0, bit_speed=0.0), points.operation), 0
-    )[0]
+    rest = MODEL.starts(type(points)(points.parameters, Initial(twist=0.0, bit_speed=0.0), points.operation), 0)[0]
     _, _, th, w, current = Plain().parts(plain_of(rest[:-1], 20))
     assert w[0] == SPEED
     assert w[-1] == th[-1] == th[0] == 0.0
@@ -219,9 +192,7 @@ def test_an_ensemble_starts_within_its_bounds() -> None:
     """Twice the set speed at most, and one and a half times the twist of steady
     drilling."""
     points = Slopes(string()).points
-    made = MODEL.starts(
-        type(points)(points.parameters, Initial(ensemble=64), points.operation), np.arange(64)
-    )
+    made = MODEL.starts(type(points)(points.parameters, Initial(ensemble=64), points.operation), np.arange(64))
     steady = MODEL.starts(points, 0)[0]
     twist, speed = made[:, -4], made[:, -3]
     assert np.all((speed >= 0.0) & (speed <= 2 * SPEED))
@@ -241,18 +212,10 @@ def test_names_of_states_tell_the_number_of_segments() -> None:
     ("line", "key", "words"),
     [
         ("segments: {pipe: 41}", "segments.pipe", "at least 1 and at most 40"),
-        (
-            "operation: {depth: 200 m, wob: 100 kN}",
-            "operation.depth",
-            "above drillstring.collar.length",
-        ),
+        ("operation: {depth: 200 m, wob: 100 kN}", "operation.depth", "above drillstring.collar.length"),
         ("operation: {depth: 2200 m, wob: 0 kN}", "operation.wob", "at least 1 kN"),
         ("well: {diameter: 150 mm}", "well.diameter", "above drillstring.collar.outer_diameter"),
-        (
-            "drive: {kind: stiff, control_weight: 3}",
-            "drive.control_weight",
-            "a drive of the kind stiff reads",
-        ),
+        ("drive: {kind: stiff, control_weight: 3}", "drive.control_weight", "a drive of the kind stiff reads"),
         ("drive: {inductance: 5 ohm}", "drive.inductance", "H or mH"),
         ("bit: {teeth: 3}", "bit.teeth", "rock_stiffness"),
     ],

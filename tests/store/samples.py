@@ -34,9 +34,7 @@ def made_of(count, kept, seed=0):
         kind = records.dtype[name]
         shape = (count, *kind.shape)
         if kind.base.kind == "f":
-            records[name] = np.where(
-                random.random(shape) < 0.1, np.nan, random.standard_normal(shape) * 1e3
-            )
+            records[name] = np.where(random.random(shape) < 0.1, np.nan, random.standard_normal(shape) * 1e3)
         else:
             records[name] = random.integers(0, 2, shape)
     records["status"] = random.integers(1, 5, count)
@@ -76,11 +74,7 @@ def make_log(lengths, named=(), peaks=2, seed=0, returns=0, verify=False):
     axes = tuple(axis for axis in (ROCK, DRAG) if axis.name in lengths)
     kept = Kept(peaks, returns, starts=lengths.get("start", 0), verify=verify, axes=axes)
     shape = tuple(lengths[name] for name in kept.grid)
-    study = (
-        {}
-        if not named
-        else {"study_resolved": json.dumps({"sweep": {key: [1.0] for key in named}})}
-    )
+    study = {} if not named else {"study_resolved": json.dumps({"sweep": {key: [1.0] for key in named}})}
     about = header(shape[:4], **study)
     about["coords"] |= {axis.name: np.linspace(1.0, 2.0, lengths[axis.name]) / 7.0 for axis in axes}
     about["coords"] |= {"start": list(range(lengths["start"]))} if "start" in lengths else {}

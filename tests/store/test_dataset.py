@@ -12,15 +12,7 @@ from model_tables import TRACE_VARIABLES
 
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
-from nsdrill.store import (
-    collect,
-    from_dataset,
-    open_results,
-    read_results,
-    read_trace,
-    to_dataset,
-    write_results,
-)
+from nsdrill.store import collect, from_dataset, open_results, read_results, read_trace, to_dataset, write_results
 from nsdrill.store.trace import write_trace
 
 from .samples import make_log
@@ -97,9 +89,7 @@ def test_a_trace_is_what_xarray_reads_of_its_file(path):
 
 
 def test_selections_are_results(path):
-    write_results(
-        path, sweep(grid(2, wob=3, rotary_speed=4, bit_rock_stiffness=2), ("rotary_speed", "wob"))
-    )
+    write_results(path, sweep(grid(2, wob=3, rotary_speed=4, bit_rock_stiffness=2), ("rotary_speed", "wob")))
     whole = read_results(path)
     with open_results(path) as data:
         one = from_dataset(data.isel(wob=1).sel(procedure="up"))
@@ -130,72 +120,30 @@ def test_only_named_variables():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (
-            lambda data: {"depth": 1},
-            r"type dict; allowed: an xarray Dataset. Give one of nsdrill\.run",
-        ),
+        (lambda data: {"depth": 1}, r"type dict; allowed: an xarray Dataset. Give one of nsdrill\.run"),
         (lambda data: data.status, "type DataArray; allowed: an xarray Dataset"),
         (lambda data: xr.Dataset(), "found no attribute nsdrill_kind"),
-        (
-            lambda data: data.assign_attrs(nsdrill_kind="poem"),
-            "found no attribute nsdrill_kind that says",
-        ),
+        (lambda data: data.assign_attrs(nsdrill_kind="poem"), "found no attribute nsdrill_kind that says"),
         (lambda data: data.assign_attrs(format_version=9), "file format 9; .* Use a newer nsdrill"),
-        (
-            lambda data: data.assign_attrs(study_resolved="[1, 2]"),
-            "study_resolved should be a study as JSON",
-        ),
+        (lambda data: data.assign_attrs(study_resolved="[1, 2]"), "study_resolved should be a study as JSON"),
         (lambda data: data.assign_attrs(axes="bit_lobes"), "the axis bit_lobes is missing"),
         (lambda data: data.drop_vars("depth"), "the coordinate depth is missing"),
         (lambda data: data.drop_vars("state"), "the coordinate state is missing"),
         (lambda data: data.isel(wob=0, drop=True), "the coordinate wob is missing"),
-        (
-            lambda data: data.assign_coords(wob=["a", "b", "c"]),
-            "coordinate wob should have finite numbers",
-        ),
-        (
-            lambda data: data.assign_coords(wob=[1.0, 2.0, np.inf]),
-            "coordinate wob should have finite numbers",
-        ),
-        (
-            lambda data: data.assign_coords(depth=("wob", [1.0, 2.0, 3.0])),
-            "depth is missing or no list of values",
-        ),
+        (lambda data: data.assign_coords(wob=["a", "b", "c"]), "coordinate wob should have finite numbers"),
+        (lambda data: data.assign_coords(wob=[1.0, 2.0, np.inf]), "coordinate wob should have finite numbers"),
+        (lambda data: data.assign_coords(depth=("wob", [1.0, 2.0, 3.0])), "depth is missing or no list of values"),
         (lambda data: data.assign_coords(procedure="over"), "the procedures are over"),
-        (
-            lambda data: data.isel(state=0),
-            "initial_state has the dimensions wob; it should have wob, state",
-        ),
+        (lambda data: data.isel(state=0), "initial_state has the dimensions wob; it should have wob, state"),
         (lambda data: data.isel(state=slice(2)), "the states are x, vx; they should be x, vx, y"),
-        (
-            lambda data: data.isel(peak=1),
-            "axial_peaks has the dimensions wob; it should have wob, peak",
-        ),
-        (
-            lambda data: data.assign(status=data.status.astype(float)),
-            "status has the type float64; .* whole numbers",
-        ),
+        (lambda data: data.isel(peak=1), "axial_peaks has the dimensions wob; it should have wob, peak"),
+        (lambda data: data.assign(status=data.status.astype(float)), "status has the type float64; .* whole numbers"),
         (lambda data: data.assign(status=data.status + 70), "status has values that mean nothing"),
-        (
-            lambda data: data.assign(axial_max=data.status),
-            "axial_max has the type int8; it should have real numbers",
-        ),
-        (
-            lambda data: data.assign(axial_max=1.0),
-            "axial_max has the dimensions none; it should have wob",
-        ),
-        (
-            lambda data: data.assign(axial_max=data.axial_peaks),
-            "dimensions wob, peak; it should have wob",
-        ),
-        (
-            lambda data: data.assign(axial_peaks=data.axial_max),
-            "dimensions wob; it should have wob, peak",
-        ),
-        (
-            lambda data: data.assign(final_state=data.final_state.rename(state="other")),
-            "it should have wob, state",
-        ),
+        (lambda data: data.assign(axial_max=data.status), "axial_max has the type int8; it should have real numbers"),
+        (lambda data: data.assign(axial_max=1.0), "axial_max has the dimensions none; it should have wob"),
+        (lambda data: data.assign(axial_max=data.axial_peaks), "dimensions wob, peak; it should have wob"),
+        (lambda data: data.assign(axial_peaks=data.axial_max), "dimensions wob; it should have wob, peak"),
+        (lambda data: data.assign(final_state=data.final_state.rename(state="other")), "it should have wob, state"),
     ],
 )
 def test_what_is_no_dataset_of_nsdrill_is_refused_in_words(change, words):

@@ -57,11 +57,7 @@ def unguarded(monkeypatch):
 @pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
 @pytest.mark.parametrize(
     ("data", "words"),
-    [
-        (None, "there is no such file"),
-        (b"", "this file is empty"),
-        (b"title: a study\n", "not an HDF5 file"),
-    ],
+    [(None, "there is no such file"), (b"", "this file is empty"), (b"title: a study\n", "not an HDF5 file")],
 )
 def test_what_is_no_hdf5_file(path, reader, data, words):
     if data is not None:
@@ -150,9 +146,7 @@ def test_every_flipped_bit_is_noticed(path):
     for _ in range(300):
         # the seal itself is 48 bytes; without it the child process reads
         spot = chance.randrange(len(whole) - 48)
-        path.write_bytes(
-            whole[:spot] + bytes([whole[spot] ^ (1 << chance.randrange(8))]) + whole[spot + 1 :]
-        )
+        path.write_bytes(whole[:spot] + bytes([whole[spot] ^ (1 << chance.randrange(8))]) + whole[spot + 1 :])
         with pytest.raises(FileError, match=r"damaged|not an HDF5 file"):
             read_results(path)
 
@@ -170,9 +164,7 @@ def test_flipped_numbers_are_noticed_without_a_seal_too(path):
         read_results(path)
 
 
-@pytest.mark.parametrize(
-    "code", ["import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "while True: pass"]
-)
+@pytest.mark.parametrize("code", ["import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "while True: pass"])
 def test_a_crash_or_a_hang_of_the_library_stays_in_the_child(path, monkeypatch, code):
     make_results(path)
     hdf5.unseal(path)
@@ -188,51 +180,21 @@ def test_a_crash_or_a_hang_of_the_library_stays_in_the_child(path, monkeypatch, 
         (lambda file: file.pop("axial_max"), "the variable axial_max is missing"),
         (lambda file: file.pop("depth"), "the coordinate depth is missing"),
         (lambda file: file.pop("state"), "the coordinate state is missing"),
-        (
-            lambda file: file["procedure"].write_direct(np.array(["same", "over"], object)),
-            "the procedures are",
-        ),
+        (lambda file: file["procedure"].write_direct(np.array(["same", "over"], object)), "the procedures are"),
         (lambda file: file["state"].write_direct(np.array(["x"] * 9, object)), "the states are"),
-        (
-            lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 5))),
-            "has shape .*it should have shape",
-        ),
+        (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 5))), "has shape .*it should have shape"),
         (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 4), int)), "real numbers"),
         (lambda file: replace(file, "status", np.zeros((2, 5, 3, 4))), "whole numbers"),
         (lambda file: replace(file, "axial_max", None), "axial_max is missing"),
         (lambda file: replace(file, "depth", np.zeros((2, 2))), "coordinate depth"),
-        (
-            lambda file: replace(file, "depth", 500.0 - np.arange(5.0)),
-            "depth: found values that do not ascend",
-        ),
-        (
-            lambda file: replace(file, "depth", 500.0 + np.arange(5.0) * 1e9),
-            "depth: found .* at most 100 000 m",
-        ),
-        (
-            lambda file: replace(file, "depth", np.full(5, np.nan)),
-            "depth has values that are no finite numbers",
-        ),
-        (
-            lambda file: replace(file, "peak", np.array([5, 6, 7])),
-            "coordinate peak does not count from 0",
-        ),
-        (
-            lambda file: file.__setitem__("start", np.zeros(0, int)),
-            "coordinate start does not count from 0",
-        ),
-        (
-            lambda file: file["status"].write_direct(np.full((2, 5, 3, 4), 77, "i1")),
-            "status has values that mean",
-        ),
-        (
-            lambda file: file["response"].write_direct(np.full((2, 5, 3, 4), -1, "i1")),
-            "response has values that mean",
-        ),
-        (
-            lambda file: replace(file, "procedure", np.array(["up"] * 50, object)),
-            "coordinate procedure has 50 values",
-        ),
+        (lambda file: replace(file, "depth", 500.0 - np.arange(5.0)), "depth: found values that do not ascend"),
+        (lambda file: replace(file, "depth", 500.0 + np.arange(5.0) * 1e9), "depth: found .* at most 100 000 m"),
+        (lambda file: replace(file, "depth", np.full(5, np.nan)), "depth has values that are no finite numbers"),
+        (lambda file: replace(file, "peak", np.array([5, 6, 7])), "coordinate peak does not count from 0"),
+        (lambda file: file.__setitem__("start", np.zeros(0, int)), "coordinate start does not count from 0"),
+        (lambda file: file["status"].write_direct(np.full((2, 5, 3, 4), 77, "i1")), "status has values that mean"),
+        (lambda file: file["response"].write_direct(np.full((2, 5, 3, 4), -1, "i1")), "response has values that mean"),
+        (lambda file: replace(file, "procedure", np.array(["up"] * 50, object)), "coordinate procedure has 50 values"),
         (lambda file: file.attrs.__setitem__("nsdrill_kind", "poem"), "poem"),
         (lambda file: file.attrs.__setitem__("nsdrill_kind", [1, 2]), "none of nsdrill"),
         (lambda file: file.attrs.__setitem__("format_version", "one"), "none of nsdrill"),
@@ -278,27 +240,12 @@ def made_anew(file, shape=(2, 5, 3, 4), **how):
 @pytest.mark.parametrize(
     ("edit", "words"),
     [
-        (
-            lambda file: linked(file, h5py.ExternalLink("other.h5", "/axial_max")),
-            "axial_max is a link to elsewhere",
-        ),
-        (
-            lambda file: linked(file, h5py.SoftLink("/axial_min")),
-            "axial_max is a link to elsewhere",
-        ),
+        (lambda file: linked(file, h5py.ExternalLink("other.h5", "/axial_max")), "axial_max is a link to elsewhere"),
+        (lambda file: linked(file, h5py.SoftLink("/axial_min")), "axial_max is a link to elsewhere"),
         (virtual, "axial_max lies in another file"),
-        (
-            lambda file: made_anew(file, external=[("numbers", 0, h5py.h5f.UNLIMITED)]),
-            "axial_max lies in another file",
-        ),
-        (
-            lambda file: made_anew(file, (10**8,), chunks=(10**4,), fillvalue=1.0),
-            "axial_max claims more numbers",
-        ),
-        (
-            lambda file: made_anew(file, chunks=(2, 5, 3, 10**7), maxshape=(2, 5, 3, None)),
-            "axial_max claims more",
-        ),
+        (lambda file: made_anew(file, external=[("numbers", 0, h5py.h5f.UNLIMITED)]), "axial_max lies in another file"),
+        (lambda file: made_anew(file, (10**8,), chunks=(10**4,), fillvalue=1.0), "axial_max claims more numbers"),
+        (lambda file: made_anew(file, chunks=(2, 5, 3, 10**7), maxshape=(2, 5, 3, None)), "axial_max claims more"),
     ],
 )
 def test_numbers_that_are_not_in_the_file(path, edit, words, sealed, unguarded):
@@ -339,18 +286,10 @@ def test_the_child_process_reads_no_other_file(path):
         ("refine", 1, "points_run of a refined sweep is missing"),
         ("study_resolved", "[1, 2]", "study_resolved should be a study as JSON"),
         ("study_resolved", '{"sweep": 5}', "study_resolved should be a study as JSON"),
-        (
-            "study_resolved",
-            '{"classify": {"whirl": {"direction": NaN}}}',
-            "study_resolved should be a study as JSON",
-        ),
+        ("study_resolved", '{"classify": {"whirl": {"direction": NaN}}}', "study_resolved should be a study as JSON"),
         ("study_resolved", "[" * 100_000, "study_resolved should be a study as JSON"),
         ("classification", '{"a": 1}', "classification should be a JSON list of texts"),
-        (
-            "classification_resolved",
-            '{"whirl": 5}',
-            "classification_resolved should be thresholds as JSON",
-        ),
+        ("classification_resolved", '{"whirl": 5}', "classification_resolved should be thresholds as JSON"),
         ("ramps", '{"wob": [[0, 1], [1e99, 2]]}', "ramps should be ramps as JSON"),
         ("at", '{"drive.kind": 3}', "at should be a JSON object of numbers"),
     ],
@@ -402,9 +341,7 @@ def test_what_others_wrote_beside_ours_is_no_obstacle(path, unguarded):
 
 def test_points_outside_and_unknown_names(path):
     make_results(path)
-    with pytest.raises(
-        FileError, match=r"there is no point \(0, 5, 0, 0\); the sweep has 2 x 5 x 3 x 4"
-    ):
+    with pytest.raises(FileError, match=r"there is no point \(0, 5, 0, 0\); the sweep has 2 x 5 x 3 x 4"):
         read_point(path, 0, 5, 0, 0)
     with pytest.raises(FileError, match="no variable is called axial_maximum"):
         read_results(path, ["axial_maximum"])
@@ -433,7 +370,5 @@ def test_a_file_from_before_lacks_what_is_measured_now(path):
     np.testing.assert_array_equal(found["axial_min"], whole["axial_min"])
     assert "axial_max" not in {variable.name for variable in variables_in(path)}
     assert "axial_max" not in read_point(path, 0, 0, 0, 0)
-    with pytest.raises(
-        InputError, match=r"results without axial_max; .*earlier version.*run the study again"
-    ):
+    with pytest.raises(InputError, match=r"results without axial_max; .*earlier version.*run the study again"):
         found["axial_max"]

@@ -30,13 +30,7 @@ from .samples import make_log
 
 
 def grid(procedure=1, depth=1, wob=1, rotary_speed=1, **more):
-    return {
-        "procedure": procedure,
-        "depth": depth,
-        "wob": wob,
-        "rotary_speed": rotary_speed,
-        **more,
-    }
+    return {"procedure": procedure, "depth": depth, "wob": wob, "rotary_speed": rotary_speed, **more}
 
 
 # What a study sweeps, in its words; the dimensions that the file must have.
@@ -45,11 +39,7 @@ CASES = {
     "one value": (grid(mud_drag=1, start=1), ("mud.drag", "wob"), ()),
     "one axis": (grid(depth=5), ("depth",), ("depth",)),
     "up and down": (grid(2, rotary_speed=3), ("rotary_speed",), ("procedure", "rotary_speed")),
-    "as the study says": (
-        grid(depth=2, rotary_speed=3),
-        ("rotary_speed", "depth"),
-        ("rotary_speed", "depth"),
-    ),
+    "as the study says": (grid(depth=2, rotary_speed=3), ("rotary_speed", "depth"), ("rotary_speed", "depth")),
     "no study": (grid(depth=2, rotary_speed=3), (), ("depth", "rotary_speed")),
     "further first": (
         grid(2, wob=3, bit_rock_stiffness=4, mud_drag=1),
@@ -116,11 +106,7 @@ def test_a_dimension_is_what_varies(case, path):
         keys = {name: data[name].attrs.get("key") for name in lengths}
         # Every number of every point is where its coordinates say.
         for place in np.ndindex(*there.shape):
-            at = {
-                name: there.coords[name][i]
-                for name, i in zip(lengths, place, strict=True)
-                if name in dims
-            }
+            at = {name: there.coords[name][i] for name, i in zip(lengths, place, strict=True) if name in dims}
             point = data[["steps", "final_state"]].sel(at)
             assert point.steps == there["steps"][place]
             np.testing.assert_array_equal(point.final_state.values, there["final_state"][place])
@@ -142,9 +128,7 @@ def test_the_file_is_netcdf(case, path):
         for dataset in file.values():
             assert dataset.is_scale or all(len(dim) == 1 for dim in dataset.dims)
             assert not dataset.is_scale or dataset.ndim == 1
-        scalars = {
-            name for name, dataset in file.items() if dataset.ndim == 0 and name not in BY_NAME
-        }
+        scalars = {name for name, dataset in file.items() if dataset.ndim == 0 and name not in BY_NAME}
         assert set(file["status"].attrs.get("coordinates", "").split()) == scalars
 
 
@@ -178,9 +162,7 @@ def test_labels_are_put_where_their_points_are(case, path):
     after = read_results(path)
     np.testing.assert_array_equal(after["whirl_kind"], new)
     assert all(
-        after[name].tobytes() == values.tobytes()
-        for name, values in before.variables.items()
-        if name != "whirl_kind"
+        after[name].tobytes() == values.tobytes() for name, values in before.variables.items() if name != "whirl_kind"
     )
     with pytest.raises(ValueError, match="has shape"):
         rewrite_labels(path, {"whirl_kind": new[..., np.newaxis]}, "no")
@@ -197,17 +179,12 @@ def test_a_table_has_a_row_for_each_point(case, path, tmp_path):
 def test_large_files_of_any_order_are_written_in_chunks_that_are_whole(path):
     """A block of points is one chunk, whatever the order of the axes: each is
     compressed once."""
-    log = make_log(
-        grid(wob=40, rotary_speed=50, bit_rock_stiffness=3),
-        ("rotary_speed", "bit.rock_stiffness", "wob"),
-    )
+    log = make_log(grid(wob=40, rotary_speed=50, bit_rock_stiffness=3), ("rotary_speed", "bit.rock_stiffness", "wob"))
     write_results(path, log)
     alike(read_results(path), collect(log))
     with h5py.File(path) as file:
         assert file["axial_max"].shape == (50, 3, 40)
-        blocks = [
-            -(-n // size) for n, size in zip((50, 3, 40), file["axial_max"].chunks, strict=True)
-        ]
+        blocks = [-(-n // size) for n, size in zip((50, 3, 40), file["axial_max"].chunks, strict=True)]
         assert math.prod(blocks) == file["axial_max"].id.get_num_chunks()
 
 
@@ -221,10 +198,7 @@ def test_axes_that_changed_places_are_noticed(path):
         for axis, scale in enumerate(scales):
             file["axial_max"].dims[axis].detach_scale(scale)
             file["axial_max"].dims[axis].attach_scale(scales[1 - axis])
-    with pytest.raises(
-        FileError,
-        match="axial_max has its dimensions in another order than the attribute dimensions",
-    ):
+    with pytest.raises(FileError, match="axial_max has its dimensions in another order than the attribute dimensions"):
         read_results(path)
 
 
@@ -244,24 +218,14 @@ def test_a_file_that_xarray_wrote_is_read(path, tmp_path):
     write_results(path, log)
     with open_results(path) as data:
         data.to_netcdf(tmp_path / "same.nc", engine="h5netcdf")
-        data.sel(procedure="up").isel(wob=slice(1, None)).to_netcdf(
-            tmp_path / "part.nc", engine="h5netcdf"
-        )
+        data.sel(procedure="up").isel(wob=slice(1, None)).to_netcdf(tmp_path / "part.nc", engine="h5netcdf")
     alike(read_results(tmp_path / "same.nc"), collect(log))
     part = read_results(tmp_path / "part.nc")
     assert part.coords["procedure"].tolist() == ["up"]
     np.testing.assert_array_equal(part["final_state"], collect(log)["final_state"][1:, :, 1:])
     for name, of, words in (
-        (
-            "other.nc",
-            ("depth", ...),
-            "in another order than the attribute dimensions says. Another program",
-        ),
-        (
-            "peaks.nc",
-            ("peak", "crossing", ...),
-            "it should have shape .* and real numbers. Another program",
-        ),
+        ("other.nc", ("depth", ...), "in another order than the attribute dimensions says. Another program"),
+        ("peaks.nc", ("peak", "crossing", ...), "it should have shape .* and real numbers. Another program"),
     ):
         with open_results(path) as data:
             data.transpose(*of).to_netcdf(tmp_path / name, engine="h5netcdf")
@@ -269,11 +233,7 @@ def test_a_file_that_xarray_wrote_is_read(path, tmp_path):
             read_results(tmp_path / name)
         with xr.open_dataset(tmp_path / name, engine="h5netcdf") as data:  # what the message says
             again = data.transpose(
-                *data.attrs["dimensions"].split(),
-                "peak",
-                "crossing",
-                "state",
-                missing_dims="ignore",
+                *data.attrs["dimensions"].split(), "peak", "crossing", "state", missing_dims="ignore"
             )
             again.to_netcdf(tmp_path / f"mended_{name}", engine="h5netcdf")
         alike(read_results(tmp_path / f"mended_{name}"), collect(log))
@@ -282,31 +242,16 @@ def test_a_file_that_xarray_wrote_is_read(path, tmp_path):
 @pytest.mark.parametrize(
     ("edit", "words"),
     [
-        (
-            lambda file: file.attrs.__delitem__("dimensions"),
-            "dimensions is empty; it should name depth, wob",
-        ),
-        (
-            lambda file: file.attrs.__setitem__("dimensions", "wob"),
-            "dimensions is wob; it should name depth, wob",
-        ),
-        (
-            lambda file: file.attrs.__setitem__("dimensions", "wob depth wob"),
-            "it should name depth, wob",
-        ),
+        (lambda file: file.attrs.__delitem__("dimensions"), "dimensions is empty; it should name depth, wob"),
+        (lambda file: file.attrs.__setitem__("dimensions", "wob"), "dimensions is wob; it should name depth, wob"),
+        (lambda file: file.attrs.__setitem__("dimensions", "wob depth wob"), "it should name depth, wob"),
         (lambda file: file.attrs.__setitem__("dimensions", 5), "dimensions should be text"),
         (lambda file: file.move("wob", "weight"), "the coordinate wob is missing"),
         (lambda file: scalar(file, "wob", 2e4), r"has shape \(3, 3\) .* should have shape \(3,\)"),
         (lambda file: scalar(file, "state", 1.0), "coordinate state is missing or no list"),
         (lambda file: scalar(file, "peak", 0), "coordinate peak is no list of values"),
-        (
-            lambda file: scalar(file, "procedure", np.nan),
-            "coordinate procedure is missing or no list",
-        ),
-        (
-            lambda file: scalar(file, "rotary_speed", np.nan),
-            "rotary_speed has values that are no finite numbers",
-        ),
+        (lambda file: scalar(file, "procedure", np.nan), "coordinate procedure is missing or no list"),
+        (lambda file: scalar(file, "rotary_speed", np.nan), "rotary_speed has values that are no finite numbers"),
         (
             lambda file: file.attrs.__setitem__("format_version", 1),
             "format_version is 1, and the file is laid out as one of format 2",
@@ -342,9 +287,7 @@ def test_a_part_of_results_is_no_file(path):
         ResultsSource(read_results(path, ["status", "axial_min"]))
 
 
-@pytest.mark.parametrize(
-    "text", ["", "[", "5", '{"sweep": 5}', '{"sweep": {"mud.drag": 1, "nothing": 2}}']
-)
+@pytest.mark.parametrize("text", ["", "[", "5", '{"sweep": 5}', '{"sweep": {"mud.drag": 1, "nothing": 2}}'])
 def test_a_study_that_names_no_axis_leaves_them_as_they_are(text):
     lengths = grid(2, wob=3, depth=4)
     assert layout_of(lengths, {"study_resolved": text}).order == ("procedure", "depth", "wob")

@@ -117,10 +117,7 @@ def test_a_kill_at_any_moment_loses_no_safe_point_and_makes_up_none(tmp_path):
         child.send_signal(signal.SIGKILL)
         said, _ = child.communicate()
         promised = [
-            int(word)
-            for line in said.splitlines(keepends=True)
-            if line.endswith("\n")
-            for word in line.split()
+            int(word) for line in said.splitlines(keepends=True) if line.endswith("\n") for word in line.split()
         ]
         with RunLog.open(part) as log:  # the lock of the dead process is gone
             done = log.done()
@@ -132,14 +129,7 @@ def test_a_kill_at_any_moment_loses_no_safe_point_and_makes_up_none(tmp_path):
 def test_a_log_cut_anywhere_keeps_its_whole_points(part):
     records = filled(part)
     whole, begin = part.read_bytes(), slots_at(part)
-    for cut in (
-        begin,
-        begin + 1,
-        begin + SLOT - 1,
-        begin + SLOT,
-        begin + 10 * SLOT + 100,
-        len(whole) - 1,
-    ):
+    for cut in (begin, begin + 1, begin + SLOT - 1, begin + SLOT, begin + 10 * SLOT + 100, len(whole) - 1):
         part.write_bytes(whole[:cut])
         left = (cut - begin) // SLOT
         with RunLog.open(part) as log:
@@ -175,9 +165,7 @@ def test_misplaced_and_foreign_slots_are_not_believed(part, tmp_path):
     with RunLog.create(other, header(title="Another"), POINTS, Kept(PEAKS)) as log:
         log.write(np.arange(POINTS), records)
     there = slots_at(other)
-    whole[begin + 2 * SLOT : begin + 3 * SLOT] = other.read_bytes()[
-        there + 2 * SLOT : there + 3 * SLOT
-    ]
+    whole[begin + 2 * SLOT : begin + 3 * SLOT] = other.read_bytes()[there + 2 * SLOT : there + 3 * SLOT]
     whole[begin + 5 * SLOT : begin + 6 * SLOT] = b"\xff" * SLOT
     part.write_bytes(whole)
     with RunLog.open(part) as log:
@@ -200,9 +188,7 @@ def test_a_full_disk_is_told_and_the_log_stays_usable(part, monkeypatch, code):
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "pwrite", half)
-        with pytest.raises(
-            NsdrillError, match=f"10 of {POINTS} points are safe.*--resume"
-        ) as caught:
+        with pytest.raises(NsdrillError, match=f"10 of {POINTS} points are safe.*--resume") as caught:
             log.write([12], records[[12]])
         assert caught.value.exit_code == 1
     assert not log.done()[12]
@@ -217,11 +203,7 @@ def test_after_a_failed_sync_no_later_sync_claims_success(part, monkeypatch):
     with RunLog.create(part, header(), POINTS, Kept(PEAKS)) as log:
         log.write([0], made(1, PEAKS))
         with monkeypatch.context() as patch:
-            patch.setattr(
-                os,
-                "fsync",
-                lambda fd: (_ for _ in ()).throw(OSError(errno.EIO, "Input/output error")),
-            )
+            patch.setattr(os, "fsync", lambda fd: (_ for _ in ()).throw(OSError(errno.EIO, "Input/output error")))
             with pytest.raises(NsdrillError, match=f"0 of {POINTS} points are safe"):
                 log.sync()
         with pytest.raises(NsdrillError, match="0 of"):
@@ -232,9 +214,7 @@ def test_a_disk_too_small_for_the_points_is_told_before_the_run(part, monkeypatc
     real = os.statvfs(part.parent)
     tiny = type("Disk", (), {"f_bavail": 1, "f_frsize": real.f_frsize})
     monkeypatch.setattr(os, "statvfs", lambda path: tiny)
-    with pytest.raises(
-        NsdrillError, match=r"the points need .* MB, the disk has .* Nothing has run"
-    ):
+    with pytest.raises(NsdrillError, match=r"the points need .* MB, the disk has .* Nothing has run"):
         RunLog.create(part, header(), POINTS, Kept(PEAKS))
     assert list(part.parent.iterdir()) == []
 
@@ -254,9 +234,7 @@ def test_a_second_writer_is_refused(part):
 def test_the_lock_is_seen_by_another_process(part):
     code = "import sys; from nsdrill.store import RunLog; RunLog.open(sys.argv[1])"
     with RunLog.create(part, header(), POINTS, Kept(PEAKS)):
-        child = subprocess.run(
-            [sys.executable, "-c", code, str(part)], capture_output=True, text=True, check=False
-        )
+        child = subprocess.run([sys.executable, "-c", code, str(part)], capture_output=True, text=True, check=False)
     assert "another process is writing" in child.stderr
 
 
@@ -269,10 +247,7 @@ def test_the_lock_is_seen_by_another_process(part):
         (lambda data: data[:100], "header of the run log is damaged"),
         (lambda data: data[:60] + b"\0" + data[61:], "header of the run log is damaged"),
         (lambda data: data[:24] + b"\xff" * 8 + data[32:], "header of the run log is damaged"),
-        (
-            lambda data: data[:16] + b"\x63\0\0\0" + data[20:],
-            "run log of format 99.*knows formats 2 and 3",
-        ),
+        (lambda data: data[:16] + b"\x63\0\0\0" + data[20:], "run log of format 99.*knows formats 2 and 3"),
     ],
 )
 def test_what_is_no_log_of_ours_is_refused_in_words(part, damage, words):
@@ -284,10 +259,7 @@ def test_what_is_no_log_of_ours_is_refused_in_words(part, damage, words):
 
 def test_a_log_of_format_2_goes_on(part):
     """Its axes are in the JSON text, and its salt is the checksum of that."""
-    records, coords = (
-        made(POINTS, PEAKS),
-        {name: list(values) for name, values in header()["coords"].items()},
-    )
+    records, coords = (made(POINTS, PEAKS), {name: list(values) for name, values in header()["coords"].items()})
     fields = {
         "header": {"coords": coords, "attrs": {"title": "old"}},
         "n_points": POINTS,
@@ -330,11 +302,7 @@ def test_of_an_empty_log_next_to_nothing_is_read(part, monkeypatch):
     take minutes."""
     asked = []
     preadv = os.preadv
-    monkeypatch.setattr(
-        os,
-        "preadv",
-        lambda fd, buffers, at: asked.append(len(buffers[0])) or preadv(fd, buffers, at),
-    )
+    monkeypatch.setattr(os, "preadv", lambda fd, buffers, at: asked.append(len(buffers[0])) or preadv(fd, buffers, at))
     shape, kept = (1, 1, 40, 50), Kept(PEAKS, 10_000)
     one = pending_records(1, kept)
     one["status"] = 1

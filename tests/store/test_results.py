@@ -82,10 +82,7 @@ def test_xarray_opens_it_as_it_is(path):
         for name in ("depth", "wob", "rotary_speed"):
             assert data[name].attrs["units"] == COORDINATES[name][0]
         up = data.sel(procedure="up", state="bit_speed").isel(depth=1, wob=2, rotary_speed=3)
-        assert (
-            float(up.final_state)
-            == read_results(path)["final_state"][1, 1, 2, 3, STATE_NAMES.index("bit_speed")]
-        )
+        assert float(up.final_state) == read_results(path)["final_state"][1, 1, 2, 3, STATE_NAMES.index("bit_speed")]
         assert data.attrs["Conventions"] == "nsdrill-2"
     with open_results(path) as data:
         assert isinstance(data, xr.Dataset)
@@ -177,9 +174,7 @@ def test_new_labels_leave_everything_else_alone(path):
         # a variable of the user's own; and the seal of the file goes with the edit
         file["mine"] = [1, 2]
     new = np.arange(2000).reshape(1, 2000, 1, 1) % 5
-    rewrite_labels(
-        path, {"whirl_kind": new, "settled": new % 2}, "classified again", {"study_resolved": "{}"}
-    )
+    rewrite_labels(path, {"whirl_kind": new, "settled": new % 2}, "classified again", {"study_resolved": "{}"})
     results = read_results(path)
     np.testing.assert_array_equal(results["whirl_kind"], new)
     for name in records.dtype.names:
@@ -210,9 +205,7 @@ def test_a_failure_leaves_the_old_file_and_no_rubbish(path):
         def read(self, start, stop):
             raise OSError(28, "No space left on device")
 
-    with pytest.raises(
-        NsdrillError, match=r"no space left on device. Nothing was changed"
-    ) as caught:
+    with pytest.raises(NsdrillError, match=r"no space left on device. Nothing was changed") as caught:
         write_results(path, Broken(header(), POINTS, Kept()))
     assert caught.value.exit_code == 1
     assert path.read_bytes() == before
@@ -237,9 +230,7 @@ for limit in (100, 5_000, 30_000, 100_000, 200_000):
         print("refused")
 """
     tests = Path(__file__).parents[1]
-    child = subprocess.run(
-        [sys.executable, "-c", code, path, tests], capture_output=True, text=True, check=False
-    )
+    child = subprocess.run([sys.executable, "-c", code, path, tests], capture_output=True, text=True, check=False)
     assert child.stdout.split() == ["refused"] * 5, child.stderr
     assert child.returncode == 0, child.stderr
     assert os.listdir(path.parent) == []
@@ -253,9 +244,7 @@ def test_a_link_stays_a_link(path, tmp_path):
     assert read_results(path).shape == SHAPE
 
 
-@pytest.mark.parametrize(
-    "shape", [(1, 1, 1, 1), (3, 7, 5, 11), (1, 10_000, 1, 1), (2, 1, 900, 13), (1, 3, 2, 9000)]
-)
+@pytest.mark.parametrize("shape", [(1, 1, 1, 1), (3, 7, 5, 11), (1, 10_000, 1, 1), (2, 1, 900, 13), (1, 3, 2, 9000)])
 @pytest.mark.parametrize("points", [1, 10, 4096])
 def test_blocks_are_ranges_of_point_numbers(shape, points):
     block = block_shape(shape, points)

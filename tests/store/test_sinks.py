@@ -10,15 +10,7 @@ from model_tables import VARIABLES
 
 from nsdrill.models.christoforou_yigit.variables import DRIVEN_STATE_NAMES
 from nsdrill.models.kept import Kept
-from nsdrill.store import (
-    MemoryLog,
-    RunLog,
-    collect,
-    columns,
-    pending_records,
-    record_dtype,
-    recorded,
-)
+from nsdrill.store import MemoryLog, RunLog, collect, columns, pending_records, record_dtype, recorded
 from nsdrill.variables import PENDING, POINT
 
 from .samples import POINTS, SHAPE, header, made

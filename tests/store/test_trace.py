@@ -110,9 +110,7 @@ def test_csv_gives_back_every_bit_and_the_flags_in_words(tmp_path):
         assert float(row["depth [m]"]) == results.coords["depth"][place[1]]
         np.testing.assert_equal(float(row["axial_max [m]"]), results["axial_max"][place])
         np.testing.assert_equal(float(row["axial_peaks_1 [m]"]), results["axial_peaks"][place][1])
-        np.testing.assert_equal(
-            float(row["final_state_bit_speed [rad s-1]"]), results["final_state"][place][7]
-        )
+        np.testing.assert_equal(float(row["final_state_bit_speed [rad s-1]"]), results["final_state"][place][7])
         assert int(row["steps"]) == results["steps"][place]
         assert row["status_words"] == words[int(row["status"])]
         known = {0: "none", 1: "bit_bounce"}[int(row["response"])]

@@ -147,9 +147,7 @@ def test_new_labels_in_place(name, tmp_path):
     reclassify(path, ["classify.stick_slip.stick_slip_index=1"])
     after = read_results(path)
     ok = before["status"] == 1
-    np.testing.assert_array_equal(
-        (after["response"] & 2) > 0, ok & (before["stick_slip_index"] > 1.0)
-    )
+    np.testing.assert_array_equal((after["response"] & 2) > 0, ok & (before["stick_slip_index"] > 1.0))
     assert after.attrs["format_version"] == 1
     reclassify(path, [])
     assert of(read_results(path))["response"] == EXPECTED[name]["response"]
@@ -158,9 +156,7 @@ def test_new_labels_in_place(name, tmp_path):
 def test_a_replay_finds_its_point():
     """Its numbers are those of the present model, which may have changed since; that is
     said."""
-    made = nsdrill.replay(
-        FOLDER / "rock_map.h5", wob=60e3, rotary_speed=6.28, at={"bit.rock_stiffness": 1e8}
-    )
+    made = nsdrill.replay(FOLDER / "rock_map.h5", wob=60e3, rotary_speed=6.28, at={"bit.rock_stiffness": 1e8})
     point = read_point(FOLDER / "rock_map.h5", 0, 0, 1, 1, 2)
     assert made.attrs["wob"] == point["wob"]
     assert made.attrs["rotary_speed"] == point["rotary_speed"]
@@ -174,9 +170,7 @@ def present(tmp_path):
     path = tmp_path / "out.h5"
     shutil.copyfile(FOLDER / "rock_map.h5", path)
     with h5py.File(path, "r+") as file:
-        file.attrs.update(
-            {**versions(), "python_version": versions()["python"], "processor": processor()}
-        )
+        file.attrs.update({**versions(), "python_version": versions()["python"], "processor": processor()})
     return path
 
 

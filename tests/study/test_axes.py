@@ -41,12 +41,8 @@ def test_spacing_is_linear_or_logarithmic() -> None:
     np.testing.assert_allclose(axes["bit.rock_stiffness"], [10e6, 30e6, 90e6], rtol=1e-15)
     assert axes["bit.rock_stiffness"][[0, -1]].tolist() == [10e6, 90e6]
     fine = parse_study(ROCK, overrides=["sweep.refine=2"]).axes["bit.rock_stiffness"]
-    assert fine[::4].tobytes() == axes["bit.rock_stiffness"].tobytes(), (
-        "a refined axis keeps its values"
-    )
-    flat = parse_study(ROCK, overrides=["sweep.bit.rock_stiffness.spacing=linear"]).axes[
-        "bit.rock_stiffness"
-    ]
+    assert fine[::4].tobytes() == axes["bit.rock_stiffness"].tobytes(), "a refined axis keeps its values"
+    flat = parse_study(ROCK, overrides=["sweep.bit.rock_stiffness.spacing=linear"]).axes["bit.rock_stiffness"]
     assert flat.tolist() == [10e6, 50e6, 90e6]
 
 
@@ -60,9 +56,7 @@ def test_a_study_with_axes_is_built_and_written_again() -> None:
 
 
 def test_an_override_may_name_an_axis() -> None:
-    study = parse_study(
-        "sweep: {depth: 3000 m}", overrides=["sweep.well.friction.static=[0.3, 0.4]"]
-    )
+    study = parse_study("sweep: {depth: 3000 m}", overrides=["sweep.well.friction.static=[0.3, 0.4]"])
     assert study.axes["well.friction.static"].tolist() == [0.3, 0.4]
 
 
@@ -70,9 +64,7 @@ def test_the_wall_stiffness_is_an_axis_of_the_linear_law() -> None:
     """That of Hertz's law has another unit, and names of axes tell one."""
     text = "well: {{law: {}}}\nsweep: {{well.stiffness: [10 {}, 20 {}]}}\n"
     assert parse_study(text.format("linear", "MN/m", "MN/m")).more[0].units == "N/m"
-    with pytest.raises(
-        StudyError, match=r"line 2: sweep\.well\.stiffness: found an axis with law: hertz"
-    ):
+    with pytest.raises(StudyError, match=r"line 2: sweep\.well\.stiffness: found an axis with law: hertz"):
         parse_study(text.format("hertz", "MN/m^1.5", "MN/m^1.5"))
     with pytest.raises(StudyError, match=r"in N/m\^1.5.*law: hertz takes"):
         parse_study(text.format("linear", "MN/m^1.5", "MN/m^1.5"))
@@ -87,37 +79,19 @@ def test_the_wall_stiffness_is_an_axis_of_the_linear_law() -> None:
         ),
         ("rock_stiffness: [1 MN/m]", ["an unknown key", "Did you mean bit.rock_stiffness?"]),
         ("bit.lobes: [1.5, 3]", ["a whole number, at least 1 and at most 8"]),
-        (
-            "well.law: [linear]",
-            ["on which the units of well.stiffness depend", "Run a study for each word"],
-        ),
+        ("well.law: [linear]", ["on which the units of well.stiffness depend", "Run a study for each word"]),
         ("simulation.rtol: [1.0e-6]", ["not of the string or its operation"]),
         ("bit.rock_stiffness: [20]", ["without a unit", "MN/m"]),
         ("bit.rock_stiffness: [1 N/m, 1e30 N/m]", ["sweep.bit.rock_stiffness[1]", "at most"]),
         (
             "well.diameter: {from: 0.2 m, to: 0.4 m, points: 3}",
-            [
-                "sweep.well.diameter: found 200 mm at the least",
-                "above drillstring.collar.outer_diameter",
-            ],
+            ["sweep.well.diameter: found 200 mm at the least", "above drillstring.collar.outer_diameter"],
         ),
-        (
-            "drillstring.collar.length: [100 m, 6000 m]",
-            ["sweep.drillstring.collar.length", "below operation.depth"],
-        ),
+        ("drillstring.collar.length: [100 m, 6000 m]", ["sweep.drillstring.collar.length", "below operation.depth"]),
         ("initial.x: [0 mm, 3 m]", ["initial.x", "off the axis"]),
-        (
-            "mud.density: {from: 0 kg/m^3, to: 1 kg/m^3, points: 3, spacing: log}",
-            ["log spacing from 0"],
-        ),
-        (
-            "mud.density: {from: 0 kg/m^3, to: 1 kg/m^3, points: 3, spacing: cubic}",
-            ["linear or log"],
-        ),
-        (
-            "mud.density: [900 kg/m^3], procedure: up, along: mud.drag",
-            ["mud.drag, which is not swept"],
-        ),
+        ("mud.density: {from: 0 kg/m^3, to: 1 kg/m^3, points: 3, spacing: log}", ["log spacing from 0"]),
+        ("mud.density: {from: 0 kg/m^3, to: 1 kg/m^3, points: 3, spacing: cubic}", ["linear or log"]),
+        ("mud.density: [900 kg/m^3], procedure: up, along: mud.drag", ["mud.drag, which is not swept"]),
     ],
 )
 def test_what_cannot_be_an_axis_is_said(sweep: str, words: list[str]) -> None:
@@ -143,9 +117,7 @@ def test_an_axis_is_a_dimension_of_the_file(tmp_path) -> None:  # type: ignore[n
 
 
 def test_a_study_without_a_sweep_is_one_operating_point() -> None:
-    study = parse_study(
-        "operation: {depth: 3000 m}\nsimulation: {transient: 0.1 s, observe: 0.1 s}"
-    )
+    study = parse_study("operation: {depth: 3000 m}\nsimulation: {transient: 0.1 s, observe: 0.1 s}")
     results = run_in_memory(study)
     assert results["status"].shape == (1, 1, 1, 1)
     assert results.coords["depth"].tolist() == [3000.0]
@@ -169,29 +141,17 @@ def test_a_fault_of_an_axis_over_the_start_names_the_value_of_the_axis() -> None
 
 
 def test_borders_along_equal_ratios_are_known_to_the_widest_step() -> None:
-    study = parse_study(
-        "sweep: {bit.rock_stiffness: {from: 1 MN/m, to: 16 MN/m, points: 3, "
-        "spacing: log}, refine: 1}"
-    )
-    assert summary(study, 3, 5)["border_spacing"]["bit.rock_stiffness"] == pytest.approx(
-        8e6, rel=1e-12
-    )
-    study = parse_study(
-        "sweep: {bit.rock_stiffness: {from: 1 MN/m, to: 9 MN/m, points: 3}, refine: 1}"
-    )
+    study = parse_study("sweep: {bit.rock_stiffness: {from: 1 MN/m, to: 16 MN/m, points: 3, spacing: log}, refine: 1}")
+    assert summary(study, 3, 5)["border_spacing"]["bit.rock_stiffness"] == pytest.approx(8e6, rel=1e-12)
+    study = parse_study("sweep: {bit.rock_stiffness: {from: 1 MN/m, to: 9 MN/m, points: 3}, refine: 1}")
     assert summary(study, 3, 5)["border_spacing"]["bit.rock_stiffness"] == 2e6
 
 
 def test_the_order_of_the_axes_is_no_part_of_a_study() -> None:
     """Points have numbers, by which an interrupted run goes on: the same study has the
     same numbers."""
-    axes = [
-        "initial.x: {from: 1 mm, to: 2 mm, points: 2}",
-        "bit.rock_stiffness: {from: 1 MN/m, to: 2 MN/m, points: 2}",
-    ]
-    one, other = (
-        parse_study(f"sweep: {{{', '.join(order)}, refine: 1}}") for order in (axes, axes[::-1])
-    )
+    axes = ["initial.x: {from: 1 mm, to: 2 mm, points: 2}", "bit.rock_stiffness: {from: 1 MN/m, to: 2 MN/m, points: 2}"]
+    one, other = (parse_study(f"sweep: {{{', '.join(order)}, refine: 1}}") for order in (axes, axes[::-1]))
     assert one.sha256 == other.sha256
     assert list(one.axes) == list(other.axes)
     assert (one.swept, one.refined, one.more) == (other.swept, other.refined, other.more)

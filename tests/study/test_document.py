@@ -16,10 +16,7 @@ BOMB = "a: &a [x,x,x,x,x,x,x,x,x,x]\n" + "".join(
 
 
 def test_scalars_follow_yaml_1_2() -> None:
-    text = (
-        "[1, 010, 0x10, 0o17, 1_000, 1e4, 1.0e-6, .5, -3, no, yes, true, null, ~, '3', .inf, '', "
-        "1:30, 2020-01-01]"
-    )
+    text = "[1, 010, 0x10, 0o17, 1_000, 1e4, 1.0e-6, .5, -3, no, yes, true, null, ~, '3', .inf, '', 1:30, 2020-01-01]"
     assert parse(text, "s").data == [
         1,
         10,
@@ -54,16 +51,9 @@ def test_places_are_those_of_the_file() -> None:
 
 
 def test_aliases_serve_within_bounds() -> None:
-    study = parse_study(
-        "sweep: {wob: &w [1 kN, 2 kN], rotary_speed: [1 rad/s]}\noperation: {depth: &d 900 m}\n"
-    )
+    study = parse_study("sweep: {wob: &w [1 kN, 2 kN], rotary_speed: [1 rad/s]}\noperation: {depth: &d 900 m}\n")
     assert study.operation.depth == 900.0
-    assert parse("a: &a [1, 2]\nb: *a\nc: &s 3\nd: *s", "s").data == {
-        "a": [1, 2],
-        "b": [1, 2],
-        "c": 3,
-        "d": 3,
-    }
+    assert parse("a: &a [1, 2]\nb: *a\nc: &s 3\nd: *s", "s").data == {"a": [1, 2], "b": [1, 2], "c": 3, "d": 3}
 
 
 @pytest.mark.parametrize(

@@ -50,10 +50,7 @@ def test_mutations_of_a_good_study(start: int, length: int, text: str) -> None:
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text("abc 159.mkN", max_size=8),
-    lambda inner: (
-        st.lists(inner)
-        | st.dictionaries(st.sampled_from(["from", "to", "ramp", "x"]), inner, max_size=2)
-    ),
+    lambda inner: st.lists(inner) | st.dictionaries(st.sampled_from(["from", "to", "ramp", "x"]), inner, max_size=2),
     max_leaves=5,
 )
 PATHS = st.sampled_from(
@@ -83,10 +80,7 @@ PATHS = st.sampled_from(
 @given(st.dictionaries(PATHS, VALUES, max_size=4))
 @QUICK
 def test_any_structure(values: dict[str, object]) -> None:
-    attempt(
-        "sweep: {depth: [1 km, 2 km]}",
-        tuple(f"{path}={yaml(value)}" for path, value in values.items()),
-    )
+    attempt("sweep: {depth: [1 km, 2 km]}", tuple(f"{path}={yaml(value)}" for path, value in values.items()))
 
 
 def yaml(value: object) -> str:
@@ -94,13 +88,7 @@ def yaml(value: object) -> str:
         return "{" + ", ".join(f"{key}: {yaml(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(map(yaml, value)) + "]"
-    return (
-        "null"
-        if value is None
-        else str(value).lower()
-        if isinstance(value, bool | float)
-        else str(value)
-    )
+    return "null" if value is None else str(value).lower() if isinstance(value, bool | float) else str(value)
 
 
 @pytest.mark.parametrize("size", ["1e300", "1e-300"])

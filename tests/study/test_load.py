@@ -37,9 +37,7 @@ def test_values_come_out_in_si() -> None:
         "drillstring: {collar: {outer_diameter: 8 in}, lateral_softening: static}\n"
         "well: {law: hertz, stiffness: 2 GN/m^1.5}\nbit: {lobes: 1, cutting: {c1: 1e-6}}\n"
         "operation: {wob: 5 klbf}\ninitial: {z: -1 mm, bit_speed: 60 rpm, drive_angle: 0 rad}\n"
-        "sweep: {rotary_speed: {from: 60 rpm, to: 1 rev/s, points: 2}}\n".replace(
-            "1 rev/s", "2 rev/s"
-        )
+        "sweep: {rotary_speed: {from: 60 rpm, to: 1 rev/s, points: 2}}\n".replace("1 rev/s", "2 rev/s")
         + "simulation: {transient: 2 min, rtol: 1.0e-9, max_steps: 1e6}\n"
         "classify: {stuck_below: 1 rpm, whirl: {direction: 0.2}}\nrecord: {peaks: 0}\n"
     )
@@ -51,11 +49,7 @@ def test_values_come_out_in_si() -> None:
     assert study.initial.bit_speed == 2 * np.pi
     assert study.axes["rotary_speed"].tolist() == [2 * np.pi, 4 * np.pi]
     assert study.axes["wob"].tolist() == [22241.1080763025]
-    assert (study.simulation.transient, study.simulation.max_steps, study.record.peaks) == (
-        120.0,
-        1_000_000,
-        0,
-    )
+    assert (study.simulation.transient, study.simulation.max_steps, study.record.peaks) == (120.0, 1_000_000, 0)
     assert isinstance(study.simulation.max_steps, int)
     assert study.thresholds.whirl.direction == 0.2
 
@@ -118,12 +112,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file() -> None:
 @pytest.mark.parametrize(
     ("text", "line", "key", "says"),
     [
-        (
-            "drillstring:\n  collar: {outer_diameter: 16 in}",
-            3,
-            "drillstring.collar.outer_diameter",
-            "well.diameter",
-        ),
+        ("drillstring:\n  collar: {outer_diameter: 16 in}", 3, "drillstring.collar.outer_diameter", "well.diameter"),
         ("well:\n  diameter: 5 in\n", 3, "well.diameter", "9 in (the default)"),
         ("drillstring:\n  collar:\n    span: 300 m\n", 4, "drillstring.collar.span", "at most"),
         (
@@ -133,36 +122,11 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file() -> None:
             "at least 1.001 times drillstring.pipe.inner_diameter",
         ),
         ("well: {friction: {static: 0.1}}", 2, "well.friction.static", "at least"),
-        (
-            "bit:\n  friction:\n    static: 0.3\n    dynamic: 0.4\n",
-            5,
-            "bit.friction.dynamic",
-            "at most",
-        ),
-        (
-            "initial: {x: 400 mm, y: 300 mm}",
-            2,
-            "initial.x",
-            "76.2 mm, and as deep into the wall as 10 MN press",
-        ),
-        (
-            "classify: {stick_slip: {medium_index: 30}}",
-            2,
-            "classify.stick_slip.medium_index",
-            "above",
-        ),
-        (
-            "classify: {bit_bounce: {strong_fraction: 0.05}}",
-            2,
-            "classify.bit_bounce.strong_fraction",
-            "above",
-        ),
-        (
-            "classify: {whirl: {severe_acceleration: 0.5 gravity}}",
-            2,
-            "classify.whirl.severe_acceleration",
-            "above",
-        ),
+        ("bit:\n  friction:\n    static: 0.3\n    dynamic: 0.4\n", 5, "bit.friction.dynamic", "at most"),
+        ("initial: {x: 400 mm, y: 300 mm}", 2, "initial.x", "76.2 mm, and as deep into the wall as 10 MN press"),
+        ("classify: {stick_slip: {medium_index: 30}}", 2, "classify.stick_slip.medium_index", "above"),
+        ("classify: {bit_bounce: {strong_fraction: 0.05}}", 2, "classify.bit_bounce.strong_fraction", "above"),
+        ("classify: {whirl: {severe_acceleration: 0.5 gravity}}", 2, "classify.whirl.severe_acceleration", "above"),
         ("well: {stiffness: 25 MN/m^1.5}", 2, "well.stiffness", "law: hertz takes N/m^1.5"),
         ("well: {law: hertz, stiffness: 25 MN/m}", 2, "well.stiffness", "law: linear takes N/m"),
         ("well: {law: herz, stiffness: 25 MN/m^1.5}", 2, "well.law", "Did you mean hertz?"),
@@ -204,12 +168,7 @@ def test_one_fault(text: str, line: int, key: str, says: str) -> None:
         ("{depth: []}", "sweep.depth", "at least one value"),
         ("{depth: null}", "sweep.depth", "null"),
         ("{rotary_speed: [0 rpm]}", "sweep.rotary_speed[0]", "at least 1e-09 rad/s"),
-        (
-            "{wob: {from: 0 N, to: 1 N, points: 9999}, depth: {from: 1 km, to: 2 km, points: "
-            "20000}}",
-            "sweep",
-            "100 000",
-        ),
+        ("{wob: {from: 0 N, to: 1 N, points: 9999}, depth: {from: 1 km, to: 2 km, points: 20000}}", "sweep", "100 000"),
         ("{wob: {from: 0 N, to: 1 kN, points: 1000000000}}", "sweep.wob.points", "100 000 000"),
         ("{wob: [1 kN], procedure: sideways}", "sweep.procedure", "same, up, down or up-down"),
         ("{wob: [1 kN], along: dpth}", "sweep.along", "Did you mean depth?"),
@@ -245,25 +204,16 @@ def test_what_the_model_refuses_is_a_fault_with_a_line(record, text: str) -> Non
 
 
 def test_overrides() -> None:
-    study = parse_study(
-        SWEEP, "s", ["operation.wob=30 kN", "sweep.depth=[3 km, 4 km, 5 km]", "mud.drag=2"]
-    )
+    study = parse_study(SWEEP, "s", ["operation.wob=30 kN", "sweep.depth=[3 km, 4 km, 5 km]", "mud.drag=2"])
     assert study.operation.wob == 30e3
     assert study.axes["depth"].tolist() == [3000.0, 4000.0, 5000.0]
     assert study.parameters.mud.drag == 2.0
-    assert study.overrides == (
-        "operation.wob=30 kN",
-        "sweep.depth=[3 km, 4 km, 5 km]",
-        "mud.drag=2",
-    )
+    assert study.overrides == ("operation.wob=30 kN", "sweep.depth=[3 km, 4 km, 5 km]", "mud.drag=2")
     span = "sweep: {depth: {from: 500 m, to: 900 m, points: 3}}"
     assert len(parse_study(span, "s", ["sweep.depth.points=5"]).axes["depth"]) == 5
     assert parse_study(span, "s", ["sweep.procedure=up"]).along == "depth"
     assert parse_study("operation:\n", "s", ["sweep.wob=1 kN"]).swept == ("wob",)
-    assert (
-        parse_study(SWEEP, "s", ["mud.drag=2", "mud={density: 1 kg/m^3}"]).parameters.mud.drag
-        == 1.0
-    )
+    assert parse_study(SWEEP, "s", ["mud.drag=2", "mud={density: 1 kg/m^3}"]).parameters.mud.drag == 1.0
 
 
 @pytest.mark.parametrize(

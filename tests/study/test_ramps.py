@@ -77,11 +77,7 @@ def test_one_fault_of_a_ramp(ramp: str, key: str, found: str, allowed: str) -> N
         ("{}", "operation.wob.ramp", "{ramp: [[0 s, VALUE]"),
         ("{ramp: [[0 s, 1 N], [1 s, 2 N]], rate: 3}", "operation.wob.rate", "ramp"),
         ("[1 N, 2 N]", "operation.wob", "a number with its unit"),
-        (
-            "[[0 s, 1 N], [1 s, 2 N]]",
-            "operation.wob",
-            "a ramp, for nsdrill simulate, is {ramp: [[0 s, VALUE]",
-        ),
+        ("[[0 s, 1 N], [1 s, 2 N]]", "operation.wob", "a ramp, for nsdrill simulate, is {ramp: [[0 s, VALUE]"),
     ],
 )
 def test_something_else_than_a_ramp(value: str, key: str, says: str) -> None:
@@ -130,15 +126,9 @@ def test_damaged_ramps_are_a_file_error() -> None:
 def test_the_schema_for_editors_takes_both_forms() -> None:
     jsonschema = pytest.importorskip("jsonschema")
     schema = json_schema()
-    good = (
-        {"operation": {"wob": "3 kN"}},
-        {"operation": {"wob": {"ramp": [["0 s", "3 kN"], ["1 s", "4 kN"]]}}},
-    )
+    good = ({"operation": {"wob": "3 kN"}}, {"operation": {"wob": {"ramp": [["0 s", "3 kN"], ["1 s", "4 kN"]]}}})
     for data in good:
         jsonschema.validate(data, schema)
-    for data in (
-        {"operation": {"wob": {"ramp": [["0 s", "3 kN", "1 N"]]}}},
-        {"operation": {"wob": {}}},
-    ):
+    for data in ({"operation": {"wob": {"ramp": [["0 s", "3 kN", "1 N"]]}}}, {"operation": {"wob": {}}}):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(data, schema)

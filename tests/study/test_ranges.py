@@ -20,11 +20,7 @@ from nsdrill.study.schema import POINTS, REFINE
 from nsdrill.units import QuantityError
 
 SWEEP = "sweep: {rotary_speed: [3 rad/s]}\n"
-NUMBERS = {
-    key: leaf
-    for key, leaf in keys_of().leaves.items()
-    if leaf.kind in ("quantity", "number", "whole")
-}
+NUMBERS = {key: leaf for key, leaf in keys_of().leaves.items() if leaf.kind in ("quantity", "number", "whole")}
 
 
 def raw(leaf: Leaf, value: float) -> object:
@@ -74,10 +70,7 @@ def test_a_number_beyond_its_range_is_named_wherever_it_stands(key: str, value: 
     nested = value
     for part in reversed(key.split(".")):
         nested = f"{{{part}: {nested}}}"
-    for text, overrides in (
-        (f"{SWEEP if 'sweep' not in key else ''}{nested[1:-1]}", ()),
-        (SWEEP, (f"{key}={value}",)),
-    ):
+    for text, overrides in ((f"{SWEEP if 'sweep' not in key else ''}{nested[1:-1]}", ()), (SWEEP, (f"{key}={value}",))):
         with pytest.raises(StudyError) as caught:
             parse_study(text, "s", overrides)
         found.append([fault for fault in caught.value.faults if fault.key.startswith(key)])
@@ -116,9 +109,7 @@ def test_a_bore_leaves_a_wall() -> None:
     both have no meaning."""
     for part in ("collar", "pipe"):
         thin = f"drillstring: {{{part}: {{outer_diameter: 100 mm, inner_diameter: 99.95 mm}}}}"
-        with pytest.raises(
-            StudyError, match=r"inner_diameter: found '99.95 mm'; allowed: at most 0.999 times"
-        ):
+        with pytest.raises(StudyError, match=r"inner_diameter: found '99.95 mm'; allowed: at most 0.999 times"):
             parse_study(SWEEP + thin)
     json_text(check(parse_study(SWEEP + thin.replace("99.95", "99.9"))).as_json())
 

@@ -20,9 +20,7 @@ SWEEP = "sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}\n"
 def test_from_resolved_is_the_same_study() -> None:
     overrides = ["sweep.wob=[1 lbf, 3.3 kN]", "sweep.procedure=up", "sweep.along=wob"]
     study = parse_study(template_text(), overrides=overrides)
-    again = study_from_resolved(
-        json.loads(json.dumps(study.resolved)), study.text, study.source, study.overrides
-    )
+    again = study_from_resolved(json.loads(json.dumps(study.resolved)), study.text, study.source, study.overrides)
     assert again.resolved == study.resolved
     assert again.sha256 == study.sha256
     for name in vars(study).keys() - {"axes"}:
@@ -62,10 +60,7 @@ def test_the_digest_knows_what_matters() -> None:
     )
     for text in same:
         assert parse_study(text).sha256 == base.sha256
-    other = (
-        SWEEP + "operation: {wob: 10.1 kN}",
-        SWEEP + "operation: {wob: 10 kN}\nrecord: {peaks: 3}",
-    )
+    other = (SWEEP + "operation: {wob: 10.1 kN}", SWEEP + "operation: {wob: 10 kN}\nrecord: {peaks: 3}")
     for text in other:
         assert parse_study(text).sha256 != base.sha256
 
@@ -86,19 +81,10 @@ def test_differences_name_the_keys() -> None:
 def test_a_study_of_an_older_version_has_defaults_for_what_that_did_not_know() -> None:
     study = parse_study(SWEEP)
     old = copy.deepcopy(study.resolved)
-    del (
-        old["sweep"]["refine"],
-        old["record"]["poincare"],
-        old["classify"]["motion"],
-        old["initial"]["ensemble"],
-    )
+    del (old["sweep"]["refine"], old["record"]["poincare"], old["classify"]["motion"], old["initial"]["ensemble"])
     again = study_from_resolved(old)
     assert again.refine == 0
-    assert (again.record, again.thresholds, again.initial) == (
-        study.record,
-        study.thresholds,
-        study.initial,
-    )
+    assert (again.record, again.thresholds, again.initial) == (study.record, study.thresholds, study.initial)
     assert all((again.axes[axis] == study.axes[axis]).all() for axis in study.axes)
 
 

@@ -28,9 +28,7 @@ def test_one_start_by_default() -> None:
 def test_an_ensemble() -> None:
     study = parse_study(SWEEP + "initial: {ensemble: 64, seed: 3, spread: 0.5}")
     assert (study.initial.starts, study.initial.seed, study.initial.spread) == (64, 3, 0.5)
-    assert (
-        study.sha256 != parse_study(SWEEP + "initial: {ensemble: 64, seed: 4, spread: 0.5}").sha256
-    )
+    assert study.sha256 != parse_study(SWEEP + "initial: {ensemble: 64, seed: 4, spread: 0.5}").sha256
 
 
 def test_a_slice_in_the_order_of_the_states_ascending() -> None:
@@ -54,66 +52,21 @@ def test_the_template_may_become_an_ensemble() -> None:
 @pytest.mark.parametrize(
     ("initial", "key", "found", "allowed"),
     [
-        (
-            "{ensemble: 8, x: 2 mm}",
-            "initial.x",
-            "with an ensemble, which draws all states",
-            "left out",
-        ),
+        ("{ensemble: 8, x: 2 mm}", "initial.x", "with an ensemble, which draws all states", "left out"),
         ("{ensemble: 8, bit_speed: 3 rad/s}", "initial.bit_speed", "an ensemble", "left out"),
         ("{ensemble: -1}", "initial.ensemble", "-1", "at least 0"),
         ("{ensemble: 2, spread: 0}", "initial.spread", "0", "at least 1e-06 and at most 1"),
         ("{ensemble: 2, spread: 10 mm}", "initial.spread", "'10 mm'", "a number"),
         ("{ensemble: 2, seed: -3}", "initial.seed", "-3", "at least 0"),
-        (
-            f"{{ensemble: 8, slice: {PLANE}}}",
-            "initial.ensemble",
-            "8 beside initial.slice",
-            "one of the two",
-        ),
-        (
-            "{slice: {x: {from: 0 mm, to: 1 mm, points: 2}}}",
-            "initial.slice",
-            "1 of them (x)",
-            "two states",
-        ),
+        (f"{{ensemble: 8, slice: {PLANE}}}", "initial.ensemble", "8 beside initial.slice", "one of the two"),
+        ("{slice: {x: {from: 0 mm, to: 1 mm, points: 2}}}", "initial.slice", "1 of them (x)", "two states"),
         ("{slice: 5}", "initial.slice", "5", "x, vx, y, vy, z, vz, twist, bit_speed, drive_angle"),
-        (
-            "{slice: {q: {from: 0 mm, to: 1 mm, points: 2}}}",
-            "initial.slice.q",
-            "an unknown key",
-            "x, vx, y",
-        ),
-        (
-            "{slice: {x: {from: 0, to: 1 mm, points: 2}}}",
-            "initial.slice.x.from",
-            "without a unit",
-            "mm",
-        ),
-        (
-            "{slice: {x: {from: 0 mm, points: 2}}}",
-            "initial.slice.x.to",
-            "nothing",
-            "all of from, to and points",
-        ),
-        (
-            "{slice: {x: {from: 0 mm, to: 0 mm, points: 2}}}",
-            "initial.slice.x",
-            "the same",
-            "that differ",
-        ),
-        (
-            "{slice: {x: {from: 0 mm, to: 1 mm, points: 1}}}",
-            "initial.slice.x.points",
-            "1",
-            "at least 2",
-        ),
-        (
-            f"{{slice: {PLANE.replace('4', '400000')}}}",
-            "initial.slice",
-            "1.2e+06 starts",
-            "at most 100 000",
-        ),
+        ("{slice: {q: {from: 0 mm, to: 1 mm, points: 2}}}", "initial.slice.q", "an unknown key", "x, vx, y"),
+        ("{slice: {x: {from: 0, to: 1 mm, points: 2}}}", "initial.slice.x.from", "without a unit", "mm"),
+        ("{slice: {x: {from: 0 mm, points: 2}}}", "initial.slice.x.to", "nothing", "all of from, to and points"),
+        ("{slice: {x: {from: 0 mm, to: 0 mm, points: 2}}}", "initial.slice.x", "the same", "that differ"),
+        ("{slice: {x: {from: 0 mm, to: 1 mm, points: 1}}}", "initial.slice.x.points", "1", "at least 2"),
+        (f"{{slice: {PLANE.replace('4', '400000')}}}", "initial.slice", "1.2e+06 starts", "at most 100 000"),
         (f"{{vx: 1 m/s, slice: {PLANE}}}", "initial.vx", "which initial.slice varies", "left out"),
         (f"{{y: 600 mm, slice: {PLANE}}}", "initial.slice", "604", "the gap"),
     ],
@@ -127,16 +80,12 @@ def test_faults(initial: str, key: str, found: str, allowed: str) -> None:
 
 @pytest.mark.parametrize("initial", ["ensemble: 8", f"slice: {PLANE}"])
 @pytest.mark.parametrize("procedure", ["up", "down", "up-down"])
-def test_starts_of_their_own_and_a_carried_state_exclude_each_other(
-    initial: str, procedure: str
-) -> None:
+def test_starts_of_their_own_and_a_carried_state_exclude_each_other(initial: str, procedure: str) -> None:
     (fault,) = faults(SWEEP + f"initial: {{{initial}}}", f"sweep.procedure={procedure}")
     assert "carries the state on" in fault.found
     assert fault.allowed == "with sweep.procedure: same"
 
 
 def test_starts_count_among_the_points() -> None:
-    (fault,) = faults(
-        "sweep: {wob: {from: 1 N, to: 1 kN, points: 10001}}\ninitial: {ensemble: 10000}"
-    )
+    (fault,) = faults("sweep: {wob: {from: 1 N, to: 1 kN, points: 10001}}\ninitial: {ensemble: 10000}")
     assert "1e+08 points over all axes and starts" in fault.found

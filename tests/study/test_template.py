@@ -16,9 +16,7 @@ from nsdrill.study.keys import MEANINGS, SLICE, keys_of
 from nsdrill.study.read import parse
 from nsdrill.study.uncertain import HOW
 
-SWEEP_KEYS = {
-    f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along", "refine")
-}
+SWEEP_KEYS = {f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along", "refine")}
 
 
 def test_the_template_is_the_defaults() -> None:
@@ -29,9 +27,7 @@ def test_the_template_is_the_defaults() -> None:
     assert study.simulation == Simulation()
     assert study.thresholds == Thresholds()
     assert study.record == Record()
-    assert (
-        study.sha256 == parse_study("sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}").sha256
-    )
+    assert study.sha256 == parse_study("sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}").sha256
 
 
 def test_the_template_has_every_key_with_its_meaning() -> None:

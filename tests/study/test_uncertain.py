@@ -24,10 +24,7 @@ MEANS = {
     "uniform": ({"uniform": [0.3, 0.6]}, 0.45),
     "triangular": ({"triangular": [0.1, 0.2, 0.9]}, 0.4),
     "normal": ({"normal": {"mean": 0.7, "deviation": 0.1}}, 0.7),
-    "lognormal": (
-        {"lognormal": {"median": 2.0, "factor": 1.5}},
-        2.0 * math.exp(math.log(1.5) ** 2 / 2),
-    ),
+    "lognormal": ({"lognormal": {"median": 2.0, "factor": 1.5}}, 2.0 * math.exp(math.log(1.5) ** 2 / 2)),
     "values": ({"values": [1.0, 2.0, 6.0, 3.0]}, 3.0),
     # A normal cut off at its mean is a half-normal one.
     "cut": ({"normal": {"mean": 0.0, "deviation": 1.0, "low": 0.0}}, math.sqrt(2 / math.pi)),
@@ -70,9 +67,7 @@ def test_rank_correlation_is_the_one_asked_for() -> None:
 def test_saltelli_exchanges_one_column_at_a_time() -> None:
     shapes = {"a": MEANS["uniform"][0], "b": MEANS["uniform"][0]}
     found = draw(Uncertain(shapes, samples=8, design="saltelli"))
-    a, b, first, second = (
-        np.column_stack([found["a"], found["b"]])[8 * i : 8 * i + 8] for i in range(4)
-    )
+    a, b, first, second = (np.column_stack([found["a"], found["b"]])[8 * i : 8 * i + 8] for i in range(4))
     assert np.array_equal(first, np.column_stack([b[:, 0], a[:, 1]]))
     assert np.array_equal(second, np.column_stack([a[:, 0], b[:, 1]]))
     assert len(np.unique(a)) == 16
@@ -101,20 +96,12 @@ def test_same_study_gives_the_same_samples_and_another_seed_others() -> None:
         assert np.array_equal(values, two.drawn[key])
     assert not np.array_equal(one.drawn[ROCK], other.drawn[ROCK])
     assert one.sha256 != other.sha256
-    assert {axis.key for axis in one.unknowns} == {
-        "operation.rotary_speed",
-        "drillstring.eccentricity",
-        ROCK,
-        KEY,
-    }
+    assert {axis.key for axis in one.unknowns} == {"operation.rotary_speed", "drillstring.eccentricity", ROCK, KEY}
 
 
 def test_resolved_study_and_its_text_give_the_same_samples() -> None:
     one = study(FULL)
-    again, written = (
-        study_from_resolved(one.resolved),
-        parse_study(study_text(one.resolved), "again"),
-    )
+    again, written = (study_from_resolved(one.resolved), parse_study(study_text(one.resolved), "again"))
     assert one.sha256 == again.sha256 == written.sha256
     for key, values in one.drawn.items():
         assert np.array_equal(values, again.drawn[key])
@@ -122,10 +109,7 @@ def test_resolved_study_and_its_text_give_the_same_samples() -> None:
 
 
 def test_table_is_taken_row_by_row() -> None:
-    found = study(
-        "{table: {bit.friction.static: [0.3, 0.4, 0.35], bit.rock_stiffness: [10 MN/m, "
-        "30 MN/m, 20 MN/m]}}"
-    )
+    found = study("{table: {bit.friction.static: [0.3, 0.4, 0.35], bit.rock_stiffness: [10 MN/m, 30 MN/m, 20 MN/m]}}")
     assert found.samples == 3
     assert found.drawn[KEY].tolist() == [0.3, 0.4, 0.35]
     assert found.drawn[ROCK].tolist() == [10e6, 30e6, 20e6]
@@ -136,17 +120,13 @@ def test_joint_rows_may_overlap_where_each_row_is_in_order() -> None:
     rows = "{{table: {{bit.friction.static: [0.3, 0.4], bit.friction.dynamic: [0.25, {}]}}}}"
     assert study(rows.format(0.35)).samples == 2
     with pytest.raises(
-        StudyError,
-        match=r"line 2: uncertain\.table\.bit\.friction\.dynamic: found 0\.45 at the greatest",
+        StudyError, match=r"line 2: uncertain\.table\.bit\.friction\.dynamic: found 0\.45 at the greatest"
     ):
         study(rows.format(0.45))
 
 
 def test_differences_name_the_unknown() -> None:
-    one, two = (
-        study(FULL),
-        study(FULL.replace("factor: 2", "factor: 3").replace("samples: 100", "samples: 64")),
-    )
+    one, two = (study(FULL), study(FULL.replace("factor: 2", "factor: 3").replace("samples: 100", "samples: 64")))
     told = {key: (a, b) for key, a, b in changes(one.resolved, two.resolved)}
     assert told["uncertain.samples"] == ("100", "64")
     before, after = told[f"uncertain.{ROCK}"]
@@ -164,10 +144,7 @@ uncertain:
   correlations: [[%wob, bit.friction.static, 0.5]]
 """
 ROWS = "sweep: {rotary_speed: [1 rad/s, 2 rad/s]}\nuncertain: {table: {%wob: [20 kN, 30 kN]}}"
-CURVES = (
-    "continue: {along: %rotary_speed, from: 2 rad/s, to: 4 rad/s, "
-    "curves: {over: %wob, from: 20 kN, to: 30 kN}}"
-)
+CURVES = "continue: {along: %rotary_speed, from: 2 rad/s, to: 4 rad/s, curves: {over: %wob, from: 20 kN, to: 30 kN}}"
 SETS = [
     "%wob=30 kN",
     "sweep.%rotary_speed={from: 1 rad/s, to: 3 rad/s, points: 3}",
@@ -177,9 +154,7 @@ SETS = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("text", "sets"), [(SPELT, []), (ROWS, []), (CURVES, []), ("{}", SETS), (SPELT, SETS[2:3])]
-)
+@pytest.mark.parametrize(("text", "sets"), [(SPELT, []), (ROWS, []), (CURVES, []), ("{}", SETS), (SPELT, SETS[2:3])])
 def test_a_number_of_the_operation_has_one_key_in_two_spellings(text: str, sets: list[str]) -> None:
     short, full = (
         parse_study(text.replace("%", head), "s.yaml", [one.replace("%", head) for one in sets])
@@ -189,9 +164,7 @@ def test_a_number_of_the_operation_has_one_key_in_two_spellings(text: str, sets:
     assert {key: values.tolist() for key, values in short.drawn.items()} == {
         key: values.tolist() for key, values in full.drawn.items()
     }
-    mixed = parse_study(
-        text.replace("%", "operation."), "s.yaml", [s.replace("%", "") for s in sets]
-    )
+    mixed = parse_study(text.replace("%", "operation."), "s.yaml", [s.replace("%", "") for s in sets])
     assert mixed.resolved == full.resolved
 
 
@@ -200,9 +173,7 @@ def test_a_number_of_the_operation_in_both_spellings_is_refused() -> None:
     with pytest.raises(StudyError, match=r"s.yaml, line 3: .*wob: found the key a second time"):
         parse_study(text, "s.yaml")
     for name in ("wob", "operation.wob"):  # both are taken, one is printed
-        with pytest.raises(
-            StudyError, match=r"line 2: uncertain.operation.wob.uniform\[0\]: found '1 mm'"
-        ):
+        with pytest.raises(StudyError, match=r"line 2: uncertain.operation.wob.uniform\[0\]: found '1 mm'"):
             parse_study(f"uncertain:\n  {name}: {{uniform: [1 mm, 2 kN]}}", "s.yaml")
 
 
@@ -219,9 +190,7 @@ def test_a_number_of_the_operation_is_written_in_one_spelling(name: str) -> None
 
 
 def test_overrides_reach_the_section() -> None:
-    found = parse_study(
-        "{}", "s.yaml", [f"uncertain.{KEY}.uniform=[0.3, 0.4]", "uncertain.samples=16"]
-    )
+    found = parse_study("{}", "s.yaml", [f"uncertain.{KEY}.uniform=[0.3, 0.4]", "uncertain.samples=16"])
     assert found.samples == 16
     assert 0.3 <= found.drawn[KEY].min() < found.drawn[KEY].max() <= 0.4
     by_dict = nsdrill.load_study({"uncertain": {KEY: {"uniform": [0.3, 0.4]}, "samples": 16}})
@@ -235,65 +204,29 @@ def test_overrides_reach_the_section() -> None:
             "{bit.friction.static: {normal: {mean: 0.3, deviation: 0.3}}}",
             r"line 2: uncertain\.bit\.friction\.static\.normal: found a distribution of which 16 % lie below",
         ),
-        (
-            "{bit.friction.static: {uniform: [0.3, 20]}}",
-            r"uniform\[1\]: found the number 20; allowed: .* at most 10",
-        ),
-        (
-            "{bit.friction.static: {uniform: [0.1, 0.6]}}",
-            r"allowed: at least bit\.friction\.dynamic, which is 0\.2",
-        ),
-        (
-            "{bit.rock_stiffness: {uniform: [1, 2]}}",
-            r"uniform\[0\]: found the number 1 without a unit",
-        ),
+        ("{bit.friction.static: {uniform: [0.3, 20]}}", r"uniform\[1\]: found the number 20; allowed: .* at most 10"),
+        ("{bit.friction.static: {uniform: [0.1, 0.6]}}", r"allowed: at least bit\.friction\.dynamic, which is 0\.2"),
+        ("{bit.rock_stiffness: {uniform: [1, 2]}}", r"uniform\[0\]: found the number 1 without a unit"),
         ("{bit.rock_stifness: {uniform: [1 MN/m, 2 MN/m]}}", r"Did you mean bit\.rock_stiffness"),
-        (
-            "{bit.rock_stiffness: {unifrm: [1 MN/m, 2 MN/m]}}",
-            r"Did you mean uncertain\.bit\.rock_stiffness\.uniform",
-        ),
+        ("{bit.rock_stiffness: {unifrm: [1 MN/m, 2 MN/m]}}", r"Did you mean uncertain\.bit\.rock_stiffness\.uniform"),
         ("{bit.lobes: {values: [1, 3]}}", r"bit\.lobes, which is compiled in; .* Sweep it"),
-        (
-            "{bit.friction.law: {values: [linear]}}",
-            r"bit\.friction\.law, which is a choice; .* Sweep it: sweep",
-        ),
+        ("{bit.friction.law: {values: [linear]}}", r"bit\.friction\.law, which is a choice; .* Sweep it: sweep"),
         ("{wob: {uniform: [1 kN, 2 kN]}}", r"found wob, which the sweep varies"),
         ("{operation.wob: {uniform: [1 kN, 2 kN]}}", r"found wob, which the sweep varies"),
         ("{bit.friction.static: {uniform: [0.6, 0.3]}}", r"values that do not ascend"),
-        (
-            "{bit.friction.static: {uniform: [0.3, 0.6], values: [0.3]}}",
-            r"found uniform and values; allowed: one of",
-        ),
-        (
-            "{bit.friction.static: {lognormal: {median: 0.3}}}",
-            r"found nothing; allowed: all of median and factor",
-        ),
+        ("{bit.friction.static: {uniform: [0.3, 0.6], values: [0.3]}}", r"found uniform and values; allowed: one of"),
+        ("{bit.friction.static: {lognormal: {median: 0.3}}}", r"found nothing; allowed: all of median and factor"),
         ("{samples: 4}", r"found no unknown"),
+        ("{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 1}", r"samples: found the number 1"),
+        ("{drive.a: {uniform: [0.3, 0.6]}}", r"found the uncertain drive\.a, which the drive ideal does not read"),
+        ("{table: {bit.friction.static: [0.3, 0.4], bit.rock_stiffness: [1 MN/m]}}", r"as many values as of"),
+        ("{table: {bit.friction.static: [0.3, 0.4]}, samples: 8}", r"found 8 beside a table of 2 rows"),
         (
-            "{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 1}",
-            r"samples: found the number 1",
-        ),
-        (
-            "{drive.a: {uniform: [0.3, 0.6]}}",
-            r"found the uncertain drive\.a, which the drive ideal does not read",
-        ),
-        (
-            "{table: {bit.friction.static: [0.3, 0.4], bit.rock_stiffness: [1 MN/m]}}",
-            r"as many values as of",
-        ),
-        (
-            "{table: {bit.friction.static: [0.3, 0.4]}, samples: 8}",
-            r"found 8 beside a table of 2 rows",
-        ),
-        (
-            "{bit.friction.static: {uniform: [0.3, 0.6]}, correlations: [[bit.friction.static, "
-            "wob, "
-            "0.5]]}",
+            "{bit.friction.static: {uniform: [0.3, 0.6]}, correlations: [[bit.friction.static, wob, 0.5]]}",
             r"correlations\[0\]: found wob; allowed: keys with a distribution",
         ),
         (
-            "{bit.friction.static: {uniform: [0.3, 0.6]}, correlations: [[bit.friction.static, "
-            "0.5]]}",
+            "{bit.friction.static: {uniform: [0.3, 0.6]}, correlations: [[bit.friction.static, 0.5]]}",
             r"correlations\[0\]: found a list; allowed: two keys",
         ),
         (
@@ -309,9 +242,7 @@ def test_overrides_reach_the_section() -> None:
         ),
     ],
 )
-def test_what_is_wrong_is_told_with_line_key_and_what_is_allowed(
-    section: str, message: str
-) -> None:
+def test_what_is_wrong_is_told_with_line_key_and_what_is_allowed(section: str, message: str) -> None:
     with pytest.raises(StudyError, match=message):
         study(section)
 
@@ -319,8 +250,7 @@ def test_what_is_wrong_is_told_with_line_key_and_what_is_allowed(
 def test_samples_beside_several_starts_are_refused() -> None:
     friction = "bit.friction.static: {uniform: [0.3, 0.6]}"
     with pytest.raises(
-        StudyError,
-        match=r"initial\.ensemble: found with .*uncertain\.initial\.x: each .*sweep\.initial\.x:",
+        StudyError, match=r"initial\.ensemble: found with .*uncertain\.initial\.x: each .*sweep\.initial\.x:"
     ):
         study(f"{{{friction}}}\ninitial: {{ensemble: 8}}")
     # what the sentence advises

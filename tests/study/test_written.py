@@ -21,8 +21,7 @@ STUDIES = {
     "initial: {slice: {x: {from: -1 in, to: 1 in, points: 3}, vx: {from: 0 ft/s, to: 7 "
     "m/s, points: 3}}}",
     "ensemble": "sweep: {depth: 2 km}\ninitial: {ensemble: 5, seed: 3, spread: 0.1}",
-    "refined": "sweep: {depth: {from: 1 km, to: 2 km, points: 4}, wob: [10 klbf, 30 kN], refine: "
-    "2}",
+    "refined": "sweep: {depth: {from: 1 km, to: 2 km, points: 4}, wob: [10 klbf, 30 kN], refine: 2}",
     "digits": "sweep: {depth: 2 km}\nbit: {cutting: {c1: 3.3333333333333333e-8, c2: -1e-300}}\n"
     "mud: {density: 1234.5678901234567 kg/m^3}\nclassify: {whirl: {direction: "
     "0.3333333333333333}}",
@@ -41,9 +40,7 @@ def test_it_reads_back_the_same(text: str) -> None:
     assert again.sha256 == study.sha256
 
 
-@pytest.mark.parametrize(
-    "title", ["", "a: b # c", "- a", "null", '"q" \\ \'', "x\ny\t\u2028", "é 漢 \U0001f600"]
-)
+@pytest.mark.parametrize("title", ["", "a: b # c", "- a", "null", '"q" \\ \'', "x\ny\t\u2028", "é 漢 \U0001f600"])
 def test_any_title(title: str) -> None:
     resolved = {**parse_study("sweep: {depth: 2 km}").resolved, "title": title}
     assert parse_study(study_text(resolved)).title == title
@@ -64,14 +61,8 @@ def test_a_key_that_an_older_version_did_not_have_is_left_out() -> None:
 
 def test_changes_name_keys_and_units_as_a_study_has_them() -> None:
     a = load_study(CONFIGS[0]).resolved
-    b = load_study(
-        CONFIGS[0], ["operation.wob=5 klbf", "bit.lobes=1", "sweep.rotary_speed=[60 rpm, 6 rad/s]"]
-    ).resolved
+    b = load_study(CONFIGS[0], ["operation.wob=5 klbf", "bit.lobes=1", "sweep.rotary_speed=[60 rpm, 6 rad/s]"]).resolved
     found = dict((key, new) for key, _, new in changes(a, b))
-    assert found == {
-        "bit.lobes": "1",
-        "operation.wob": "5 klbf",
-        "sweep.rotary_speed": "[6 rad/s, 60 rpm]",
-    }
+    assert found == {"bit.lobes": "1", "operation.wob": "5 klbf", "sweep.rotary_speed": "[6 rad/s, 60 rpm]"}
     assert value_text(a, "well.stiffness") == "25 MN/m"
     assert value_text(a, "sweep.wob") is None

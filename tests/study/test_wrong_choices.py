@@ -16,10 +16,7 @@ from nsdrill.study import load_study
         ("drive: {kind: soft_torqe, matching: 5, a: 0.3}\ninitial: {lag: 1 rad}", "drive.kind"),
         ("sweep: {drive.matching: [1, 2]}\ndrive: {kind: soft}", "drive.kind"),
         ("bit: {friction: {law: rationall, b0: 20 mm}}", "bit.friction.law"),
-        (
-            "modes: {lateral: frozn, axial: frozen}\ndrive: {kind: stiff}\ninitial: {z: 1 mm}",
-            "modes.lateral",
-        ),
+        ("modes: {lateral: frozn, axial: frozen}\ndrive: {kind: stiff}\ninitial: {z: 1 mm}", "modes.lateral"),
     ],
 )
 def test_the_choice_alone_is_blamed(tmp_path: Path, text: str, key: str) -> None:

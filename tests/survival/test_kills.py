@@ -114,9 +114,7 @@ def same(one: Path, two: Path) -> list[str]:
             CHAINS,
             ("--engine", "dask"),
             id="chains-dask",
-            marks=pytest.mark.skipif(
-                importlib.util.find_spec("distributed") is None, reason="needs distributed"
-            ),
+            marks=pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed"),
         ),
     ],
 )
@@ -194,9 +192,7 @@ def test_a_second_process_on_the_same_output_is_refused(tmp_path: Path) -> None:
     kill_all(first)
 
 
-def test_the_bits_are_the_same_with_any_engine(
-    tmp_path: Path, undisturbed: Callable[[str], Path]
-) -> None:
+def test_the_bits_are_the_same_with_any_engine(tmp_path: Path, undisturbed: Callable[[str], Path]) -> None:
     """One worker, two workers, and two processes of a cluster."""
     pytest.importorskip("distributed")
     study, one, two = tmp_path / "study.yaml", tmp_path / "one.h5", tmp_path / "two.h5"

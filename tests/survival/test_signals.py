@@ -28,9 +28,7 @@ sweep:
 
 def start(folder: Path, out: str, *more: str) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "nsdrill", "run", "study.yaml", "-o", out, "--quiet", *more]
-    return subprocess.Popen(
-        command, cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
+    return subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 
 def named(part: str) -> Callable[[Path], bool]:
@@ -44,11 +42,7 @@ def await_heard(process: subprocess.Popen[str]) -> None:
         time.sleep(1.0)
         return
     while process.poll() is None:
-        caught = next(
-            line
-            for line in Path(f"/proc/{process.pid}/status").read_text().splitlines()
-            if "SigCgt" in line
-        )
+        caught = next(line for line in Path(f"/proc/{process.pid}/status").read_text().splitlines() if "SigCgt" in line)
         if int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1:
             return
         time.sleep(0.002)
@@ -95,16 +89,7 @@ def test_a_signal_ends_the_run_in_one_sentence(
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
 def test_no_word_of_dask_where_a_cluster_that_starts_is_interrupted(folder: Path) -> None:
     """A terminal sends Ctrl-C to the workers as well."""
-    process = start(
-        folder,
-        "dask.h5",
-        "--engine",
-        "dask",
-        "--workers",
-        "2",
-        "--set",
-        "simulation.transient=500s",
-    )
+    process = start(folder, "dask.h5", "--engine", "dask", "--workers", "2", "--set", "simulation.transient=500s")
     await_heard(process)
     time.sleep(1.5)
     os.killpg(process.pid, signal.SIGINT)
@@ -115,10 +100,7 @@ def test_no_word_of_dask_where_a_cluster_that_starts_is_interrupted(folder: Path
     (folder / "dask.h5.part").unlink(missing_ok=True)
 
 
-ASK = (
-    "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda number: "
-    "os.kill(os.getpid(), number)\n"
-)
+ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda number: os.kill(os.getpid(), number)\n"
 
 
 @pytest.mark.parametrize(
@@ -180,8 +162,7 @@ ASK = (
             id="not once the file is there",
         ),
         pytest.param(
-            "interrupt.listen(); interrupt.ignore_signals()\nfor number in interrupt.SIGNALS: "
-            "ask(number)\nsys.exit(3)",
+            "interrupt.listen(); interrupt.ignore_signals()\nfor number in interrupt.SIGNALS: ask(number)\nsys.exit(3)",
             3,
             "",
             id="not while the interpreter ends",
@@ -194,8 +175,7 @@ ASK = (
             id="not under nohup",
         ),
         pytest.param(
-            "signal.signal(signal.SIGTERM, signal.SIG_IGN); "
-            "interrupt.listen()\nask(signal.SIGTERM); time.sleep(20)",
+            "signal.signal(signal.SIGTERM, signal.SIG_IGN); interrupt.listen()\nask(signal.SIGTERM); time.sleep(20)",
             130,
             "Interrupted; nothing was written.\n",
             id="also as the child of one that is deaf to it",
@@ -210,7 +190,5 @@ ASK = (
     ],
 )
 def test_when_a_signal_is_acted_on(code: str, ends: int, said: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", ASK + code], capture_output=True, text=True, timeout=15, check=False
-    )
+    done = subprocess.run([sys.executable, "-c", ASK + code], capture_output=True, text=True, timeout=15, check=False)
     assert (done.returncode, done.stderr) == (ends, said)

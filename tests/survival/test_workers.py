@@ -48,9 +48,7 @@ def test_dead_workers_cost_time_only(tmp_path: Path, text: str) -> None:
     run_study(study, tmp_path / "whole.h5", workers=2)
     killed: list[int] = []
     with (
-        distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=None
-        ) as cluster,
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
     ):
         own = os.getpid()
@@ -70,21 +68,15 @@ def test_dead_workers_cost_time_only(tmp_path: Path, text: str) -> None:
     assert same(tmp_path / "whole.h5", tmp_path / "out.h5") == []
 
 
-def test_a_scheduler_that_is_gone_ends_the_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_scheduler_that_is_gone_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     library = pytest.importorskip("dask")
     monkeypatch.setattr("nsdrill.sweep.engine.POLL_SECONDS", 0.5)
     dask, address = [sys.executable, "-m", "dask"], tmp_path / "address.json"
     more = ["--no-dashboard", "--scheduler-file", str(address)]
     log = (tmp_path / "log").open("w")
-    scheduler = subprocess.Popen(
-        [*dask, "scheduler", "--port", "0", *more], stderr=log, start_new_session=True
-    )
-    worker = subprocess.Popen(
-        [*dask, "worker", "--nthreads", "1", *more], stderr=log, start_new_session=True
-    )
+    scheduler = subprocess.Popen([*dask, "scheduler", "--port", "0", *more], stderr=log, start_new_session=True)
+    worker = subprocess.Popen([*dask, "worker", "--nthreads", "1", *more], stderr=log, start_new_session=True)
     try:
         while not address.exists() or not address.read_text().endswith("}"):
             time.sleep(0.1)
@@ -159,9 +151,7 @@ def test_any_slice_may_be_lost(tmp_path: Path, text: str, monkeypatch: pytest.Mo
     assert same(tmp_path / "whole.h5", tmp_path / "out.h5") == []
 
 
-def test_a_cluster_that_only_dies_is_given_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_cluster_that_only_dies_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Slices of so many packed steps, however fast the machine is.
     monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_QUANTUM", 1e-9)
     monkeypatch.setattr("nsdrill.kernel.batch.STEPS_PER_CALL", 8000)

@@ -35,14 +35,8 @@ def work_for(
 ) -> Work:
     """A sweep of ``case``; axes that are not given have the case's single value."""
     values = {"depth": case.depth, "wob": case.wob, "rotary_speed": case.speed} | axes
-    plan = Plan(
-        {name: np.atleast_1d(np.asarray(v, dtype=float)) for name, v in values.items()},
-        procedure,
-        along,
-    )
-    thresholds = (
-        Thresholds() if stuck_below is None else replace(Thresholds(), stuck_below=stuck_below)
-    )
+    plan = Plan({name: np.atleast_1d(np.asarray(v, dtype=float)) for name, v in values.items()}, procedure, along)
+    thresholds = Thresholds() if stuck_below is None else replace(Thresholds(), stuck_below=stuck_below)
     return Work(plan, parameters_of(case), initial, simulation, thresholds, Record(peaks=peaks))
 
 
@@ -66,9 +60,7 @@ def run_work(
             columns[name][points] = values
 
     with ThreadPoolExecutor(workers) as threads:
-        Engine(
-            work, executor or threads, workers, lanes, deliver, quantum_seconds=quantum_seconds
-        ).run(starts, pending)
+        Engine(work, executor or threads, workers, lanes, deliver, quantum_seconds=quantum_seconds).run(starts, pending)
     return columns
 
 

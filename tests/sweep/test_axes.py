@@ -23,10 +23,7 @@ SHORT = Simulation(transient=1.0, observe=2.0)
 
 def numbers() -> dict[str, float]:
     found: dict[str, float] = {}
-    describe(
-        Parameters(),
-        lambda key, value, meta: found.update({key: value}) if isinstance(value, float) else None,
-    )
+    describe(Parameters(), lambda key, value, meta: found.update({key: value}) if isinstance(value, float) else None)
     return found
 
 
@@ -39,10 +36,7 @@ def test_points_along_any_axis_have_the_coefficients_of_single_points(key: str) 
     together = values_at(Parameters(), Initial(), {**operation, key: values})
     table = pack(together.parameters, *together.operation)
     alone = np.concatenate(
-        [
-            pack(with_values(Parameters(), {key: value}), *OPERATION.values())
-            for value in values.tolist()
-        ]
+        [pack(with_values(Parameters(), {key: value}), *OPERATION.values()) for value in values.tolist()]
     )
     for made in (lambda t: t, state_scales, first_step):
         assert made(table).tobytes() == made(alone).tobytes()
@@ -51,22 +45,16 @@ def test_points_along_any_axis_have_the_coefficients_of_single_points(key: str) 
 def test_powers_of_arrays_are_those_of_their_numbers() -> None:
     values = np.random.default_rng(2).uniform(0.01, 1.0, (40, 25))
     for exponent in (2, 3, 4):
-        assert power(values, exponent).tolist() == [
-            [v**exponent for v in row] for row in values.tolist()
-        ]
+        assert power(values, exponent).tolist() == [[v**exponent for v in row] for row in values.tolist()]
 
 
 @pytest.mark.parametrize("procedure", ["same", "up-down"])
 def test_a_sweep_over_the_rock_has_the_bits_of_single_runs(procedure: str) -> None:
     """Each point from the state in which it began."""
     rocks = np.array([15e6, 25e6, 60e6])
-    axes = {name: np.array([value]) for name, value in OPERATION.items()} | {
-        "bit.rock_stiffness": rocks
-    }
+    axes = {name: np.array([value]) for name, value in OPERATION.items()} | {"bit.rock_stiffness": rocks}
     base = work_for(Case(), SHORT)
-    work = replace(
-        base, plan=Plan(axes, procedure, None if procedure == "same" else "bit.rock_stiffness")
-    )
+    work = replace(base, plan=Plan(axes, procedure, None if procedure == "same" else "bit.rock_stiffness"))
     out = run_work(work)
     for point in range(work.plan.points):
         rock = work.plan.values(np.array([point]))["bit.rock_stiffness"]

@@ -32,9 +32,7 @@ def grid() -> dict[str, np.ndarray]:
 
 def test_all_points_get_all_variables(grid: dict[str, np.ndarray]) -> None:
     assert set(grid) == {
-        variable.name
-        for variable in VARIABLES
-        if Kept(peaks=32, options=("drilled", "method")).has(variable)
+        variable.name for variable in VARIABLES if Kept(peaks=32, options=("drilled", "method")).has(variable)
     }
     assert np.all(grid["status"] == OK)
     assert all(np.all(np.isfinite(grid[name])) for name in FEATURES)
@@ -42,8 +40,7 @@ def test_all_points_get_all_variables(grid: dict[str, np.ndarray]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lanes", "workers", "quantum_seconds"),
-    [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.001), (1, 2, 0.02)],
+    ("lanes", "workers", "quantum_seconds"), [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.001), (1, 2, 0.02)]
 )
 def test_numbers_do_not_depend_on_lanes_workers_or_slices(
     grid: dict[str, np.ndarray], lanes: int, workers: int, quantum_seconds: float
@@ -100,10 +97,7 @@ def test_a_chain_is_a_sequence_of_single_runs(procedure: str) -> None:
             batch = work.new_batch(8, 1)
             batch.add(point, runs if state is None else replace(runs, initial=state[None]))
             single = collect(work, finish(work, batch))
-            assert all(single[n][0].tobytes() == out[n][point[0]].tobytes() for n in single), (
-                chain,
-                place,
-            )
+            assert all(single[n][0].tobytes() == out[n][point[0]].tobytes() for n in single), (chain, place)
             state = single["final_state"][0]
 
 
@@ -175,9 +169,7 @@ def test_a_chain_goes_on_from_a_stored_state() -> None:
     whole = run_work(work, 8)
     plan = work.plan
     starts = Starts(
-        np.arange(3),
-        np.array([5, 0, 21]),
-        lambda chain, place: whole["final_state"][plan.points_of(chain, place - 1)],
+        np.arange(3), np.array([5, 0, 21]), lambda chain, place: whole["final_state"][plan.points_of(chain, place - 1)]
     )
     out = run_work(work, 8, starts=starts)
     ran = out["status"] == OK
@@ -203,9 +195,7 @@ def test_a_run_that_reaches_its_limit_of_steps_says_so_and_leaves_its_neighbours
 
 
 @pytest.mark.parametrize("lanes", [1, 8])
-def test_a_run_that_blows_up_is_marked_and_leaves_its_neighbours_alone(
-    grid: dict[str, np.ndarray], lanes: int
-) -> None:
+def test_a_run_that_blows_up_is_marked_and_leaves_its_neighbours_alone(grid: dict[str, np.ndarray], lanes: int) -> None:
     """Every third run starts with an infinite or absurd velocity."""
     points = np.arange(GRID.plan.points)
     states = GRID.prepare(points).initial
@@ -228,11 +218,7 @@ def test_nan_in_a_state_is_divergence() -> None:
 def test_a_chain_goes_on_after_a_failed_point_from_the_study_s_initial_state() -> None:
     """Rolling on the wall needs many steps: at high speed the run reaches its limit."""
     work = work_for(
-        Case(),
-        replace(SHORT, max_steps=2000),
-        procedure="up-down",
-        along="rotary_speed",
-        rotary_speed=SPEEDS,
+        Case(), replace(SHORT, max_steps=2000), procedure="up-down", along="rotary_speed", rotary_speed=SPEEDS
     )
     out = run_work(work, 8)
     points = work.plan.points_of(0, np.arange(work.plan.chain_length))
@@ -241,9 +227,7 @@ def test_a_chain_goes_on_after_a_failed_point_from_the_study_s_initial_state() -
     assert np.any(status == OK)
     fresh = work.prepare(points).initial
     for place in range(1, len(points)):
-        expected = (
-            out["final_state"][points[place - 1]] if status[place - 1] == OK else fresh[place]
-        )
+        expected = out["final_state"][points[place - 1]] if status[place - 1] == OK else fresh[place]
         assert np.array_equal(out["initial_state"][points[place]], expected), place
     assert same_bits(run_work(work, 1), out)
 
@@ -263,9 +247,7 @@ def test_fewer_peaks_are_the_last_ones(grid: dict[str, np.ndarray]) -> None:
 
 
 def test_without_a_transient_the_window_opens_at_once() -> None:
-    work = work_for(
-        Case(), Simulation(transient=0.0, observe=3.0), initial=Initial(x=0.02), rotary_speed=SPEEDS
-    )
+    work = work_for(Case(), Simulation(transient=0.0, observe=3.0), initial=Initial(x=0.02), rotary_speed=SPEEDS)
     out = run_work(work, 8)
     assert np.all(out["status"] == OK)
     assert np.all(out["radius_max"] >= 0.02 * (1 - 1e-12))
@@ -299,9 +281,7 @@ def interrupted(work: Work, workers: int, after: int) -> dict[int, bytes]:
             found[point] = columns["final_state"][i].tobytes()
 
     with ThreadPoolExecutor(workers) as threads, pytest.raises(KeyboardInterrupt):
-        Engine(
-            work, threads, workers, 8, deliver, _Interrupting(after), quantum_seconds=0.002
-        ).run()
+        Engine(work, threads, workers, 8, deliver, _Interrupting(after), quantum_seconds=0.002).run()
     return found
 
 

@@ -16,8 +16,7 @@ PROCEDURES = st.sampled_from(["same", "up", "down", "up-down"])
 
 def plan_of(state_scales: tuple[int, ...], procedure: str, along: str) -> Plan:
     axes = {
-        name: np.arange(n, dtype=float) * 10 + i
-        for i, (name, n) in enumerate(zip(AXES, state_scales, strict=True))
+        name: np.arange(n, dtype=float) * 10 + i for i, (name, n) in enumerate(zip(AXES, state_scales, strict=True))
     }
     return Plan(axes, procedure, None if procedure == "same" else along)
 
@@ -29,9 +28,7 @@ def all_points(plan: Plan) -> np.ndarray:
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES))
 @settings(max_examples=200, deadline=None)
-def test_every_point_is_visited_once(
-    state_scales: tuple[int, ...], procedure: str, along: str
-) -> None:
+def test_every_point_is_visited_once(state_scales: tuple[int, ...], procedure: str, along: str) -> None:
     plan = plan_of(state_scales, procedure, along)
     assert sorted(all_points(plan).ravel().tolist()) == list(range(plan.points))
 
@@ -73,10 +70,7 @@ def test_a_point_is_found_by_its_values(
     values = {name: float(value) for name, value in plan.values(np.array(number)).items()}
     name = plan.procedures[int(np.unravel_index(number, plan.shape)[0])]
     off = data.draw(st.floats(-4.9, 4.9))
-    assert plan.find({axis: value + off for axis, value in values.items()}, name) == (
-        number,
-        values,
-    )
+    assert plan.find({axis: value + off for axis, value in values.items()}, name) == (number, values)
 
 
 def test_single_points_are_numbered_with_the_last_axis_fastest() -> None:

@@ -18,9 +18,7 @@ STRIPES = (5 * (X + 0.3 * Y)).astype(int) % 3
 TONGUE = ((np.abs(Y - 0.26) < 0.03 * (0.95 - X)) & (X < 0.95)).astype(int)
 
 
-def played(
-    truth: np.ndarray, axes: tuple[bool, ...] = (True, True), depth: int = DEPTH
-) -> tuple[Refinement, int]:
+def played(truth: np.ndarray, axes: tuple[bool, ...] = (True, True), depth: int = DEPTH) -> tuple[Refinement, int]:
     """Refine, running what is asked for; and in how many turns."""
     known, turns = np.zeros(truth.shape, dtype=bool), 0
     while True:
@@ -115,9 +113,7 @@ def test_looking_at_everything_that_was_run_asks_for_nothing_more(seed: int) -> 
     """Else a file could not be given the labels again that it has."""
     truth = noisy(seed)()
     step, _ = played(truth)
-    again = refine(
-        np.where(step.needed, truth, 77), step.needed, (True, True), DEPTH, everything=True
-    )
+    again = refine(np.where(step.needed, truth, 77), step.needed, (True, True), DEPTH, everything=True)
     assert np.array_equal(again.needed, step.needed)
     assert np.array_equal(again.filled, step.filled)
 
@@ -143,9 +139,7 @@ def test_one_axis_is_a_bisection(depth: int) -> None:
 def test_three_axes() -> None:
     n = fine_length(4, 2)
     at = np.linspace(-1, 1, n)
-    ball = (at[:, None, None] ** 2 + at[None, :, None] ** 2 + at[None, None, :] ** 2 < 0.6).astype(
-        int
-    )
+    ball = (at[:, None, None] ** 2 + at[None, :, None] ** 2 + at[None, None, :] ** 2 < 0.6).astype(int)
     step, _ = played(ball, (True, True, True), 2)
     assert np.array_equal(step.filled, ball)
     assert step.needed.mean() < 0.9

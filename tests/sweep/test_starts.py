@@ -17,11 +17,7 @@ from nsdrill.sweep.plan import Plan
 from nsdrill.variables import OK
 from sweep.runs import run_work, same_bits, work_for
 
-AXES = {
-    "depth": np.array([1.0, 2.0]),
-    "wob": np.array([5.0]),
-    "rotary_speed": np.array([7.0, 8.0, 9.0]),
-}
+AXES = {"depth": np.array([1.0, 2.0]), "wob": np.array([5.0]), "rotary_speed": np.array([7.0, 8.0, 9.0])}
 SHORT = Simulation(transient=4.0, observe=8.0)
 
 
@@ -47,13 +43,7 @@ def test_starts_are_not_carried() -> None:
 
 
 def ensemble(count: int = 6, **more: object):  # type: ignore[no-untyped-def]
-    work = work_for(
-        Case(),
-        SHORT,
-        initial=Initial(ensemble=count, seed=5),
-        rotary_speed=[2.0, 5.0, 8.0],
-        peaks=4,
-    )
+    work = work_for(Case(), SHORT, initial=Initial(ensemble=count, seed=5), rotary_speed=[2.0, 5.0, 8.0], peaks=4)
     return replace(work, plan=replace(work.plan, starts=count), **more)
 
 
@@ -62,9 +52,7 @@ def six() -> dict[str, np.ndarray]:
     return run_work(ensemble(), lanes=8)
 
 
-@pytest.mark.parametrize(
-    ("lanes", "workers", "quantum_seconds"), [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.002)]
-)
+@pytest.mark.parametrize(("lanes", "workers", "quantum_seconds"), [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.002)])
 def test_the_bits_do_not_depend_on_lanes_or_workers(
     six: dict[str, np.ndarray], lanes: int, workers: int, quantum_seconds: float
 ) -> None:
@@ -72,9 +60,7 @@ def test_the_bits_do_not_depend_on_lanes_or_workers(
 
 
 def test_all_starts_have_all_variables_and_states_of_their_own(six: dict[str, np.ndarray]) -> None:
-    assert set(six) == {
-        v.name for v in VARIABLES if Kept(4, starts=6, options=("drilled", "method")).has(v)
-    }
+    assert set(six) == {v.name for v in VARIABLES if Kept(4, starts=6, options=("drilled", "method")).has(v)}
     assert np.all(six["status"] == OK)
     assert len(np.unique(six["initial_state"], axis=0)) == 18
 

@@ -7,9 +7,7 @@ import json
 import shutil
 from typing import Any
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 WIDTHS = (1280, 400)
 WAIT = 120_000  # ms: a first motion may be compiled
 
@@ -28,9 +26,7 @@ def head_of(answer: Any) -> dict[str, Any]:
     return found
 
 
-def place(
-    page: Any, across: float, up: float = 0.5, chart: str = "#diagram .u-over"
-) -> tuple[float, float]:
+def place(page: Any, across: float, up: float = 0.5, chart: str = "#diagram .u-over") -> tuple[float, float]:
     page.locator(chart).first.scroll_into_view_if_needed()
     box = page.locator(chart).first.bounding_box()
     return box["x"] + across * box["width"], box["y"] + up * box["height"]

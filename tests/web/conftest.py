@@ -26,9 +26,7 @@ def of_map(shared: Path) -> Session:
 
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="no browser: pip install playwright"
-    )
+    playwright = pytest.importorskip("playwright.sync_api", reason="no browser: pip install playwright")
     if BROWSER is None:
         pytest.skip("no browser: apt-get install chromium")
     with playwright.sync_playwright() as engine:

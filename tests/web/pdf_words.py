@@ -43,19 +43,14 @@ def _to_unicode(text: bytes) -> dict[int, str]:
         for code, shown in re.findall(rb"<([0-9A-Fa-f]+)>\s*<([0-9A-Fa-f]+)>", block):
             table[int(code, 16)] = bytes.fromhex(shown.decode()).decode("utf-16-be")
     for block in re.findall(rb"beginbfrange(.*?)endbfrange", text, re.S):
-        for low, high, shown in re.findall(
-            rb"<([0-9A-Fa-f]+)>\s*<([0-9A-Fa-f]+)>\s*<([0-9A-Fa-f]+)>", block
-        ):
+        for low, high, shown in re.findall(rb"<([0-9A-Fa-f]+)>\s*<([0-9A-Fa-f]+)>\s*<([0-9A-Fa-f]+)>", block):
             for step in range(int(high, 16) - int(low, 16) + 1):
                 table[int(low, 16) + step] = chr(int(shown, 16) + step)
     return table
 
 
 def _words(
-    content: bytes,
-    objects: dict[int, bytes],
-    streams: dict[int, bytes],
-    tables: dict[int, dict[int, str]],
+    content: bytes, objects: dict[int, bytes], streams: dict[int, bytes], tables: dict[int, dict[int, str]]
 ) -> str:
     """The words of a content stream and of the forms that it draws. Chromium names fonts
     and forms by the numbers of their objects."""

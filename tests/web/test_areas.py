@@ -41,17 +41,12 @@ def run(text: str) -> Results:
 
 @pytest.fixture(scope="module")
 def uncertain() -> Results:
-    return run(
-        UNCERTAIN + "sweep: {wob: [20 kN, 60 kN, 100 kN], rotary_speed: [4 rad/s, 12 rad/s]}\n"
-    )
+    return run(UNCERTAIN + "sweep: {wob: [20 kN, 60 kN, 100 kN], rotary_speed: [4 rad/s, 12 rad/s]}\n")
 
 
 @pytest.fixture(scope="module")
 def cube() -> Results:
-    axes = (
-        "depth: [1000 m, 3000 m, 5000 m], wob: [20 kN, 80 kN], rotary_speed: [1 rad/s, 3 rad/s, 6 "
-        "rad/s, 9 rad/s]"
-    )
+    axes = "depth: [1000 m, 3000 m, 5000 m], wob: [20 kN, 80 kN], rotary_speed: [1 rad/s, 3 rad/s, 6 rad/s, 9 rad/s]"
     return run(f"sweep: {{{axes}, procedure: up-down, along: rotary_speed}}\n")
 
 
@@ -64,9 +59,7 @@ def test_probabilities_over_two_axes(uncertain: Results) -> None:
     # the scale of the picture: good is 100 % of safe and 0 % of a response
     assert tuple(head["scale"]) == BAD_TO_GOOD
     assert all(
-        tuple(one["scale"]) == BAD_TO_GOOD[::-1]
-        for words, (one, _) in areas.items()
-        if words != "Probability: safe"
+        tuple(one["scale"]) == BAD_TO_GOOD[::-1] for words, (one, _) in areas.items() if words != "Probability: safe"
     )
     occurring = [name for name in found.outcomes[1:] if found.of(name)[0].any()]
     assert len(areas) == 1 + len(occurring) > 1
@@ -90,9 +83,7 @@ def test_probabilities_along_one_axis() -> None:
 def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> None:
     found = classes(cube)
     areas = list(window_areas(cube, "si"))
-    assert [words for words, _ in areas] == [
-        f"Safe window, measured depth {depth} m" for depth in (1000, 3000, 5000)
-    ]
+    assert [words for words, _ in areas] == [f"Safe window, measured depth {depth} m" for depth in (1000, 3000, 5000)]
     for number, (_, (head, columns)) in enumerate(areas):
         shown = [head["classes"][int(code)] for code in columns["values"].ravel()]
         state, bits = found.state[number].ravel(), found.bits[number].ravel()
@@ -147,9 +138,7 @@ def test_a_window_knows_its_points_and_its_best_one(cube: Results) -> None:
     """A cell of the area is a place of the grid, and the first point is that of the
     window's recommendation."""
     mild = "bit: {lobes: 1, surface_amplitude: 0.1 mm}\nsweep: {depth: [1000 m, 2000 m], "
-    results = run(
-        f"{mild} wob: [5 kN, 20 kN, 90 kN], rotary_speed: [4 rad/s, 7 rad/s, 9 rad/s]}}\n"
-    )
+    results = run(f"{mild} wob: [5 kN, 20 kN, 90 kN], rotary_speed: [4 rad/s, 7 rad/s, 9 rad/s]}}\n")
     found = classes(results)
     assert [one["name"] for one in area_choices(results)] == ["window"]
     head, columns = area(results, "si", "window", {"depth": 1})

@@ -47,12 +47,7 @@ def write(path: Path, shared: Path, **changes: Any) -> Path:
     }
     text = {"motion": ["periodic", "limit_cycle"], "end_reason": ["end of the range", "a fold"]}
     with hdf5.writing(path) as file:
-        attrs = {
-            **results.attrs,
-            "along": "rotary_speed",
-            "along_key": "rotary_speed",
-            "rtol": 1e-9,
-        }
+        attrs = {**results.attrs, "along": "rotary_speed", "along_key": "rotary_speed", "rtol": 1e-9}
         hdf5.put_attributes(file, root_attributes("branches", attrs))
         file["point"] = np.arange(8)
         for name, values in data.items():
@@ -89,24 +84,15 @@ def test_they_are_drawn_over_a_sweep(branches: Path, shared: Path) -> None:
 
 
 def test_they_are_not_drawn_where_they_are_not(shared: Path, tmp_path: Path) -> None:
-    session = Session(
-        shared / "small.h5", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3))
-    )
+    session = Session(shared / "small.h5", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3)))
     head, columns = session.diagram({"y": "radius_peaks"})
     assert "curve x" not in columns
     assert head["note"] == "The branches are at Weight on bit 30 kN."
 
 
-def test_another_string_is_told_and_units_are_those_of_the_page(
-    shared: Path, tmp_path: Path
-) -> None:
-    session = Session(
-        shared / "small.h5", "field", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3))
-    )
-    assert (
-        session.diagram({"y": "radius_peaks"})[0]["note"]
-        == "The branches are at Weight on bit 6.744 klbf."
-    )
+def test_another_string_is_told_and_units_are_those_of_the_page(shared: Path, tmp_path: Path) -> None:
+    session = Session(shared / "small.h5", "field", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3)))
+    assert session.diagram({"y": "radius_peaks"})[0]["note"] == "The branches are at Weight on bit 6.744 klbf."
     other = write(tmp_path / "c.h5", shared)
     with hdf5.writing(other, copy_of=other) as file:
         resolved = json.loads(file.attrs["study_resolved"])
@@ -128,15 +114,11 @@ def test_a_click_runs_the_motion_of_a_branch(branches: Path) -> None:
         assert seconds == pytest.approx(period if found.unstable[point] else 20.0, rel=0.05)
         first = [columns[name][0] * IN_SI[name] for name in IN_SI]
         names = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
-        assert np.allclose(
-            first, [found.state[point][names.index(name)] for name in IN_SI], rtol=1e-12
-        )
+        assert np.allclose(first, [found.state[point][names.index(name)] for name in IN_SI], rtol=1e-12)
         assert head["values"]["rotary_speed"] == found.numbers[point]
         assert head["changes"]["rotary_speed"] == found.numbers[point]
     assert "branch 0, periodic over 1 lobe, unstable in 1 direction, fold" in head["begins"]
-    live, _ = session.live(
-        {"state": head["state"].tolist(), "changes": {"rotary_speed": 3.5}, "seconds": 1.0}
-    )
+    live, _ = session.live({"state": head["state"].tolist(), "changes": {"rotary_speed": 3.5}, "seconds": 1.0})
     assert live["values"]["rotary_speed"] == 3.5
 
 
@@ -179,15 +161,7 @@ def test_other_files_are_no_branches(shared: Path, tmp_path: Path, branches: Pat
 
 def test_the_report_has_them(branches: Path, shared: Path, tmp_path: Path) -> None:
     out = tmp_path / "r.html"
-    arguments = [
-        "report",
-        str(shared / "small.h5"),
-        str(branches),
-        "-o",
-        str(out),
-        "--motions",
-        "0",
-    ]
+    arguments = ["report", str(shared / "small.h5"), str(branches), "-o", str(out), "--motions", "0"]
     done = CliRunner().invoke(group, arguments)
     assert done.exit_code == 0, done.output
     text = out.read_text()

@@ -32,14 +32,9 @@ def test_a_click_replays_that_very_point(page: Any, explorer: Explorer, session:
     assert "bit for bit" in page.locator("#bits").inner_text()
     assert page.locator("#which .name").inner_text().count("rad/s") == 1
     assert "nsdrill replay" in page.locator("#command").inner_text()
-    hole, collar = (
-        float(page.locator(".orbit canvas").get_attribute(f"data-{name}"))
-        for name in ("hole", "collar")
-    )
+    hole, collar = (float(page.locator(".orbit canvas").get_attribute(f"data-{name}")) for name in ("hole", "collar"))
     parameters = session.study.parameters
-    assert collar / hole == pytest.approx(
-        parameters.drillstring.collar.outer_diameter / parameters.well.diameter
-    )
+    assert collar / hole == pytest.approx(parameters.drillstring.collar.outer_diameter / parameters.well.diameter)
     box = page.locator(".orbit canvas").bounding_box()
     assert box["width"] == pytest.approx(box["height"], abs=1)  # equal scales
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
@@ -73,9 +68,7 @@ def test_ticks_have_the_decimals_of_their_step(page: Any, explorer: Explorer) ->
     opened(page, explorer.url)
     for step in (5, 2500, 2.5, 0.5, 0.25, 0.1, 0.02, 0.0002):
         places = [step * k for k in range(4)]
-        told = page.evaluate(
-            "([s, v]) => v.map((one) => Number(one.toFixed(nsdrill.decimals(s))))", [step, places]
-        )
+        told = page.evaluate("([s, v]) => v.map((one) => Number(one.toFixed(nsdrill.decimals(s))))", [step, places])
         assert told == pytest.approx(places, rel=1e-12)
     assert page.evaluate("[1, 20, 0.1].map(nsdrill.decimals)") == [0, 0, 1]
 
@@ -91,11 +84,7 @@ def test_a_slider_runs_on_from_there(page: Any, explorer: Explorer) -> None:
     assert asked["state"] == before["state"]
     assert list(asked["changes"]) == ["rotary_speed"]
     after = head_of(answer.value)
-    assert (
-        after["values"]["rotary_speed"]
-        == asked["changes"]["rotary_speed"]
-        > before["values"]["rotary_speed"]
-    )
+    assert after["values"]["rotary_speed"] == asked["changes"]["rotary_speed"] > before["values"]["rotary_speed"]
     assert "with changed numbers" in page.locator("#bits").inner_text()
     text = page.locator(".slider", has=page.locator("#s-wob")).locator("input[type=text]")
     text.fill("7 klbf")
@@ -105,9 +94,7 @@ def test_a_slider_runs_on_from_there(page: Any, explorer: Explorer) -> None:
     text.fill("7 mm")
     text.press("Enter")
     page.locator("#banner", has_text="found '7 mm'").wait_for()
-    page.expected = [
-        "error: Failed to load resource: the server responded with a status of 400 (Bad Request)"
-    ]
+    page.expected = ["error: Failed to load resource: the server responded with a status of 400 (Bad Request)"]
 
 
 def test_any_number_can_be_moved_and_the_point_started_over(page: Any, explorer: Explorer) -> None:
@@ -154,9 +141,7 @@ def test_a_change_that_is_refused_is_taken_back(page: Any, explorer: Explorer) -
         page.keyboard.press("ArrowRight")
     assert answer.value.status == 200
     assert list(json.loads(answer.value.request.post_data)["changes"]) == ["rotary_speed"]
-    page.expected = [
-        "error: Failed to load resource: the server responded with a status of 400 (Bad Request)"
-    ]
+    page.expected = ["error: Failed to load resource: the server responded with a status of 400 (Bad Request)"]
 
 
 def test_a_diagram_around_the_point(page: Any, explorer: Explorer) -> None:
@@ -194,9 +179,7 @@ def test_keyboard_alone(page: Any, explorer: Explorer) -> None:
     assert unnamed == 0
 
 
-def test_the_arrows_choose_the_procedure_that_they_are_named_for(
-    page: Any, explorer: Explorer
-) -> None:
+def test_the_arrows_choose_the_procedure_that_they_are_named_for(page: Any, explorer: Explorer) -> None:
     opened(page, explorer.url)
     page.locator("#diagram").focus()
     for key in ("Down", "Up"):
@@ -210,11 +193,7 @@ def test_arrows_go_along_branches(page: Any, shared: Path, tmp_path: Path) -> No
     try:
         opened(page, made.url)
         page.locator("#diagram").focus()
-        for key, words in (
-            ("Right", "branch 0"),
-            ("Right", "4 rad/s: branch 0"),
-            ("Down", "4 rad/s: branch 1"),
-        ):
+        for key, words in (("Right", "branch 0"), ("Right", "4 rad/s: branch 0"), ("Down", "4 rad/s: branch 1")):
             page.keyboard.press(f"Arrow{key}")
             assert words in page.locator("#hover").inner_text()
         with page.expect_response("**/api/orbit", timeout=WAIT) as answer:
@@ -230,16 +209,11 @@ def test_a_page_fits_every_width(page: Any, explorer: Explorer) -> None:
     clicked(page, 0.5)
     for width in (400, 1280, 700):
         page.set_viewport_size({"width": width, "height": 900})
-        drawn = (
-            "Math.max(...[...document.querySelectorAll('.uplot')].map(e => "
-            "e.getBoundingClientRect().right))"
-        )
+        drawn = "Math.max(...[...document.querySelectorAll('.uplot')].map(e => e.getBoundingClientRect().right))"
         # The page lets no text be run as code, so it is asked from outside until it has
         # settled.
         deadline = time.monotonic() + WAIT / 1000
-        while (
-            max(page.evaluate("document.documentElement.scrollWidth"), page.evaluate(drawn)) > width
-        ):
+        while max(page.evaluate("document.documentElement.scrollWidth"), page.evaluate(drawn)) > width:
             assert time.monotonic() < deadline, f"wider than {width}"
             page.wait_for_timeout(50)
 
@@ -293,18 +267,12 @@ def test_a_page_says_that_the_explorer_has_stopped(page: Any, session: Session) 
 
 def test_a_wrong_token_is_said(page: Any, explorer: Explorer) -> None:
     page.goto(f"{explorer.url}x")
-    page.locator("#banner", has_text="The token is missing or of another explorer").wait_for(
-        timeout=WAIT
-    )
-    page.expected = [
-        "error: Failed to load resource: the server responded with a status of 403 (Forbidden)"
-    ]
+    page.locator("#banner", has_text="The token is missing or of another explorer").wait_for(timeout=WAIT)
+    page.expected = ["error: Failed to load resource: the server responded with a status of 403 (Forbidden)"]
 
 
 def test_a_study_is_run_from_its_start(page: Any, tmp_path: Path) -> None:
-    (tmp_path / "study.yaml").write_text(
-        "title: Alone\nsimulation: {transient: 1 s, observe: 2 s}\n"
-    )
+    (tmp_path / "study.yaml").write_text("title: Alone\nsimulation: {transient: 1 s, observe: 2 s}\n")
     session = Session(tmp_path / "study.yaml")
     explorer = Explorer(session)
     explorer.start()

@@ -182,9 +182,7 @@ def test_a_click_in_the_hole_or_a_plane_runs_from_there(page: Any, explorer: Exp
         page.mouse.click(box["x"] + 0.9 * box["width"], box["y"] + 0.5 * box["height"])
     again = json.loads(answer.value.request.post_data)
     changed = [
-        name
-        for name, one, two in zip(again["states"], again["state"], asked["state"], strict=True)
-        if one != two
+        name for name, one, two in zip(again["states"], again["state"], asked["state"], strict=True) if one != two
     ]
     assert {"z", "vz"} <= set(changed)
     # the radius is no state
@@ -294,9 +292,7 @@ def test_the_shown_motion_is_exported(page: Any, explorer: Explorer) -> None:
     assert len(table) == head["samples"]
     for number, name in enumerate(names, start=1):
         size = np.nanmax(np.abs(columns[name])) or 1.0
-        assert np.allclose(
-            table[:, number], columns[name], rtol=0, atol=1e-6 * size, equal_nan=True
-        )
+        assert np.allclose(table[:, number], columns[name], rtol=0, atol=1e-6 * size, equal_nan=True)
 
 
 def test_pictures_are_vectors_or_pixels_without_gaps(page: Any, files: Path) -> None:

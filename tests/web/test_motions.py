@@ -19,9 +19,7 @@ from nsdrill.web.packet import packed
 from nsdrill.web.session import Session
 
 
-def test_a_replay_ends_in_the_stored_state_and_shows_the_same_samples(
-    shared: Path, session: Session
-) -> None:
+def test_a_replay_ends_in_the_stored_state_and_shows_the_same_samples(shared: Path, session: Session) -> None:
     results = read_results(shared / "small.h5")
     whole = trajectory.replay(results, at={"rotary_speed": 4.0}, procedure="down", sample=0.005)
     place = (1, 0, 0, 3)
@@ -58,9 +56,7 @@ def test_a_wrong_state_in_the_file_is_noticed(shared: Path) -> None:
     assert motions.replay((0, 0, 0, 3), 1.0, 0.01).same_bits is True
 
 
-def test_going_on_with_nothing_changed_is_the_next_run_of_a_carried_sweep(
-    shared: Path, session: Session
-) -> None:
+def test_going_on_with_nothing_changed_is_the_next_run_of_a_carried_sweep(shared: Path, session: Session) -> None:
     """The point after it in the chain began in the final state of the one before."""
     results, motions = session.results, session.motions
     assert results is not None
@@ -68,12 +64,7 @@ def test_going_on_with_nothing_changed_is_the_next_run_of_a_carried_sweep(
     state = np.array(results["final_state"][before])
     simulation = session.study.simulation
     motion = motions.run_from(
-        motions.at(motions.values(after)),
-        state,
-        1.0,
-        0.01,
-        settle=simulation.transient,
-        observe=simulation.observe,
+        motions.at(motions.values(after)), state, 1.0, 0.01, settle=simulation.transient, observe=simulation.observe
     )
     assert np.array_equal(motion.final, results["final_state"][after])
     for name in ("response", "bit_speed_max", "radius_mean", "stick_slip_index"):
@@ -85,12 +76,7 @@ def test_a_changed_number_is_that_of_a_study_with_it(session: Session) -> None:
     study = motions.at(motions.own, {"bit.rock_stiffness": "40 MN/m", "wob": "30 kN"})
     own = parse_study(
         session.study.text,
-        overrides=[
-            "bit.rock_stiffness=40 MN/m",
-            "operation.wob=30 kN",
-            "operation.rotary_speed=5 rad/s",
-            "sweep={}",
-        ],
+        overrides=["bit.rock_stiffness=40 MN/m", "operation.wob=30 kN", "operation.rotary_speed=5 rad/s", "sweep={}"],
     )
     assert study.parameters == own.parameters
     assert study.operation == own.operation
@@ -128,8 +114,7 @@ def test_the_points_around_have_the_bits_of_runs_of_their_own(session: Session) 
     found = motions.run_along(study, state, "rotary_speed", across, settle=2.0, observe=1.0)
     for i in (0, 4, 8):
         one = motions.at(
-            motions.own,
-            {"rotary_speed": f"{across[i]!r} rad/s".replace("np.float64(", "").replace(")", "")},
+            motions.own, {"rotary_speed": f"{across[i]!r} rad/s".replace("np.float64(", "").replace(")", "")}
         )
         motion = motions.run_from(one, state, 1.0, 0.01, settle=2.0, observe=1.0)
         assert np.array_equal(found["final_state"][i], motion.final)
@@ -138,11 +123,7 @@ def test_the_points_around_have_the_bits_of_runs_of_their_own(session: Session) 
 
 def test_a_saved_study_goes_on_where_the_page_was(session: Session) -> None:
     head, _ = session.replay({"place": [0, 0, 0, 5], "seconds": 1.0})
-    asked = {
-        "place": [0, 0, 0, 5],
-        "state": head["state"].tolist(),
-        "changes": {"well.stiffness": "30 MN/m"},
-    }
+    asked = {"place": [0, 0, 0, 5], "state": head["state"].tolist(), "changes": {"well.stiffness": "30 MN/m"}}
     text = session.saved(asked)["text"]
     saved = parse_study(text, "saved.yaml")
     assert saved.parameters.well.stiffness == 30e6
@@ -177,9 +158,7 @@ def test_every_model_moves(tmp_path: Path, name: str) -> None:
     speed = head["values"]["rotary_speed"]
     on, _ = session.live({"state": state, "changes": {"rotary_speed": 1.1 * speed}, "seconds": 2.0})
     assert on["values"]["rotary_speed"] == 1.1 * speed
-    again, _ = session.live(
-        {"state": state, "changes": {"rotary_speed": 1.1 * speed}, "seconds": 2.0}
-    )
+    again, _ = session.live({"state": state, "changes": {"rotary_speed": 1.1 * speed}, "seconds": 2.0})
     assert np.array_equal(on["state"], again["state"])
     for moved in meta["drawn"]["histories"]:
         assert moved in columns
@@ -188,14 +167,9 @@ def test_every_model_moves(tmp_path: Path, name: str) -> None:
     assert (head["hole"] is not None) == (name != "torsion")
     if name != "torsion":
         hole, collar = head["hole"]
-        gap = (
-            session.study.parameters.well.diameter
-            - session.study.parameters.drillstring.collar.outer_diameter
-        )
+        gap = session.study.parameters.well.diameter - session.study.parameters.drillstring.collar.outer_diameter
         assert hole - collar == pytest.approx(1e3 * gap / 2)
-    text = session.saved({"state": on["state"].tolist(), "changes": {"rotary_speed": 1.1 * speed}})[
-        "text"
-    ]
+    text = session.saved({"state": on["state"].tolist(), "changes": {"rotary_speed": 1.1 * speed}})["text"]
     assert parse_study(text).operation.rotary_speed == 1.1 * speed
 
 

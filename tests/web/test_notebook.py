@@ -14,8 +14,7 @@ import nsdrill
 def test_a_notebook_shows_the_explorer_in_a_frame(shared: Path) -> None:
     with nsdrill.view(shared / "small.h5", height=700) as view:
         found = re.fullmatch(
-            r'<iframe src="(http://127\.0\.0\.1:\d+/#[\w-]+)" .*height="700".*></iframe>',
-            view._repr_html_(),
+            r'<iframe src="(http://127\.0\.0\.1:\d+/#[\w-]+)" .*height="700".*></iframe>', view._repr_html_()
         )
         assert found
         assert found[1] == view.url
@@ -36,10 +35,7 @@ def test_wrong_arguments(shared: Path) -> None:
         nsdrill.view(shared / "small.h5", units="rods")
     with pytest.raises(nsdrill.FileError):
         nsdrill.view(shared / "nothing.h5")
-    with (
-        pytest.raises(nsdrill.InputError, match="Save them first"),
-        nsdrill.open_results(shared / "small.h5") as found,
-    ):
+    with pytest.raises(nsdrill.InputError, match="Save them first"), nsdrill.open_results(shared / "small.h5") as found:
         nsdrill.view(found)
     with pytest.raises(nsdrill.InputError):
         nsdrill.view(shared / "small.yaml", set={"operation.wob": "3 mm"})

@@ -18,9 +18,7 @@ from nsdrill.web.server import static
 
 from .pdf_words import pages
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 if BROWSER is None:
     pytest.skip("no browser: apt-get install chromium", allow_module_level=True)
 if b"paint(" not in static("charts.js"):

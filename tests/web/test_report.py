@@ -59,9 +59,7 @@ def test_it_says_what_was_asked(page: str, shared: Path) -> None:
 
 
 def test_it_loads_nothing_and_runs_only_its_own_scripts(page: str) -> None:
-    outside = re.sub(
-        r"<script.*?</script>|<style>.*?</style>|<!--.*?-->", "", page, flags=re.DOTALL
-    )
+    outside = re.sub(r"<script.*?</script>|<style>.*?</style>|<!--.*?-->", "", page, flags=re.DOTALL)
     assert not re.search(r"""(src|href)=["'](?!data:|#)""", outside)
     assert " style=" not in outside
     assert not re.search(r"\son\w+=", outside)
@@ -77,9 +75,7 @@ def test_it_loads_nothing_and_runs_only_its_own_scripts(page: str) -> None:
 
 def test_the_motions_are_those_of_the_file(page: str, shared: Path) -> None:
     results = read_results(shared / "small.h5")
-    bodies = re.findall(
-        r'<script type="application/octet-stream" id="body\d+">(.*?)</script>', page
-    )
+    bodies = re.findall(r'<script type="application/octet-stream" id="body\d+">(.*?)</script>', page)
     heads = []
     for body in map(base64.b64decode, bodies):
         size = int.from_bytes(body[:4], "little")
@@ -101,12 +97,7 @@ def test_the_title_cannot_leave_its_place(shared: Path, tmp_path: Path) -> None:
         "sweep: {rotary_speed: [3 rad/s, 4 rad/s]}\nsimulation: {transient: 1 s, observe: 1 s}\n"
     )
     runner = CliRunner()
-    assert (
-        runner.invoke(
-            group, ["run", str(tmp_path / "bad.yaml"), "-o", str(tmp_path / "bad.h5")]
-        ).exit_code
-        == 0
-    )
+    assert runner.invoke(group, ["run", str(tmp_path / "bad.yaml"), "-o", str(tmp_path / "bad.h5")]).exit_code == 0
     assert made(tmp_path / "bad.h5", "-o", tmp_path / "bad.html").exit_code == 0
     text = (tmp_path / "bad.html").read_text()
     assert "<script>alert" not in text
@@ -140,11 +131,7 @@ def test_bad_input_is_said_and_writes_nothing(shared: Path, tmp_path: Path) -> N
     ):
         done = made(*arguments)
         assert done.exit_code != 0
-        said = (
-            str(done.exception)
-            if done.exception and not isinstance(done.exception, SystemExit)
-            else done.output
-        )
+        said = str(done.exception) if done.exception and not isinstance(done.exception, SystemExit) else done.output
         assert word in said, (arguments, said)
         assert not list(tmp_path.iterdir())
     (tmp_path / "there.html").write_text("mine")
@@ -159,9 +146,7 @@ def test_failed_points_are_in_the_report(shared: Path, tmp_path: Path) -> None:
 
 def words_of(page: str) -> str:
     """The words of a page without its pictures and scripts, in order."""
-    text = re.sub(
-        r"<script.*?</script>|<style>.*?</style>|<!--.*?-->|<img[^>]*>", "", page, flags=re.S
-    )
+    text = re.sub(r"<script.*?</script>|<style>.*?</style>|<!--.*?-->|<img[^>]*>", "", page, flags=re.S)
     return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", text)).split())
 
 
@@ -176,14 +161,7 @@ def test_the_answer_is_first_and_how_it_was_made_last(page: str, shared: Path) -
     sentence = answer(window_of(read_results(shared / "small.h5")), "si")
     places = [
         text.index(wanted)
-        for wanted in (
-            sentence,
-            "Diagrams",
-            "Motions",
-            "Numbers",
-            "How this was made",
-            str(attrs["study_sha256"]),
-        )
+        for wanted in (sentence, "Diagrams", "Motions", "Numbers", "How this was made", str(attrs["study_sha256"]))
     ]
     assert places == sorted(places)
     assert text.startswith(f"Small – nsdrill Small small.h5 {sentence}")
@@ -282,19 +260,14 @@ def test_what_is_wrong_with_the_input_is_in_the_first_lines(shared: Path, tmp_pa
     lone = {name: values[:1] for name, values in data.coords.items() if name in data.grid}
     point = Results(
         {**data.coords, **lone},
-        {
-            name: values[tuple(slice(0, 1) for _ in data.grid)]
-            for name, values in data.variables.items()
-        },
+        {name: values[tuple(slice(0, 1) for _ in data.grid)] for name, values in data.variables.items()},
         data.attrs,
     )
     assert "No window: found a single operating point" in words_of(file_answer(point, "si"))
 
 
 def test_the_window_is_a_picture_of_vectors_with_words(page: str) -> None:
-    [shown] = re.findall(
-        r'<img class="vectors" alt="([^"]*)" src="data:image/svg\+xml;base64,([^"]*)"', page
-    )
+    [shown] = re.findall(r'<img class="vectors" alt="([^"]*)" src="data:image/svg\+xml;base64,([^"]*)"', page)
     assert shown[0].startswith(("Run at", "No safe"))
     text = base64.b64decode(shown[1]).decode()
     assert "Rotary speed [rad/s]" in text

@@ -36,9 +36,7 @@ def explorer(session: Session) -> Iterator[Explorer]:
     made.close()
 
 
-def ask(
-    explorer: Explorer, method: str, path: str, body: str | bytes | None = None, **heads: str | None
-):  # type: ignore[no-untyped-def]
+def ask(explorer: Explorer, method: str, path: str, body: str | bytes | None = None, **heads: str | None):  # type: ignore[no-untyped-def]
     """(status, heads, body) of a request with the token and the right origin, but for
     what is given."""
     named = {"Host": f"{ADDRESS}:{explorer.port}", TOKEN_HEADER: explorer.token}
@@ -76,42 +74,25 @@ def test_a_page_with_the_token_is_answered(explorer: Explorer) -> None:
 
 
 @pytest.mark.parametrize("token", [None, "", "wrong", "ä"])
-@pytest.mark.parametrize(
-    ("method", "path"), [("POST", "/api/meta"), ("POST", "/api/saved"), ("GET", "/api/alive")]
-)
-def test_without_the_token_nothing_is_told(
-    explorer: Explorer, token: str | None, method: str, path: str
-) -> None:
+@pytest.mark.parametrize(("method", "path"), [("POST", "/api/meta"), ("POST", "/api/saved"), ("GET", "/api/alive")])
+def test_without_the_token_nothing_is_told(explorer: Explorer, token: str | None, method: str, path: str) -> None:
     status, _, body = ask(explorer, method, path, "{}" if method == "POST" else None, token=token)
     assert status == 403
     assert b"Small" not in body
 
 
-@pytest.mark.parametrize(
-    "host", ["example.com", "example.com:80", "127.0.0.1:1", "localhost", "[::1]:80", ""]
-)
+@pytest.mark.parametrize("host", ["example.com", "example.com:80", "127.0.0.1:1", "localhost", "[::1]:80", ""])
 @pytest.mark.parametrize("path", ["/", "/explorer.js", "/api/meta"])
 def test_another_host_is_refused(explorer: Explorer, host: str, path: str) -> None:
     """A name that somebody makes lead to this machine must not serve."""
-    status, _, _ = ask(
-        explorer,
-        "POST" if "api" in path else "GET",
-        path,
-        "{}" if "api" in path else None,
-        Host=host,
-    )
+    status, _, _ = ask(explorer, "POST" if "api" in path else "GET", path, "{}" if "api" in path else None, Host=host)
     assert status == 403
 
 
-@pytest.mark.parametrize(
-    "origin", ["http://example.com", "null", "http://127.0.0.1:1", "https://localhost"]
-)
+@pytest.mark.parametrize("origin", ["http://example.com", "null", "http://127.0.0.1:1", "https://localhost"])
 def test_a_page_of_another_origin_is_refused(explorer: Explorer, origin: str) -> None:
     assert ask(explorer, "POST", "/api/meta", "{}", Origin=origin)[0] == 403
-    assert (
-        ask(explorer, "POST", "/api/meta", "{}", Origin=f"http://localhost:{explorer.port}")[0]
-        == 200
-    )
+    assert ask(explorer, "POST", "/api/meta", "{}", Origin=f"http://localhost:{explorer.port}")[0] == 200
 
 
 def test_a_preflight_is_not_granted(explorer: Explorer) -> None:
@@ -163,11 +144,7 @@ HUGE = 10**400
     ("name", "request_", "words"),
     [
         ("live", {"changes": {"wob": HUGE}}, "wob: found 1000"),
-        (
-            "live",
-            {"changes": {"wob": 1e308}},
-            r"wob: found 1e\+308; allowed: a number with its unit",
-        ),
+        ("live", {"changes": {"wob": 1e308}}, r"wob: found 1e\+308; allowed: a number with its unit"),
         ("saved", {"changes": {"rotary_speed": -1e308}}, r"rotary_speed: found -1e\+308"),
         ("local", {"key": "wob", "changes": {"depth": 1e308}}, r"depth: found 1e\+308"),
         ("live", {"changes": {"bit.lobes": HUGE}}, "bit.lobes: found 1000"),
@@ -229,9 +206,7 @@ def test_a_run_that_nobody_waits_for_stops(explorer: Explorer) -> None:
         assert time.process_time() - used < 8.0
 
 
-def test_connections_are_bounded_and_idle_ones_end(
-    explorer: Explorer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_connections_are_bounded_and_idle_ones_end(explorer: Explorer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "MAX_CONNECTIONS", 8)
     before = threading.active_count()
     idle = [socket.create_connection((ADDRESS, explorer.port)) for _ in range(40)]
@@ -290,8 +265,7 @@ def test_the_browser_is_not_started_with_the_token(shared: Path, tmp_path: Path)
                 port = int(url.rstrip("/").rpartition(":")[2])
                 raw = socket.create_connection((ADDRESS, port))
                 raw.sendall(
-                    f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{port}\r\n{TOKEN_HEADER}: "
-                    f"{token}\r\n\r\n".encode()
+                    f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{port}\r\n{TOKEN_HEADER}: {token}\r\n\r\n".encode()
                 )
                 assert raw.recv(20).startswith(b"HTTP/1.1 200")
                 while page.exists() and time.monotonic() < until:
@@ -365,9 +339,7 @@ def test_it_stops_with_its_last_page(explorer: Explorer) -> None:
 @pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM"])
 def test_the_command_prints_its_address_and_ends_with_a_signal(shared: Path, signal: str) -> None:
     command = [sys.executable, "-m", "nsdrill", "view", str(shared / "small.h5"), "--no-browser"]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         url = process.stdout.readline().strip()
         assert url.startswith(f"http://{ADDRESS}:")
@@ -379,9 +351,7 @@ def test_the_command_prints_its_address_and_ends_with_a_signal(shared: Path, sig
     assert "Traceback" not in said
 
 
-@pytest.mark.parametrize(
-    "arguments", [["nothing.h5"], ["small.h5", "--port", "70000"], ["small.h5", "--set", "a=b"]]
-)
+@pytest.mark.parametrize("arguments", [["nothing.h5"], ["small.h5", "--port", "70000"], ["small.h5", "--set", "a=b"]])
 def test_wrong_commands_end_with_words(shared: Path, arguments: list[str]) -> None:
     command = [sys.executable, "-m", "nsdrill", "view", "--no-browser", *arguments]
     done = subprocess.run(command, capture_output=True, text=True, cwd=shared, timeout=60)

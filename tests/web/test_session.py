@@ -54,20 +54,13 @@ def test_another_drive_goes_on_from_the_state_that_there_is(session: Session) ->
     """The states that both strings have keep their bits; those of the new drive begin
     as in a study."""
     told, _ = session.replay({"place": [0, 0, 0, 3], "seconds": 1.0})
-    asked = {
-        "place": [0, 0, 0, 3],
-        "state": told["state"].tolist(),
-        "states": told["states"],
-        "seconds": 1.0,
-    }
+    asked = {"place": [0, 0, 0, 3], "state": told["state"].tolist(), "states": told["states"], "seconds": 1.0}
     study = session.motions.at(session.motions.values([0, 0, 0, 3]), {"drive.kind": "stiff"})
     state = start_state(session, asked, study)
     names = session.motions.states(study)
     assert set(told["states"]) < set(names)
     fitted = dict(zip(names, state, strict=True))
-    assert all(
-        fitted[name] == value for name, value in zip(told["states"], told["state"], strict=True)
-    )
+    assert all(fitted[name] == value for name, value in zip(told["states"], told["state"], strict=True))
     own = dict(zip(names, session.motions.start(study), strict=True))
     assert all(fitted[name] == own[name] for name in set(names) - set(told["states"]))
     head, _ = session.live({**asked, "changes": {"drive.kind": "stiff"}})
@@ -141,9 +134,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("name", "asked", "word"), BAD)
-def test_wrong_requests_are_refused_in_words(
-    session: Session, name: str, asked: dict[str, Any], word: str
-) -> None:
+def test_wrong_requests_are_refused_in_words(session: Session, name: str, asked: dict[str, Any], word: str) -> None:
     with pytest.raises(InputError) as caught:
         getattr(session, name)(asked)
     assert word in str(caught.value)
@@ -165,9 +156,7 @@ def test_other_files_are_refused(shared: Path, tmp_path: Path) -> None:
     from nsdrill.app import trajectory
     from nsdrill.store import read_results, write_trace
 
-    trace = trajectory.replay(
-        read_results(shared / "small.h5"), at={"rotary_speed": 3.0}, procedure="up"
-    ).trace
+    trace = trajectory.replay(read_results(shared / "small.h5"), at={"rotary_speed": 3.0}, procedure="up").trace
     write_trace(tmp_path / "trace.h5", trace)
     with pytest.raises(FileError, match="nsdrill plot"):
         Session(tmp_path / "trace.h5")
@@ -177,16 +166,10 @@ def test_words() -> None:
     assert plain("$\\dot r$ [m/s]") == "r\u0307 [m/s]"
     assert plain("Axial peaks $z$") == "Axial peaks z"
     assert label_words({"status": 3}) == ["step limit"]
-    said = label_words(
-        {"status": 1, "response": 5, "whirl_kind": 3, "settled": 0, "whirl_severity": 2}
-    )
+    said = label_words({"status": 1, "response": 5, "whirl_kind": 3, "settled": 0, "whirl_severity": 2})
     assert said == ["bit-bounce + whirl (moderate)", "backward rolling whirl", "unsettled"]
-    assert label_words({"status": 1, "response": 2, "stick_slip_severity": 4}) == [
-        "stick-slip (severe)"
-    ]
-    assert label_words({"status": 1, "response": 0, "stick_slip_severity": 1})[1].startswith(
-        "stick-slip: "
-    )
+    assert label_words({"status": 1, "response": 2, "stick_slip_severity": 4}) == ["stick-slip (severe)"]
+    assert label_words({"status": 1, "response": 0, "stick_slip_severity": 1})[1].startswith("stick-slip: ")
     assert "not run" in label_words({"status": 5, "response": 0})[0]
 
 
@@ -203,15 +186,12 @@ def test_a_body_is_aligned_and_complete() -> None:
     for name, wanted in (("a", values), ("b", values[0])):
         place = head["columns"][name]
         count = int(np.prod(place["shape"]))
-        assert np.array_equal(
-            floats[place["at"] : place["at"] + count].reshape(place["shape"]), wanted
-        )
+        assert np.array_equal(floats[place["at"] : place["at"] + count].reshape(place["shape"]), wanted)
 
 
 def test_an_axis_of_words_has_a_list(tmp_path: Path) -> None:
     (tmp_path / "words.yaml").write_text(
-        "sweep: {modes.axial: [free, frozen], rotary_speed: [3 rad/s]}\nsimulation: {transient: 1 "
-        "s, observe: 1 s}\n"
+        "sweep: {modes.axial: [free, frozen], rotary_speed: [3 rad/s]}\nsimulation: {transient: 1 s, observe: 1 s}\n"
     )
     meta = Session(tmp_path / "words.yaml").meta()
     assert "modes.axial" in meta["usual"]

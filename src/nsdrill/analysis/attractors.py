@@ -32,15 +32,7 @@ import numpy as np
 from nsdrill.analysis.branches import Places
 from nsdrill.analysis.probability import interval
 from nsdrill.data import Array
-from nsdrill.variables import (
-    CHAOTIC,
-    EQUILIBRIUM,
-    OK,
-    PENDING,
-    PERIODIC,
-    QUASI_PERIODIC,
-    UNDETERMINED,
-)
+from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED
 
 # variables beside the features by which a model groups starts: required, and optional
 NEEDED = ("status", "response", "settled", "half_difference")
@@ -84,9 +76,7 @@ def label(variables: Mapping[str, Array], vectors: Array, tolerance: float) -> A
     groups = np.zeros(variables["status"].shape, np.int32)
     for point in range(len(groups)):
         # A file that was changed by hand may lack features of a run that ended well.
-        ok = np.flatnonzero(
-            (variables["status"][point] == OK) & np.all(np.isfinite(vectors[point]), axis=-1)
-        )
+        ok = np.flatnonzero((variables["status"][point] == OK) & np.all(np.isfinite(vectors[point]), axis=-1))
         point_labels = {name: variables[name][point, ok] for name in _LABELS if name in variables}
         groups[point, ok] = 1 + _groups(
             vectors[point, ok], variables["half_difference"][point, ok], point_labels, tolerance
@@ -98,9 +88,7 @@ def places(variables: Mapping[str, Array], groups: Array, vectors: Array) -> Pla
     """Where the ``groups`` that :func:`label` found are, by operating point and number;
     ``vectors`` (operating points, starts, coordinates) are those by which attractors of
     neighbouring operating points are matched."""
-    vectors = np.nan_to_num(
-        vectors, posinf=_MISSING_VALUE, neginf=-_MISSING_VALUE, nan=_MISSING_VALUE
-    )
+    vectors = np.nan_to_num(vectors, posinf=_MISSING_VALUE, neginf=-_MISSING_VALUE, nan=_MISSING_VALUE)
     kinds = _motion_kinds(variables)
     attractors: list[tuple[Any, ...]] = []
     for point, group in enumerate(groups):
@@ -116,9 +104,7 @@ def places(variables: Mapping[str, Array], groups: Array, vectors: Array) -> Pla
                     np.mean(variables["settled"][point, chosen]) >= 0.5,
                 )
             )
-    points, members, place, kind, settled = (
-        zip(*attractors, strict=True) if attractors else ((),) * 5
-    )
+    points, members, place, kind, settled = zip(*attractors, strict=True) if attractors else ((),) * 5
     return Places(
         np.array(points, int),
         np.array(members, int),
@@ -143,9 +129,7 @@ def linked(vectors: Array, scatter: Array, tolerance: float) -> Array:
     saturated = np.flatnonzero(distance[:, -1] <= reach)
     rows, columns = np.nonzero(distance <= np.minimum(reach[:, None], reach[neighbours]))
     links = np.stack([rows, neighbours[rows, columns]])
-    links = np.concatenate(
-        [links, _bridging_links(vectors, reach, _components(links, n), saturated)], axis=1
-    )
+    links = np.concatenate([links, _bridging_links(vectors, reach, _components(links, n), saturated)], axis=1)
     return _components(links, n)[inverse]
 
 
@@ -173,26 +157,19 @@ def _bridging_links(vectors: Array, reach: Array, group: Array, saturated: Array
     first search may have missed."""
     from scipy.spatial.distance import cdist
 
-    members = [
-        saturated[group[saturated] == component] for component in np.unique(group[saturated])
-    ]
+    members = [saturated[group[saturated] == component] for component in np.unique(group[saturated])]
     lower, upper = (
-        np.array([side(vectors[vectors_of], axis=0) for vectors_of in members])
-        for side in (np.min, np.max)
+        np.array([side(vectors[vectors_of], axis=0) for vectors_of in members]) for side in (np.min, np.max)
     )
     reaches = np.array([reach[vectors_of].max() for vectors_of in members])
     links = []
     for i, a in enumerate(members):
-        gap = np.maximum(lower[i + 1 :] - upper[i], lower[i] - upper[i + 1 :]).max(
-            axis=1, initial=-np.inf
-        )
+        gap = np.maximum(lower[i + 1 :] - upper[i], lower[i] - upper[i + 1 :]).max(axis=1, initial=-np.inf)
         for j in i + 1 + np.flatnonzero(gap <= np.minimum(reaches[i], reaches[i + 1 :])):
             b = members[j]
             step = max(1, _PAIRS_AT_ONCE // len(b))
             for block in np.split(a, range(step, len(a), step)):
-                is_linked = cdist(vectors[block], vectors[b], "chebyshev") <= np.minimum(
-                    reach[block, None], reach[b]
-                )
+                is_linked = cdist(vectors[block], vectors[b], "chebyshev") <= np.minimum(reach[block, None], reach[b])
                 if is_linked.any():
                     x, y = np.argwhere(is_linked)[0]
                     links.append((block[x], b[y]))
@@ -206,9 +183,7 @@ def _motion_kinds(labels: Mapping[str, Array]) -> Array:
     if "motion" not in labels:
         return np.zeros(labels["settled"].shape, np.int64)
     motion = labels["motion"].astype(np.int64)
-    kinds = np.where(
-        np.isin(motion, (EQUILIBRIUM, PERIODIC)), motion * 10_000 + labels["period"], 0
-    )
+    kinds = np.where(np.isin(motion, (EQUILIBRIUM, PERIODIC)), motion * 10_000 + labels["period"], 0)
     # Starts on one attractor may be classified as any of the three.
     kinds[np.isin(motion, (QUASI_PERIODIC, CHAOTIC, UNDETERMINED))] = 10_000 * QUASI_PERIODIC
     return kinds
@@ -217,9 +192,7 @@ def _motion_kinds(labels: Mapping[str, Array]) -> Array:
 def _groups(vectors: Array, scatter: Array, labels: Mapping[str, Array], tolerance: float) -> Array:
     """The group of each start of one operating point, from 0: the settled starts are
     grouped first, then the others are added to them or grouped."""
-    discrete = np.stack(
-        [labels[name] for name in ("response", "whirl_kind") if name in labels], axis=1
-    )
+    discrete = np.stack([labels[name] for name in ("response", "whirl_kind") if name in labels], axis=1)
     kinds = _motion_kinds(labels)
     settled = labels["settled"].astype(bool) & ((kinds > 0) | ("motion" not in labels))
     group = np.full(len(vectors), -1)
@@ -229,18 +202,12 @@ def _groups(vectors: Array, scatter: Array, labels: Mapping[str, Array], toleran
             if not settled_pass:
                 _assign_unsettled(vectors, tolerance, kinds, group, agrees)
             for kind in np.unique(kinds[agrees]):
-                chosen = np.flatnonzero(
-                    agrees & (kinds == kind) & (group < 0) & (settled | (not settled_pass))
-                )
-                group[chosen] = (
-                    group.max(initial=-1) + 1 + linked(vectors[chosen], scatter[chosen], tolerance)
-                )
+                chosen = np.flatnonzero(agrees & (kinds == kind) & (group < 0) & (settled | (not settled_pass)))
+                group[chosen] = group.max(initial=-1) + 1 + linked(vectors[chosen], scatter[chosen], tolerance)
     return group
 
 
-def _assign_unsettled(
-    vectors: Array, tolerance: float, kinds: Array, group: Array, agrees: Array
-) -> None:
+def _assign_unsettled(vectors: Array, tolerance: float, kinds: Array, group: Array, agrees: Array) -> None:
     """Put the starts in ``agrees`` that have no group into the group of the nearest
     start that has one, within ``tolerance`` and of the same kind of motion. By linkage
     they would bridge two groups."""
@@ -249,9 +216,7 @@ def _assign_unsettled(
         chosen = ungrouped[kinds[ungrouped] == kind]
         allowed = grouped[(kinds[grouped] == kind) | (kind == 0)]
         if allowed.size:
-            distance, nearest = (
-                values[:, 0] for values in _nearest(vectors[allowed], vectors[chosen], tolerance, 1)
-            )
+            distance, nearest = (values[:, 0] for values in _nearest(vectors[allowed], vectors[chosen], tolerance, 1))
             is_near = np.isfinite(distance)
             group[chosen[is_near]] = group[allowed[nearest[is_near]]]
 
@@ -268,9 +233,7 @@ def describe(
         at_point = {name: values[i] for name, values in variables.items()}
         total = int(np.count_nonzero(ended_well))
         at_point["attractor"] = np.where(ended_well, at_point["attractor"], 0)
-        groups, members = np.unique(
-            at_point["attractor"][at_point["attractor"] > 0], return_counts=True
-        )
+        groups, members = np.unique(at_point["attractor"][at_point["attractor"] > 0], return_counts=True)
         numbers = groups[np.argsort(-members, kind="stable")].tolist()
         counts = {
             "starts": len(status),
@@ -282,17 +245,13 @@ def describe(
         yield [_attractor(number, at_point, total, features) for number in numbers], counts
 
 
-def _attractor(
-    number: int, at_point: Mapping[str, Array], total: int, features: Sequence[str]
-) -> Attractor:
+def _attractor(number: int, at_point: Mapping[str, Array], total: int, features: Sequence[str]) -> Attractor:
     is_member = at_point["attractor"] == number
     members = int(np.count_nonzero(is_member))
     first_member = int(np.argmax(is_member))
     low, high = wilson(members, total)
     motion, period = _majority_motion(at_point, is_member) if "motion" in at_point else (None, None)
-    medians = {
-        name: float(np.median(at_point[name][is_member])) for name in features if name in at_point
-    }
+    medians = {name: float(np.median(at_point[name][is_member])) for name in features if name in at_point}
     return Attractor(
         number,
         int(at_point["response"][first_member]),

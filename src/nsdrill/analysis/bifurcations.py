@@ -32,41 +32,23 @@ class Meaning:
 GENERAL = (
     Meaning(FAILED, "no_convergence", "MX", "the branch is lost here; the motion may go on"),
     Meaning(REGULAR, "regular", "", ""),
+    Meaning(HOPF, "hopf", "HB", "steady drilling meets an oscillation: beyond it small disturbances grow"),
     Meaning(
-        HOPF,
-        "hopf",
-        "HB",
-        "steady drilling meets an oscillation: beyond it small disturbances grow",
-    ),
-    Meaning(
-        FOLD,
-        "fold",
-        "LP",
-        "two motions, at most one of them stable, meet and vanish: beyond it the string jumps away",
+        FOLD, "fold", "LP", "two motions, at most one of them stable, meet and vanish: beyond it the string jumps away"
     ),
     Meaning(BRANCH, "branch_point", "BP", "another family of motions of the same period crosses"),
     Meaning(
-        DOUBLING,
-        "doubling",
-        "PD",
-        "the motion comes to repeat only every second time: peaks of two heights in turn",
+        DOUBLING, "doubling", "PD", "the motion comes to repeat only every second time: peaks of two heights in turn"
     ),
-    Meaning(
-        TORUS, "torus", "TR", "a second frequency comes in: the motion no longer repeats exactly"
-    ),
+    Meaning(TORUS, "torus", "TR", "a second frequency comes in: the motion no longer repeats exactly"),
     Meaning(END, "end", "EP", "the branch ends"),
 )
 
 
 def meanings_of(model: Description) -> dict[int, Meaning]:
     """The labels of the branches of a model, by code."""
-    model_labels = (
-        Meaning(grazing.code, grazing.name, "", grazing.words) for grazing in model.grazing
-    )
-    return {
-        grazing.code: grazing
-        for grazing in sorted((*GENERAL, *model_labels), key=lambda grazing: grazing.code)
-    }
+    model_labels = (Meaning(grazing.code, grazing.name, "", grazing.words) for grazing in model.grazing)
+    return {grazing.code: grazing for grazing in sorted((*GENERAL, *model_labels), key=lambda grazing: grazing.code)}
 
 
 MOTION_WORDS = {

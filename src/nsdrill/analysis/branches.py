@@ -62,24 +62,18 @@ def number(attractors: Places, shape: tuple[int, ...], matching: float) -> Array
     """The number of the branch of each attractor, from 1, by falling sum of members
     over the sweep. Operating points are numbered over ``shape``, the last axis fastest.
     The order of the attractors of one operating point does not matter."""
-    order = np.lexsort(
-        (*attractors.place.T[::-1], attractors.kind, -attractors.members, attractors.point)
-    )
+    order = np.lexsort((*attractors.place.T[::-1], attractors.kind, -attractors.members, attractors.point))
     attractors = Places(*(getattr(attractors, field.name)[order] for field in fields(Places)))
     branches = _Branches(attractors.point)
     for steps in range(1, MAX_MISSED + 2):
         links = [
-            link
-            for stretch in _stretches(shape, steps)
-            for link in _pairs(attractors, branches, stretch, matching)
+            link for stretch in _stretches(shape, steps) for link in _pairs(attractors, branches, stretch, matching)
         ]
         for _, a, b in sorted(links):
             branches.join(a, b)
     labels, firsts, inverse = np.unique(branches.of, return_index=True, return_inverse=True)
     rank = np.empty(len(labels), np.int64)
-    rank[np.lexsort((firsts, -np.bincount(inverse, attractors.members)))] = np.arange(
-        1, len(labels) + 1
-    )
+    rank[np.lexsort((firsts, -np.bincount(inverse, attractors.members)))] = np.arange(1, len(labels) + 1)
     numbers = np.empty(len(order), np.int64)
     numbers[order] = rank[inverse]
     return numbers
@@ -112,10 +106,7 @@ def _stretches(shape: tuple[int, ...], steps: int) -> Iterator[tuple[int, ...]]:
     ``steps`` apart."""
     points = np.arange(math.prod(shape)).reshape(shape)
     for axis, length in enumerate(shape):
-        shifted = (
-            np.take(points, range(i, length - steps + i), axis).ravel().tolist()
-            for i in range(steps + 1)
-        )
+        shifted = (np.take(points, range(i, length - steps + i), axis).ravel().tolist() for i in range(steps + 1))
         yield from zip(*shifted, strict=True)
 
 
@@ -124,9 +115,7 @@ def _pairs(
 ) -> Iterator[tuple[float, int, int]]:
     """Pairs of attractors of the first and the last operating point of ``stretch``
     whose branches have no other attractor on it: their distance and their numbers."""
-    bounds = np.searchsorted(
-        attractors.point, [(stretch[0], stretch[0] + 1), (stretch[-1], stretch[-1] + 1)]
-    ).tolist()
+    bounds = np.searchsorted(attractors.point, [(stretch[0], stretch[0] + 1), (stretch[-1], stretch[-1] + 1)]).tolist()
     a, b = (
         [
             i
@@ -143,17 +132,12 @@ def _pairs(
     distance = cdist(attractors.place[a], attractors.place[b], "chebyshev")
     kind, other_kind = attractors.kind[a, None], attractors.kind[None, b]
     distance += KIND_PENALTY * matching * ((kind != other_kind) & (kind > 0) & (other_kind > 0))
-    distance += (
-        KIND_PENALTY * matching * (attractors.settled[a, None] != attractors.settled[None, b])
-    )
+    distance += KIND_PENALTY * matching * (attractors.settled[a, None] != attractors.settled[None, b])
     shares = (
-        attractors.members[i] / attractors.members[slice(*ends)].sum()
-        for i, ends in zip((a, b), bounds, strict=True)
+        attractors.members[i] / attractors.members[slice(*ends)].sum() for i, ends in zip((a, b), bounds, strict=True)
     )
     share_difference = np.abs(np.subtract.outer(*shares))
-    distance += (
-        matching * share_difference * ~(attractors.settled[a, None] | attractors.settled[None, b])
-    )
+    distance += matching * share_difference * ~(attractors.settled[a, None] | attractors.settled[None, b])
     # An attractor that is not paired costs as much as the largest distance. Squares
     # prefer many small steps to a long one.
     for i, j in zip(*linear_sum_assignment(np.minimum(distance, matching) ** 2), strict=True):

@@ -90,19 +90,9 @@ def compare_traces(a: Trace, b: Trace) -> dict[str, Any]:
         left, right = a[name][i], b[name][j]
         row, place = _row(name, IN_TRACE[name].units, left, right, 1)
         differs = np.flatnonzero(~same_bits(left, right))
-        times = (
-            {"first": float(a.time[i[differs[0]]]), "at": float(a.time[i[place[0]]])}
-            if place
-            else {}
-        )
+        times = {"first": float(a.time[i[differs[0]]]), "at": float(a.time[i[place[0]]])} if place else {}
         rows.append({**row, **{"first": None, "at": None}, **times})
-    return {
-        "axes": [axis],
-        "points": len(i),
-        "responses": None,
-        "variables": rows,
-        **_only_in_one(a, b),
-    }
+    return {"axes": [axis], "points": len(i), "responses": None, "variables": rows, **_only_in_one(a, b)}
 
 
 def common_places(a: Array, b: Array) -> tuple[Array, Array, bool]:
@@ -116,16 +106,12 @@ def common_places(a: Array, b: Array) -> tuple[Array, Array, bool]:
     order = np.argsort(b, kind="stable")
     above = np.clip(np.searchsorted(b[order], a), 0, len(b) - 1)
     below = np.maximum(above - 1, 0)
-    nearest = order[
-        np.where(np.abs(b[order[below]] - a) <= np.abs(b[order[above]] - a), below, above)
-    ]
+    nearest = order[np.where(np.abs(b[order[below]] - a) <= np.abs(b[order[above]] - a), below, above)]
     is_common = np.abs(b[nearest] - a) <= ROUNDING * np.abs(a)
     return np.flatnonzero(is_common), nearest[is_common], np.array_equal(a, b)
 
 
-def _axes(
-    a: Results, b: Results, grid: Sequence[str]
-) -> tuple[list[dict[str, Any]], dict[str, tuple[Array, Array]]]:
+def _axes(a: Results, b: Results, grid: Sequence[str]) -> tuple[list[dict[str, Any]], dict[str, tuple[Array, Array]]]:
     axes, places = [], {}
     nothing = np.empty(0)
     for name in grid:
@@ -137,10 +123,7 @@ def _axes(
         row = {"name": name, "a": len(left), "b": len(right), "common": len(i), "same": bool(same)}
         if not len(i) and len(left) == len(right) == 1 and name != SAMPLE:
             i = j = np.zeros(1, dtype=int)
-            row["values"] = [
-                text(values[0]) if name == "procedure" else values[0].item()
-                for values in (left, right)
-            ]
+            row["values"] = [text(values[0]) if name == "procedure" else values[0].item() for values in (left, right)]
         axes.append(row)
         places[name] = (i, j)
     return axes, places
@@ -149,9 +132,7 @@ def _axes(
 def _equal_samples(a: Results, b: Results, i: Array, j: Array) -> Array:
     """Which of the samples of the same numbers, ``i`` in ``a`` and ``j`` in ``b``, have
     the same values of all unknowns."""
-    drawn_a, drawn_b = (
-        {unknown.key: values for unknown, values in data.drawn.items()} for data in (a, b)
-    )
+    drawn_a, drawn_b = ({unknown.key: values for unknown, values in data.drawn.items()} for data in (a, b))
     if drawn_a.keys() != drawn_b.keys():
         return np.zeros(len(i), dtype=bool)
     return (
@@ -181,9 +162,7 @@ def same_bits(a: Array, b: Array) -> Array:
     """Which numbers are the same."""
     if a.dtype.kind != "f":
         return np.asarray(a == b)
-    bits = np.ascontiguousarray(a, np.float64).view(np.int64) == np.ascontiguousarray(
-        b, np.float64
-    ).view(np.int64)
+    bits = np.ascontiguousarray(a, np.float64).view(np.int64) == np.ascontiguousarray(b, np.float64).view(np.int64)
     return np.asarray(bits | (np.isnan(a) & np.isnan(b)))
 
 
@@ -212,12 +191,7 @@ def _row(
     larger of the two, and ``undefined``: at how many points only one has a number.
     """
     differs = ~same_bits(a, b)
-    row: dict[str, Any] = {
-        "name": name,
-        "units": units,
-        "same": not differs.any(),
-        "points": _points(differs, dims),
-    }
+    row: dict[str, Any] = {"name": name, "units": units, "same": not differs.any(), "points": _points(differs, dims)}
     if row["same"]:
         return row, None
     different = np.flatnonzero(differs.ravel())
@@ -231,9 +205,7 @@ def _row(
         undefined.ravel()[different[~finite]] = True
         row |= {
             "largest": float(difference.max()) if difference.size else None,
-            "relative": float(np.max(difference / np.where(scale > 0, scale, 1.0)))
-            if difference.size
-            else None,
+            "relative": float(np.max(difference / np.where(scale > 0, scale, 1.0))) if difference.size else None,
             "undefined": _points(undefined, dims),
         }
         if difference.size:
@@ -245,9 +217,7 @@ def _points(is_chosen: Array, dims: int) -> int:
     return int(np.count_nonzero(is_chosen.reshape(*is_chosen.shape[:dims], -1).any(axis=-1)))
 
 
-def _responses(
-    a: Results, b: Results, selections: Sequence[Any], coords: dict[str, Array]
-) -> dict[str, Any] | None:
+def _responses(a: Results, b: Results, selections: Sequence[Any], coords: dict[str, Array]) -> dict[str, Any] | None:
     """The outcomes that changed: a response, or the status of the run where no response
     is known."""
     if not all(name in data.variables for data in (a, b) for name in ("status", "response")):
@@ -277,18 +247,13 @@ def _responses(
     }
 
 
-def _probabilities(
-    a: Results, b: Results, places: dict[str, tuple[Array, Array]]
-) -> dict[str, Any] | None:
+def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]]) -> dict[str, Any] | None:
     """The comparison of two results with samples, equal or not: the number of operating
     ``points``, and for each outcome its mean probability in ``a`` and in ``b``, the
     ``largest`` change, b less a, with its place ``at``, and the number of points at
     which their 95 % intervals lie ``apart``. A safe run is safe in all procedures. None
     where they cannot be compared."""
-    if any(
-        SAMPLE not in data.coords or not {"status", "response"} <= data.variables.keys()
-        for data in (a, b)
-    ):
+    if any(SAMPLE not in data.coords or not {"status", "response"} <= data.variables.keys() for data in (a, b)):
         return None
     axes = [name for name in places if name not in ("procedure", SAMPLE)]
     points = int(np.prod([len(places[name][0]) for name in axes]))
@@ -299,9 +264,7 @@ def _probabilities(
     if any(np.any(data["status"] == PENDING) for data in (a, b)):
         return None
     try:
-        probabilities = [
-            probabilities_of(data, None, model_in(data.attrs).responses) for data in (a, b)
-        ]
+        probabilities = [probabilities_of(data, None, model_in(data.attrs).responses) for data in (a, b)]
     except InputError:  # a part of a design of which only the whole gives a probability
         return None
     if probabilities[0].outcomes != probabilities[1].outcomes:
@@ -310,10 +273,7 @@ def _probabilities(
     rows = []
     for name in probabilities[0].outcomes:
         (in_a, *interval_a), (in_b, *interval_b) = (
-            [
-                part[np.ix_(*(places[axis][side] for axis in axes))]
-                for part in side_probabilities.of(name)
-            ]
+            [part[np.ix_(*(places[axis][side] for axis in axes))] for part in side_probabilities.of(name)]
             for side, side_probabilities in enumerate(probabilities)
         )
         change = in_b - in_a
@@ -325,11 +285,7 @@ def _probabilities(
                 "b": float(in_b.mean()),
                 "largest": float(change[place]),
                 "at": point_of(coords, [int(i) for i in place]),
-                "apart": int(
-                    np.count_nonzero(
-                        (interval_a[1] < interval_b[0]) | (interval_b[1] < interval_a[0])
-                    )
-                ),
+                "apart": int(np.count_nonzero((interval_a[1] < interval_b[0]) | (interval_b[1] < interval_a[0]))),
             }
         )
     return {"points": points, "outcomes": rows}

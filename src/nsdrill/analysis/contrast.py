@@ -10,16 +10,7 @@ import numpy as np
 
 from nsdrill.analysis.comparison import common_places
 from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.window import (
-    SAFE,
-    UNKNOWN,
-    YIELDS,
-    Classes,
-    axes_of,
-    classes,
-    find_window,
-    usual_confidence,
-)
+from nsdrill.analysis.window import SAFE, UNKNOWN, YIELDS, Classes, axes_of, classes, find_window, usual_confidence
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words
@@ -28,9 +19,7 @@ from nsdrill.variables import RESPONSES
 MAX_ROWS = 400  # lines of a map that are compared one by one
 
 
-def contrast(
-    a: Results, b: Results, severity: int | None = None, confidence: float | None = None
-) -> dict[str, Any]:
+def contrast(a: Results, b: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
     """The windows of two results with the same axes as plain data in SI units:
 
     - ``windows``: the two, as of :func:`nsdrill.analysis.window.find_window`;
@@ -91,11 +80,7 @@ def _lines(
     one = maps[0]
     rows = [
         (
-            {
-                axis: float(one.values(axis)[index])
-                for axis, index in ((one.third, k), (one.y, i))
-                if axis
-            },
+            {axis: float(one.values(axis)[index]) for axis, index in ((one.third, k), (one.y, i)) if axis},
             (int(k), int(i)),
             (int(places[1][0][m]), int(places[1][1][n])),
         )
@@ -113,9 +98,7 @@ def _intervals(state: Array) -> list[tuple[int, int]]:
     return [(begin, end - 1) for begin, end in zip(steps[::2], steps[1::2], strict=True)]
 
 
-def _borders(
-    maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]
-) -> list[dict[str, Any]]:
+def _borders(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[dict[str, Any]]:
     rows = []
     x = [one.values(one.x) for one in maps]
     for at, *cells in _lines(maps, places):
@@ -124,9 +107,7 @@ def _borders(
         pairs: list[tuple[tuple[int, int] | None, tuple[int, int] | None]] = []
         for begin, end in spans[0]:
             low, high = x[0][begin], x[0][end]
-            overlaps = {
-                n: min(high, x[1][spans[1][n][1]]) - max(low, x[1][spans[1][n][0]]) for n in free
-            }
+            overlaps = {n: min(high, x[1][spans[1][n][1]]) - max(low, x[1][spans[1][n][0]]) for n in free}
             meeting = {n: overlap for n, overlap in overlaps.items() if overlap >= 0.0}
             if meeting:
                 chosen = max(meeting, key=lambda n: (meeting[n], -n))
@@ -168,20 +149,13 @@ def _beyond(one: Classes, cell: tuple[int, int], place: int) -> list[str]:
     return response_text(bits).split("+") if bits else []
 
 
-def _onsets(
-    maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]
-) -> list[dict[str, Any]]:
+def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[dict[str, Any]]:
     rows = []
     ways = [name for name in maps[0].procedures if name in maps[1].procedures]
     for at, *cells in _lines(maps, places):
         for way in ways:
             for number, name in enumerate(RESPONSES):
-                row: dict[str, Any] = {
-                    "at": at,
-                    "axis": maps[0].x,
-                    "procedure": way,
-                    "response": name,
-                }
+                row: dict[str, Any] = {"at": at, "axis": maps[0].x, "procedure": way, "response": name}
                 for side, one, cell in zip(("a", "b"), maps, cells, strict=True):
                     bits = one.bits_in[(one.procedures.index(way), *cell)]
                     found = one.values(one.x)[(bits >> number & 1).astype(bool)]
@@ -201,9 +175,7 @@ def _rates(
     name = YIELDS[0]
     if any(name not in one.yields for one in maps):
         return None
-    common = [
-        one.yields[name][np.ix_(*places[side])][safe_in_both] for side, one in enumerate(maps)
-    ]
+    common = [one.yields[name][np.ix_(*places[side])][safe_in_both] for side, one in enumerate(maps)]
     known = np.isfinite(common[0]) & np.isfinite(common[1])
 
     def pair(values: list[float | None]) -> dict[str, float | None]:

@@ -44,10 +44,7 @@ def string_differences(
 
 
 def other_string(
-    branches: Mapping[str, Any],
-    sweep: Results,
-    fixed: Mapping[str, float],
-    free: Collection[str] = (),
+    branches: Mapping[str, Any], sweep: Results, fixed: Mapping[str, float], free: Collection[str] = ()
 ) -> list[tuple[str, Any, Any]]:
     """(key, value of the branches, value of the sweep), in SI, of the differences
     between a file of ``branches`` with these root attributes and a ``sweep``. ``fixed``
@@ -63,7 +60,5 @@ def other_string(
 
 
 def _is_equal(one: Any, other: Any) -> bool:
-    numbers = all(
-        isinstance(value, int | float) and not isinstance(value, bool) for value in (one, other)
-    )
+    numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (one, other))
     return math.isclose(one, other, rel_tol=RELATIVE_TOLERANCE) if numbers else bool(one == other)

@@ -143,9 +143,7 @@ def posterior(
     from scipy.special import ndtri
 
     rng = np.random.default_rng(seed)
-    prior = Uncertain(
-        {str(i): {"uniform": [0.0, 1.0]} for i in range(unknowns)}, samples=2 * batch, seed=seed
-    )
+    prior = Uncertain({str(i): {"uniform": [0.0, 1.0]} for i in range(unknowns)}, samples=2 * batch, seed=seed)
     z = ndtri(unit_samples(prior))
     outputs = simulate(z)
     if not np.isfinite(outputs).all(axis=1).any():
@@ -159,11 +157,7 @@ def posterior(
         beta, weights = _tempered(log_l, _log_normal(z) - log_q, beta, min(wanted, 0.25 * batch))
         if estimates == 0 or (estimates == 1 and beta == 1.0):
             spread = _spread(simulate, z, weights, rng)
-            estimates, beta, extra_runs = (
-                estimates + 1,
-                0.0,
-                extra_runs + NEIGHBOUR_GROUPS * RUNS_PER_GROUP,
-            )
+            estimates, beta, extra_runs = (estimates + 1, 0.0, extra_runs + NEIGHBOUR_GROUPS * RUNS_PER_GROUP)
             log_l = _log_likelihood(outputs, measured, errors, spread)
             beta, weights = _tempered(log_l, _log_normal(z) - log_q, 0.0, min(wanted, 0.25 * batch))
         size = float(1 / np.sum(weights**2))
@@ -171,30 +165,13 @@ def posterior(
             break
         kernels = _kernels(z, weights, rng)
         prior_count = round(PRIOR_SHARE * batch)
-        new = np.concatenate(
-            [rng.standard_normal((prior_count, unknowns)), kernels.draw(batch - prior_count, rng)]
-        )
+        new = np.concatenate([rng.standard_normal((prior_count, unknowns)), kernels.draw(batch - prior_count, rng)])
         proposals += [(prior_count, None), (batch - prior_count, kernels)]
         z, outputs = np.concatenate([z, new]), np.concatenate([outputs, simulate(new)])
     failed = int(np.count_nonzero(~np.isfinite(outputs).all(axis=1)))
     variance = errors**2 + 2 * spread**2
-    squares = np.where(
-        np.isfinite(outputs).all(axis=1),
-        np.sum((outputs - measured) ** 2 / variance, axis=1),
-        np.inf,
-    )
-    return Posterior(
-        z,
-        weights,
-        outputs,
-        spread,
-        beta,
-        size,
-        number,
-        len(z) + extra_runs,
-        failed,
-        float(squares.min()),
-    )
+    squares = np.where(np.isfinite(outputs).all(axis=1), np.sum((outputs - measured) ** 2 / variance, axis=1), np.inf)
+    return Posterior(z, weights, outputs, spread, beta, size, number, len(z) + extra_runs, failed, float(squares.min()))
 
 
 def end_pressed(u: Array, weights: Array, width: float) -> str | None:
@@ -210,8 +187,7 @@ def end_pressed(u: Array, weights: Array, width: float) -> str | None:
         order = np.argsort(outward)
         edges = np.cumsum(weights[order])
         outer, median = (
-            float(outward[order[min(int(np.searchsorted(edges, q)), len(edges) - 1)]])
-            for q in (0.05, 0.5)
+            float(outward[order[min(int(np.searchsorted(edges, q)), len(edges) - 1)]]) for q in (0.05, 0.5)
         )
         if median < OUTERMOST and outer < CUT_OFF * (median - outer):
             return end
@@ -228,9 +204,7 @@ class _Mixture:
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:
         chosen = rng.integers(len(self.centres), size=count)
-        return np.asarray(
-            self.centres[chosen] + rng.standard_normal((count, len(self.root))) @ self.root.T
-        )
+        return np.asarray(self.centres[chosen] + rng.standard_normal((count, len(self.root))) @ self.root.T)
 
     def log_density(self, z: Array) -> Array:
         from scipy.linalg import solve_triangular
@@ -240,11 +214,7 @@ class _Mixture:
         scaled = solve_triangular(self.root, np.concatenate([z, self.centres]).T, lower=True).T
         distances = scaled[: len(z), None] - scaled[None, len(z) :]
         logs = -0.5 * np.sum(distances**2, axis=2)
-        constant = (
-            -0.5 * d * np.log(2 * np.pi)
-            - np.sum(np.log(np.diag(self.root)))
-            - np.log(len(self.centres))
-        )
+        constant = -0.5 * d * np.log(2 * np.pi) - np.sum(np.log(np.diag(self.root))) - np.log(len(self.centres))
         return np.asarray(logsumexp(logs, axis=1) + constant)
 
 
@@ -272,11 +242,7 @@ def _log_mixture(z: Array, proposals: list[tuple[int, _Mixture | None]]) -> Arra
     total = sum(count for count, _ in proposals)
     prior = sum(count for count, kernels in proposals if kernels is None)
     logs = [np.log(prior / total) + _log_normal(z)]
-    logs += [
-        np.log(count / total) + kernels.log_density(z)
-        for count, kernels in proposals
-        if kernels is not None
-    ]
+    logs += [np.log(count / total) + kernels.log_density(z) for count, kernels in proposals if kernels is not None]
     return np.asarray(logsumexp(logs, axis=0))
 
 
@@ -290,9 +256,7 @@ def _tempered(log_l: Array, log_ratio: Array, min_beta: float, size: float) -> t
     effective number ``size`` of samples, and their weights."""
 
     def weights(beta: float) -> Array:
-        logs = np.where(
-            np.isfinite(log_l), beta * np.where(np.isfinite(log_l), log_l, 0.0) + log_ratio, -np.inf
-        )
+        logs = np.where(np.isfinite(log_l), beta * np.where(np.isfinite(log_l), log_l, 0.0) + log_ratio, -np.inf)
         likelihoods = np.exp(logs - logs.max())
         return np.asarray(likelihoods / likelihoods.sum())
 
@@ -313,9 +277,9 @@ def _spread(simulate: Simulate, z: Array, weights: Array, rng: np.random.Generat
     samples drawn by weight: [values]."""
     centres = z[rng.choice(len(z), NEIGHBOUR_GROUPS, p=weights)]
     neighbours = np.repeat(centres, RUNS_PER_GROUP, axis=0)
-    outputs = simulate(
-        neighbours + NEIGHBOUR_DISTANCE * rng.standard_normal(neighbours.shape)
-    ).reshape(NEIGHBOUR_GROUPS, RUNS_PER_GROUP, -1)
+    outputs = simulate(neighbours + NEIGHBOUR_DISTANCE * rng.standard_normal(neighbours.shape)).reshape(
+        NEIGHBOUR_GROUPS, RUNS_PER_GROUP, -1
+    )
     succeeded = np.isfinite(outputs).all(axis=(1, 2))
     if not succeeded.any():
         return np.zeros(outputs.shape[-1])

@@ -57,11 +57,7 @@ def differences(procedures: Sequence[str], outcomes: Array) -> list[Difference]:
     intervals: list[Difference] = []
     for point in np.flatnonzero(differs == 1).tolist():
         pair = int(up[point]), int(down[point])
-        if (
-            intervals
-            and intervals[-1].last == point - 1
-            and (intervals[-1].up, intervals[-1].down) == pair
-        ):
+        if intervals and intervals[-1].last == point - 1 and (intervals[-1].up, intervals[-1].down) == pair:
             intervals[-1] = Difference(intervals[-1].first, point, *pair)
         else:
             intervals.append(Difference(point, point, *pair))
@@ -108,9 +104,7 @@ def hysteresis(results: Results, along: str | None = None) -> list[dict[str, Any
     procedures = [text(name) for name in results.coords["procedure"]]
     if along is None or not {"up", "down"} <= set(procedures):
         return []
-    return [
-        row for place in _lines(results, along) for row in _rows(results, procedures, along, place)
-    ]
+    return [row for place in _lines(results, along) for row in _rows(results, procedures, along, place)]
 
 
 def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
@@ -149,9 +143,7 @@ def _rows(
         if kinds is not None:
             for name in ("up", "down"):
                 kinds_inside = kinds[procedures.index(name), interval.first : interval.last + 1]
-                row[f"{name}_whirl"] = [
-                    _whirl_kind(int(kind)) for kind in np.unique(kinds_inside[kinds_inside > 0])
-                ]
+                row[f"{name}_whirl"] = [_whirl_kind(int(kind)) for kind in np.unique(kinds_inside[kinds_inside > 0])]
         yield row
 
 

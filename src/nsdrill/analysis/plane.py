@@ -24,10 +24,7 @@ def regions(safe: Array) -> list[tuple[int, tuple[int, int, int, int]]]:
     # stable: by place where the sizes are equal
     order = sorted(range(count), key=lambda number: -int(sizes[number]))
     return [
-        (
-            int(sizes[n]),
-            (boxes[n][0].start, boxes[n][0].stop - 1, boxes[n][1].start, boxes[n][1].stop - 1),
-        )
+        (int(sizes[n]), (boxes[n][0].start, boxes[n][0].stop - 1, boxes[n][1].start, boxes[n][1].stop - 1))
         for n in order
     ]
 
@@ -48,10 +45,7 @@ def largest_margin(safe: Array, y: Array, x: Array) -> tuple[int, int, float] | 
     across, up = normalised(x), normalised(y)
     points = np.column_stack((up[rows], across[columns]))
     to_unsafe = _nearest_distances(
-        points,
-        np.column_stack(
-            [axis[indices] for axis, indices in zip((up, across), np.nonzero(~safe), strict=True)]
-        ),
+        points, np.column_stack([axis[indices] for axis, indices in zip((up, across), np.nonzero(~safe), strict=True)])
     )
     edges = [
         np.minimum(axis[indices], 1.0 - axis[indices])
@@ -63,8 +57,7 @@ def largest_margin(safe: Array, y: Array, x: Array) -> tuple[int, int, float] | 
     candidates = candidates[to_unsafe[candidates] >= to_unsafe[candidates].max() - _TOLERANCE]
     clearance = np.array(
         [
-            _clearance(safe[rows[i]], across, columns[i])
-            + _clearance(safe[:, columns[i]], up, rows[i])
+            _clearance(safe[rows[i]], across, columns[i]) + _clearance(safe[:, columns[i]], up, rows[i])
             for i in candidates
         ]
     )

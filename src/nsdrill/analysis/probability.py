@@ -50,9 +50,7 @@ def run_safety(results: Results, severity: int | None = None) -> RunSafety:
     # A point is not trusted where its checks gave another response. (Other numbers are
     # normal where the motion is chaotic.) An inferred point was not run and so not
     # checked; the runs around it were.
-    verdicts = (
-        verdict(results) if "trusted" in results.variables else np.full(results.shape, UNCHECKED)
-    )
+    verdicts = verdict(results) if "trusted" in results.variables else np.full(results.shape, UNCHECKED)
     verdicts = np.where(results["status"] == INFERRED, UNCHECKED, verdicts)
     is_trusted = verdicts != RESPONSE_DIFFERS
     if severity is None:
@@ -60,10 +58,7 @@ def run_safety(results: Results, severity: int | None = None) -> RunSafety:
     else:
         is_known, has_no_response = (
             results["status"] == OK,
-            np.all(
-                [results[name] <= severity for name in SEVERITIES if name in results.variables],
-                axis=0,
-            ),
+            np.all([results[name] <= severity for name in SEVERITIES if name in results.variables], axis=0),
         )
     check_failed = is_known & has_no_response & (verdicts == CHECK_FAILED)
     return RunSafety(
@@ -84,10 +79,7 @@ def interval(count: Array, total: Array | float) -> tuple[Array, Array]:
     share = count / n
     centre = (share + z2 / (2 * n)) / (1 + z2 / n)
     half_width = NORMAL_QUANTILE / (1 + z2 / n) * np.sqrt(share * (1 - share) / n + z2 / (4 * n**2))
-    low, high = (
-        np.where(count == 0, 0.0, centre - half_width),
-        np.where(count == total, 1.0, centre + half_width),
-    )
+    low, high = (np.where(count == 0, 0.0, centre - half_width), np.where(count == total, 1.0, centre + half_width))
     return np.where(total == 0, 0.0, low), np.where(total == 0, 1.0, high)
 
 
@@ -182,47 +174,27 @@ def probabilities_of(
         count = np.concatenate([is_safe.sum(axis=-1)[None], has_response.sum(axis=-1)])
         return count, (~is_safe & ~is_unsafe).sum(axis=-1)
 
-    counts = [
-        count_samples(*(np.asarray(part[i]) for part in (safe, unsafe, has_response)))
-        for i in range(len(safe))
-    ]
+    counts = [count_samples(*(np.asarray(part[i]) for part in (safe, unsafe, has_response))) for i in range(len(safe))]
     if len(safe) > 1:
-        counts.append(
-            count_samples(
-                *map(np.asarray, (safe.all(axis=0), unsafe.any(axis=0), has_response.any(axis=0)))
-            )
-        )
-    histories = tuple(text(name) for name in results.coords["procedure"]) + (
-        (EVERY,) if len(safe) > 1 else ()
-    )
+        counts.append(count_samples(*map(np.asarray, (safe.all(axis=0), unsafe.any(axis=0), has_response.any(axis=0)))))
+    histories = tuple(text(name) for name in results.coords["procedure"]) + ((EVERY,) if len(safe) > 1 else ())
     count, undecided = (np.array(part) for part in zip(*counts, strict=True))
     return Probabilities(
-        histories,
-        (SAFE, *names),
-        count,
-        undecided,
-        safe.shape[-1],
-        effective_number(results, samples),
+        histories, (SAFE, *names), count, undecided, safe.shape[-1], effective_number(results, samples)
     )
 
 
-def window_state(
-    probabilities: Probabilities, confidence: float, history: str | None = None
-) -> tuple[Array, Array]:
+def window_state(probabilities: Probabilities, confidence: float, history: str | None = None) -> tuple[Array, Array]:
     """Where the probability of a safe run reaches ``confidence``, and where it would
     only if the failed runs were safe: arrays of bool over the axes."""
     place = probabilities.histories.index(history) if history else -1
     least = np.ceil(confidence * probabilities.total - 1e-9)
     count = probabilities.count[place, 0]
-    return np.asarray(count >= least), np.asarray(
-        (count < least) & (count + probabilities.open[place] >= least)
-    )
+    return np.asarray(count >= least), np.asarray((count < least) & (count + probabilities.open[place] >= least))
 
 
 def one_procedure(results: Results, number: int) -> Results:
     """The results of one procedure."""
     coords = {**results.coords, "procedure": results.coords["procedure"][number : number + 1]}
-    variables: dict[str, Any] = {
-        name: values[number : number + 1] for name, values in results.variables.items()
-    }
+    variables: dict[str, Any] = {name: values[number : number + 1] for name, values in results.variables.items()}
     return Results(coords, variables, results.attrs, results.more, results.drawn)

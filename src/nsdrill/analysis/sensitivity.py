@@ -91,9 +91,7 @@ def _unexplained(column: Array, spread: Array) -> Array:
     basis = np.cos(np.pi * np.outer(rank[rank_index.ravel()], np.arange(1, harmonics + 1)))
     basis -= basis.mean(axis=0)
     products = basis.T @ spread
-    residual = np.sum(spread**2, axis=0) - np.sum(
-        products * (np.linalg.pinv(basis.T @ basis) @ products), axis=0
-    )
+    residual = np.sum(spread**2, axis=0) - np.sum(products * (np.linalg.pinv(basis.T @ basis) @ products), axis=0)
     return np.asarray(residual / (n - harmonics - 1))
 
 
@@ -116,9 +114,7 @@ def indices(values: Array, answers: Array, design: str) -> Indices | None:
                 estimate = saltelli(matrices[0], matrices[1], matrices[2:])
                 parts.append(np.concatenate([part.reshape(-1, len(points)) for part in estimate]))
             else:
-                first, variance = regression_indices(
-                    values[chosen], answers[np.ix_(chosen, points)]
-                )
+                first, variance = regression_indices(values[chosen], answers[np.ix_(chosen, points)])
                 parts.append(np.concatenate([first, variance[None]]))
         estimates.append(np.concatenate(parts, axis=1).sum(axis=1))
     estimated = np.array(estimates)
@@ -191,18 +187,14 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         drawn, sample_answers = values[samples], answers[samples]
         result = indices(values, answers, design)
         unknown_rows = [
-            _unknown_row(
-                unknown, columns[number], result, drawn[:, number], sample_answers, dependent
-            )
+            _unknown_row(unknown, columns[number], result, drawn[:, number], sample_answers, dependent)
             for number, unknown in enumerate(results.drawn)
         ]
         variable = BY_NAME.get(name)
         rows.append(
             {
                 "name": name,
-                "meaning": variable.long_name
-                if variable
-                else "a run that ends well without a critical response",
+                "meaning": variable.long_name if variable else "a run that ends well without a critical response",
                 "units": variable.units if variable else "1",
                 "mean": _mean(sample_answers),
                 "deviation": None if result is None else float(np.sqrt(result.variance)),
@@ -228,12 +220,7 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
 
 
 def _unknown_row(
-    unknown: Unknown,
-    column: int,
-    result: Indices | None,
-    drawn: Array,
-    answers: Array,
-    dependent: bool,
+    unknown: Unknown, column: int, result: Indices | None, drawn: Array, answers: Array, dependent: bool
 ) -> dict[str, Any]:
     lowest, highest = np.quantile(drawn, [PART, 1.0 - PART])
     ends = {"low": drawn <= lowest, "high": drawn >= highest}
@@ -258,10 +245,7 @@ def _unknown_row(
         return row
     row |= {"first": float(result.first[column]), "first_error": float(result.first_error[column])}
     if result.total is not None and result.total_error is not None:
-        row |= {
-            "total": float(result.total[column]),
-            "total_error": float(result.total_error[column]),
-        }
+        row |= {"total": float(result.total[column]), "total_error": float(result.total_error[column])}
     elif not dependent:
         others = float(result.first.sum() - result.first[column])
         first_index = float(result.first[column])
@@ -287,7 +271,6 @@ def _measure_first(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
         row["key"]
         for row in known
         if row is not best
-        and best["first"] - row["first"]
-        < NORMAL_QUANTILE * np.hypot(row["first_error"], best["first_error"])
+        and best["first"] - row["first"] < NORMAL_QUANTILE * np.hypot(row["first_error"], best["first_error"])
     ]
     return {"key": best["key"], "first": best["first"], "alike": indistinguishable}

@@ -115,9 +115,7 @@ def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:
     return numbers[0], numbers[1] if len(numbers) > 1 else None, third
 
 
-def classes(
-    results: Results, severity: int | None = None, confidence: float | None = None
-) -> Classes:
+def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:
     """The state of every operating point. With ``severity`` a history is safe where
     none of the three severities exceeds it, whatever the response bits are. With
     ``confidence`` (0 to 1), for results with samples, a point is safe where the
@@ -129,9 +127,7 @@ def classes(
     axes = axes_of(results)
     if axes is None:
         if not results.swept:
-            raise InputError(
-                "window: found a single operating point; allowed: a sweep of at least one axis."
-            )
+            raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
         raise InputError(
             f"window: found the axes {', '.join(results.swept)}; allowed: a sweep of one to "
             f"three, among them words as "
@@ -146,9 +142,7 @@ def classes(
         axes = results.axes
         order = [axis for axis in axes if axis not in (x, y)] + [axis for axis in (y, x) if axis]
         transposed = np.moveaxis(array, 0, len(axes))
-        transposed = transposed.transpose(
-            *(axes.index(axis) for axis in order), *range(len(axes), array.ndim)
-        )
+        transposed = transposed.transpose(*(axes.index(axis) for axis in order), *range(len(axes), array.ndim))
         lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, x)]
         return transposed.reshape(*lengths, -1)
 
@@ -160,11 +154,7 @@ def classes(
         """The planes of each procedure."""
         return [planes(part[None]) for part in array]
 
-    safe_maps, any_safe, any_unsafe = (
-        planes(safe),
-        planes(safe).any(axis=-1),
-        planes(runs.unsafe).any(axis=-1),
-    )
+    safe_maps, any_safe, any_unsafe = (planes(safe), planes(safe).any(axis=-1), planes(runs.unsafe).any(axis=-1))
     state = np.where(
         planes(safe | runs.unsafe).all(axis=-1) | (any_safe & any_unsafe),
         np.where(any_unsafe, np.where(any_safe, HISTORY_DEPENDENT, CRITICAL), SAFE),
@@ -173,11 +163,7 @@ def classes(
     all_bits = np.where(known(results["status"]), results["response"], 0).astype(int)
     bits_in = np.array([np.bitwise_or.reduce(part, axis=-1) for part in of_each(all_bits)])
     safe_in = {
-        text(name): int(
-            np.count_nonzero(
-                procedure_safe.all(axis=tuple(range(len(results.axes), procedure_safe.ndim)))
-            )
-        )
+        text(name): int(np.count_nonzero(procedure_safe.all(axis=tuple(range(len(results.axes), procedure_safe.ndim)))))
         for name, procedure_safe in zip(results.coords["procedure"], safe, strict=True)
     }
     yields = {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables}
@@ -227,9 +213,7 @@ def _classes_by_confidence(
 
     def bits_of(share: Array) -> Array:
         occurs = share >= (1.0 - confidence) / 3
-        return np.asarray(
-            sum(placed(response).astype(int) << number for number, response in enumerate(occurs))
-        )
+        return np.asarray(sum(placed(response).astype(int) << number for number, response in enumerate(occurs)))
 
     procedures = range(len(results.coords["procedure"]))
     state = np.where(is_safe, SAFE, np.where(is_undecided, UNKNOWN, CRITICAL))
@@ -271,9 +255,7 @@ def _mean(values: Array) -> Array:
     return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
-def find_window(
-    results: Results, severity: int | None = None, confidence: float | None = None
-) -> dict[str, Any]:
+def find_window(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
     """The safe window of a sweep with ascending axes, as plain data in SI units; its
     keys are described on the page on the window. For results with samples the window
     has a ``confidence``, by default 0.9; InputError for a ``confidence`` without
@@ -306,18 +288,11 @@ def find_window(
         **_counts(maps.state),
         "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & maps.failed)),
         "safe_in": maps.safe_in,
-        "obstacles": {
-            name: int(np.count_nonzero(maps.bits >> number & 1))
-            for number, name in enumerate(names)
-        },
+        "obstacles": {name: int(np.count_nonzero(maps.bits >> number & 1)) for number, name in enumerate(names)},
         "confidence": confidence,
         "samples": len(results.coords.get(SAMPLE, ())) or None,
-        "counted": len(results.coords[SAMPLE][independent(results)])
-        if SAMPLE in results.coords
-        else None,
-        "effective": effective_number(results, independent(results))
-        if SAMPLE in results.coords
-        else None,
+        "counted": len(results.coords[SAMPLE][independent(results)]) if SAMPLE in results.coords else None,
+        "effective": effective_number(results, independent(results)) if SAMPLE in results.coords else None,
         "most_probable": _most_probable(maps),
         "price": _confidence_costs(maps),
         "alone": _by_procedure(results, severity, confidence) if maps.histories > 1 else [],
@@ -330,9 +305,7 @@ def find_window(
         at = {maps.third: float(thirds[number])} if maps.third else {}
         summary["maps"].append({"at": at, **_map(maps, state, number)})
     if maps.third:
-        throughout = np.where(
-            (maps.state == CRITICAL).any(axis=0), CRITICAL, maps.state.min(axis=0)
-        )
+        throughout = np.where((maps.state == CRITICAL).any(axis=0), CRITICAL, maps.state.min(axis=0))
         summary["throughout"] = _map(maps, throughout, None)
     worded: dict[str, Any] = in_words(summary)
     return worded
@@ -354,8 +327,7 @@ def unknown_words(summary: dict[str, Any]) -> str:
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
     return ", ".join(
-        [f"{failed} failed"] * bool(failed)
-        + [f"{inferred} inferred, without a severity"] * bool(inferred)
+        [f"{failed} failed"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
     )
 
 
@@ -369,11 +341,7 @@ def _by_history(maps: Classes) -> int:
 
 def _counts(state: Array) -> dict[str, Any]:
     counts = {word: int(np.count_nonzero(state == value)) for value, word in STATES.items()}
-    return {
-        "points": int(state.size),
-        **counts,
-        "share": {word: n / state.size for word, n in counts.items()},
-    }
+    return {"points": int(state.size), **counts, "share": {word: n / state.size for word, n in counts.items()}}
 
 
 def _map(maps: Classes, state: Array, number: int | None) -> dict[str, Any]:
@@ -382,30 +350,20 @@ def _map(maps: Classes, state: Array, number: int | None) -> dict[str, Any]:
     x, y = maps.values(maps.x), maps.values(maps.y)
     connected = []
     for cells, (top, bottom, left, right) in regions(state == SAFE):
-        area: dict[str, Any] = {
-            "points": cells,
-            "share": cells / state.size,
-            maps.x: [float(x[left]), float(x[right])],
-        }
+        area: dict[str, Any] = {"points": cells, "share": cells / state.size, maps.x: [float(x[left]), float(x[right])]}
         if maps.y:
             area[maps.y] = [float(y[top]), float(y[bottom])]
         else:
             area["sides"] = _limits(maps, state, number, x, left, lambda index: (0, index))
         connected.append(area)
     best = _recommended(maps, state, number)
-    return {
-        **_counts(state),
-        "regions": connected,
-        "recommended": best,
-        "fastest": _fastest(maps, state, number),
-    }
+    return {**_counts(state), "regions": connected, "recommended": best, "fastest": _fastest(maps, state, number)}
 
 
 def _yields(maps: Classes, number: int | None, cell: tuple[int, int]) -> dict[str, float]:
     """The yields of a cell of the map ``number``; of None the mean over all maps."""
     yields = {
-        name: _mean(array[:, *cell]) if number is None else array[number, *cell]
-        for name, array in maps.yields.items()
+        name: _mean(array[:, *cell]) if number is None else array[number, *cell] for name, array in maps.yields.items()
     }
     return {name: float(value) for name, value in yields.items() if np.isfinite(value)}
 
@@ -416,11 +374,7 @@ def _fastest(maps: Classes, state: Array, number: int | None) -> dict[str, Any] 
     name = YIELDS[0]
     if name not in maps.yields:
         return None
-    rate = (
-        _mean(np.moveaxis(maps.yields[name], 0, -1))
-        if number is None
-        else maps.yields[name][number]
-    )
+    rate = _mean(np.moveaxis(maps.yields[name], 0, -1)) if number is None else maps.yields[name][number]
     rate = np.where((state == SAFE) & np.isfinite(rate), rate, -1.0)
     row, column = (int(place) for place in np.unravel_index(np.argmax(rate), rate.shape))
     if rate[row, column] < 0.0:
@@ -449,9 +403,7 @@ def _recommended(maps: Classes, state: Array, number: int | None) -> dict[str, A
         **_yields(maps, number, (row, column)),
         "margin": margin,
         "margins": margins,
-        "settled": not np.any(
-            maps.unsettled[(slice(None) if number is None else number, row, column)]
-        ),
+        "settled": not np.any(maps.unsettled[(slice(None) if number is None else number, row, column)]),
     }
 
 
@@ -494,32 +446,20 @@ def _confidence_costs(maps: Classes) -> list[dict[str, Any]]:
     probability, rate, rows = maps.safety[0], maps.yields.get(YIELDS[0]), []
     for level in sorted({*LEVELS, maps.confidence}):
         is_safe = probability >= level - 1e-9
-        row: dict[str, Any] = {
-            "confidence": level,
-            "safe": int(is_safe.sum()),
-            "share": float(is_safe.mean()),
-        }
+        row: dict[str, Any] = {"confidence": level, "safe": int(is_safe.sum()), "share": float(is_safe.mean())}
         row["fastest"] = None
         if rate is not None and np.any(is_safe & np.isfinite(rate)):
-            best = np.unravel_index(
-                np.argmax(np.where(is_safe & np.isfinite(rate), rate, -np.inf)), rate.shape
-            )
+            best = np.unravel_index(np.argmax(np.where(is_safe & np.isfinite(rate), rate, -np.inf)), rate.shape)
             index = tuple(int(i) for i in best)
             axes = dict(zip((maps.third, maps.y, maps.x), index, strict=True))
             at = {axis: float(maps.values(axis)[i]) for axis, i in axes.items() if axis}
             cell = (index[1], index[2])
-            row["fastest"] = {
-                **at,
-                **_safety(maps, index[0], cell),
-                **_yields(maps, index[0], cell),
-            }
+            row["fastest"] = {**at, **_safety(maps, index[0], cell), **_yields(maps, index[0], cell)}
         rows.append(row)
     return rows
 
 
-def _by_procedure(
-    results: Results, severity: int | None, confidence: float | None
-) -> list[dict[str, Any]]:
+def _by_procedure(results: Results, severity: int | None, confidence: float | None) -> list[dict[str, Any]]:
     """The window of each procedure by itself, for results with samples."""
     if confidence is None:
         return []
@@ -531,9 +471,7 @@ def _by_procedure(
     return windows
 
 
-def _limits(
-    maps: Classes, state: Array, number: int | None, values: Array, start: int, cell_at: Any
-) -> dict[str, Any]:
+def _limits(maps: Classes, state: Array, number: int | None, values: Array, start: int, cell_at: Any) -> dict[str, Any]:
     """How far one axis may change to either side, with the other fixed: to the last
     safe point, and what lies behind it."""
     sides = {}
@@ -583,10 +521,7 @@ def _over_depth(maps: Classes) -> dict[str, Any] | None:
     axis = (maps.third, maps.y, maps.x).index("depth")
     levels = np.moveaxis(maps.state, axis, 0)
     depths = maps.values("depth")
-    rows = [
-        {"depth": float(depth), **_counts(level)}
-        for depth, level in zip(depths, levels, strict=True)
-    ]
+    rows = [{"depth": float(depth), **_counts(level)} for depth, level in zip(depths, levels, strict=True)]
     is_open = [row["safe"] > 0 for row in rows]
     spans: list[list[float]] = []
     for number, (row, open_here) in enumerate(zip(rows, is_open, strict=True)):
@@ -602,9 +537,4 @@ def _over_depth(maps: Classes) -> dict[str, Any] | None:
         ),
         None,
     )
-    return {
-        "open": spans,
-        "closes": closes,
-        "reopens": spans[1][0] if len(spans) > 1 else None,
-        "rows": rows,
-    }
+    return {"open": spans, "closes": closes, "reopens": spans[1][0] if len(spans) > 1 else None, "rows": rows}

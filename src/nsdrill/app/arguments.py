@@ -39,14 +39,8 @@ def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
         try:
             return parse_study(yaml_text(study, name), name, texts)
         except StudyError as error:  # without lines of the generated text
-            raise StudyError(
-                name, [replace(fault, line=None, column=None) for fault in error.faults]
-            ) from None
-    if (
-        isinstance(study, str)
-        and (not study.strip() or "\n" in study or ": " in study)
-        and not os.path.exists(study)
-    ):
+            raise StudyError(name, [replace(fault, line=None, column=None) for fault in error.faults]) from None
+    if isinstance(study, str) and (not study.strip() or "\n" in study or ": " in study) and not os.path.exists(study):
         return parse_study(study, name, texts)
     if isinstance(study, str | os.PathLike):
         return load_study(name_in(study, "study"), texts)
@@ -67,10 +61,7 @@ def texts_in(changes: Any, name: str) -> list[str]:
         return override_texts(changes, name)
     if not isinstance(changes, list | tuple) or not all(isinstance(text, str) for text in changes):
         found = repr(changes)[:80]
-        raise InputError(
-            f"{name}: found {found}; allowed: a mapping by dotted keys, or a list of "
-            f"texts 'key=value'."
-        )
+        raise InputError(f"{name}: found {found}; allowed: a mapping by dotted keys, or a list of texts 'key=value'.")
     return list(changes)
 
 
@@ -81,9 +72,7 @@ def name_in(path: Any, name: str = "results") -> str:
             raise InputError(f"{name}: found an empty text; allowed: the name of a file.")
         return os.fspath(path)
     allowed = "the name of a file, or a Dataset" if name == "results" else "the name of a file"
-    raise InputError(
-        f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}."
-    )
+    raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
 
 
 def check_other_file(study: Any, path: str) -> None:
@@ -107,17 +96,10 @@ def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
     leaves = axes_of_all()
     if study is not None:
         study_keys = keys_of(study.model)
-        leaves = {
-            name: study_keys.leaf(leaf.key, study.resolved)
-            for name, leaf in study_keys.axes.items()
-        }
+        leaves = {name: study_keys.leaf(leaf.key, study.resolved) for name, leaf in study_keys.axes.items()}
     leaves = {**leaves, SAMPLE_LEAF.key: SAMPLE_LEAF}
     keys = {dimension_of(key): key for key in leaves}
-    values = {
-        name: _value(value, leaves[name], name)
-        for name, value in apart.items()
-        if value is not None
-    }
+    values = {name: _value(value, leaves[name], name) for name, value in apart.items() if value is not None}
     if not isinstance(at, Mapping | list) and at is not None:
         raise Refusal("at", repr(at), "a mapping, as {'bit.rock_stiffness': '25 MN/m'}")
     for name, value in at.items() if isinstance(at, Mapping) else at or ():
@@ -152,9 +134,7 @@ def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
                 value = float(value)
         number = _float(value)
         if number is None or not leaf.low <= number <= leaf.high:
-            is_other_type = number is None and not isinstance(
-                value, str | bool | list | dict | None
-            )
+            is_other_type = number is None and not isinstance(value, str | bool | list | dict | None)
             found = (
                 f"a value of the type {type(value).__name__}"
                 if is_other_type
@@ -165,9 +145,7 @@ def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
             return value
         return float(leaf.read(number)) if leaf.kind == "whole" else number
     except QuantityError as error:
-        raise Refusal(
-            argument, error.found, error.allowed, error.suggestion, key=key, bare=leaf.units
-        ) from None
+        raise Refusal(argument, error.found, error.allowed, error.suggestion, key=key, bare=leaf.units) from None
 
 
 def seconds_in(name: str, value: Any) -> float:
@@ -179,10 +157,7 @@ def seconds_in(name: str, value: Any) -> float:
     except QuantityError as error:
         raise InputError(f"{name}: {error}") from None
     if number is None:
-        raise InputError(
-            f"{name}: found {value!r}; allowed: a number of seconds, or a text with "
-            f"a unit, '10 ms'."
-        )
+        raise InputError(f"{name}: found {value!r}; allowed: a number of seconds, or a text with a unit, '10 ms'.")
     return number
 
 

@@ -38,9 +38,7 @@ def write_attractors(study: Study, plan: Plan, log: Sink) -> None:
     kept = {variable.name for variable in log.kept.variables}
     names = [name for name in names_needed(described(study.model)) if name in kept]
     per_block = max(1, _BLOCK // plan.starts) * plan.starts
-    ranges = [
-        (begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)
-    ]
+    ranges = [(begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)]
     numbers = _attractor_numbers(
         study, plan, (columns(log, names, *ends) for ends in ranges), study.thresholds.attractors
     )
@@ -53,16 +51,10 @@ def write_attractors(study: Study, plan: Plan, log: Sink) -> None:
     log.sync()
 
 
-def labels_of(
-    study: Study, plan: Plan, variables: Mapping[str, Array], thresholds: Attractors
-) -> Array:
+def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], thresholds: Attractors) -> Array:
     """The attractor of each point of ``plan``, on the grid, as are the
     ``variables``."""
-    needed = {
-        name: variables[name].ravel()
-        for name in names_needed(described(study.model))
-        if name in variables
-    }
+    needed = {name: variables[name].ravel() for name in names_needed(described(study.model)) if name in variables}
     return _attractor_numbers(study, plan, [needed], thresholds).reshape(plan.grid)
 
 
@@ -88,9 +80,7 @@ def _attractor_numbers(
             for item in fields(Places)
         )
     )
-    numbers = np.minimum(
-        number(all_places, plan.shape, thresholds.matching), np.iinfo(np.int16).max
-    )
+    numbers = np.minimum(number(all_places, plan.shape, thresholds.matching), np.iinfo(np.int16).max)
     # The groups of an operating point are numbered from 1; those of all operating
     # points follow each other in ``numbers``.
     group = np.concatenate(groups)
@@ -99,9 +89,7 @@ def _attractor_numbers(
     return np.concatenate([[0], numbers]).astype(np.int16)[chosen].ravel()
 
 
-def _coordinates(
-    study: Study, variables: Mapping[str, Array], values: Mapping[str, Array]
-) -> tuple[Array, Array]:
+def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[str, Array]) -> tuple[Array, Array]:
     """The coordinates by which starts are grouped, and those by which groups are
     matched along the axes (:meth:`nsdrill.models.base.Model.coordinates`), at operating
     points with these ``values`` [points]."""
@@ -167,18 +155,12 @@ def attractor_as_data(attractor: Attractor, sampled: bool) -> dict[str, Any]:
         "whirl_kind": flag_words(BY_NAME["whirl_kind"], attractor.whirl_kind),
     }
     if attractor.motion is not None:
-        data |= {
-            "motion": flag_words(BY_NAME["motion"], attractor.motion),
-            "period": attractor.period,
-        }
+        data |= {"motion": flag_words(BY_NAME["motion"], attractor.motion), "period": attractor.period}
     return data | {
         "members": attractor.members,
         "unsettled": attractor.unsettled,
         "share": attractor.share,
         "low": attractor.low if sampled else None,
         "high": attractor.high if sampled else None,
-        "features": {
-            name: value if np.isfinite(value) else None
-            for name, value in attractor.features.items()
-        },
+        "features": {name: value if np.isfinite(value) else None for name, value in attractor.features.items()},
     }

@@ -32,10 +32,7 @@ def summarize_branches(data: Any) -> dict[str, Any]:
     }
     return {
         "kind": "branches",
-        **{
-            name: str(attrs.get(name, ""))
-            for name in ("title", "created", "nsdrill_version", "study_sha256")
-        },
+        **{name: str(attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
         "overrides": overrides(attrs),
         "along": along,
         "from": float(attrs.get("continue_from", numbers.min())),
@@ -53,9 +50,7 @@ def _seeds(attrs: Any) -> dict[str, int]:
         found = json.loads(attrs.get("seeds", "{}"))
     except ValueError:
         return {}
-    return (
-        {str(word): int(count) for word, count in found.items()} if isinstance(found, dict) else {}
-    )
+    return {str(word): int(count) for word, count in found.items()} if isinstance(found, dict) else {}
 
 
 def _branch(data: Any, number: int, part: slice, numbers: Array, meanings: Any) -> dict[str, Any]:
@@ -145,15 +140,9 @@ def _curves(data: Any, meanings: Any) -> list[dict[str, Any]]:
                 "label": meaning.name,
                 "points": int(size),
                 "lobes": int(data["curve_lobes"].values[number]),
-                "words": motion_text(
-                    str(data["curve_motion"].values[number]),
-                    int(data["curve_lobes"].values[number]),
-                ),
+                "words": motion_text(str(data["curve_motion"].values[number]), int(data["curve_lobes"].values[number])),
                 "end_reason": str(data["curve_end_reason"].values[number]),
-                **{
-                    name: [float(values.min()), float(values.max())]
-                    for name, values in ends.items()
-                },
+                **{name: [float(values.min()), float(values.max())] for name, values in ends.items()},
             }
         )
     return curves

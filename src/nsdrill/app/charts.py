@@ -68,9 +68,7 @@ def draw_chart(
     operation = operation_of(study)
     axis = getattr(numbers, "axis", None)
     point = {name: getattr(operation, name) for name in OPERATION if name != axis}
-    return draw(
-        Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look, ax=ax
-    )
+    return draw(Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look, ax=ax)
 
 
 def chart_of(study: Study, kind: str | None, along: str | None = None) -> Numbers:
@@ -85,33 +83,23 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
         hint = f" Did you mean {near[0]!r}?" if near else ""
         listing = "\n".join(f"  {name:<24} {one.words}" for name, one in known.items())
         found = "a study without a kind" if kind is None else f"{kind!r} with a study"
-        raise InputError(
-            f"plot kind: found {found}.{hint} Allowed of a study, which is not run:\n{listing}"
-        )
+        raise InputError(f"plot kind: found {found}.{hint} Allowed of a study, which is not run:\n{listing}")
     home = described(study.model).charts
     if not home:
         having = ", ".join(model for model, found in of_all(described) if found.charts)
-        raise InputError(
-            f"--kind {name}: found a study of the model {study.model}; allowed: {having}."
-        )
+        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed: {having}.")
     charts: Any = import_module(home)
     if not hasattr(charts, MAKERS[name]):
         own = ", ".join(word for word, maker in MAKERS.items() if hasattr(charts, maker))
-        raise InputError(
-            f"--kind {name}: found a study of the model {study.model}; allowed of "
-            f"this model: {own}."
-        )
+        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed of this model: {own}.")
     if name in ("drive-card", "drive-tuning"):
         if along is not None:
             raise InputError(
-                f"--along: found with --kind {name}, which is of one point; allowed: with the "
-                f"other charts."
+                f"--along: found with --kind {name}, which is of one point; allowed: with the other charts."
             )
         modes = getattr(study.parameters, "modes", None)  # not every model has modes
         if modes is not None and modes.torsional == "frozen":
-            raise InputError(
-                f"--kind {name}: found modes.torsional: frozen; allowed: a string that twists."
-            )
+            raise InputError(f"--kind {name}: found modes.torsional: frozen; allowed: a string that twists.")
         make = charts.drive_card if name == "drive-card" else charts.drive_tuning
         return make(study.parameters, operation_of(study))
     operation = operation_of(study)
@@ -156,15 +144,12 @@ def _values(study: Study, key: str, operation: Operation) -> np.ndarray:
     return np.linspace(low, high, VALUES)
 
 
-def _points(
-    parameters: Any, operation: Operation, key: str, x: np.ndarray
-) -> Sequence[tuple[Any, Operation]]:
+def _points(parameters: Any, operation: Operation, key: str, x: np.ndarray) -> Sequence[tuple[Any, Operation]]:
     if key in OPERATION:
         return [(parameters, replace(operation, **{key: float(value)})) for value in x]
     if key.startswith("initial."):
         raise InputError(
-            f"--along: found {key}, on which no chart depends; allowed: a number of the string or "
-            f"the hole."
+            f"--along: found {key}, on which no chart depends; allowed: a number of the string or the hole."
         )
     return [(with_values(parameters, {key: float(value)}), operation) for value in x]
 

@@ -95,10 +95,7 @@ class Report:
             "points": self.points,
             "chains": self.chains,
             "coarse_points": self.coarse_points,
-            "size": {
-                "disk": {"value": self.disk, "units": "B"},
-                "memory": {"value": self.memory, "units": "B"},
-            },
+            "size": {"disk": {"value": self.disk, "units": "B"}, "memory": {"value": self.memory, "units": "B"}},
             "method": list(self.method),
             "warnings": self.warnings,
         }
@@ -141,9 +138,7 @@ def operation_of(study: Study) -> Operation:
     operation = study.operation
     if "depth" in study.swept:
         for one in described(study.model).orders:
-            if one.upper == "operation.depth" and operation.depth <= attrgetter(one.lower)(
-                study.parameters
-            ):
+            if one.upper == "operation.depth" and operation.depth <= attrgetter(one.lower)(study.parameters):
                 operation = replace(operation, depth=float(study.axes["depth"][0]))
     return operation
 
@@ -173,9 +168,7 @@ def passed_over(study: Study) -> list[dict[str, Any]]:
     ``name``, ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and
     whether it is below that speed ``everywhere`` in the study."""
     checks = checks_of(study.model)
-    speeds: list[dict[str, Any]] = getattr(checks, "passed_over", lambda study, corners: [])(
-        study, _corners(study)
-    )
+    speeds: list[dict[str, Any]] = getattr(checks, "passed_over", lambda study, corners: [])(study, _corners(study))
     return speeds
 
 
@@ -229,30 +222,21 @@ def ends_of(study: Study, axis: str) -> tuple[float, float]:
 def _corners(study: Study) -> list[Values]:
     """The values at all combinations of the ends of axes and ramps, also with the
     extreme samples."""
-    ends = [
-        study.axes[axis].tolist() if words_of(axis) else sorted(set(ends_of(study, axis)))
-        for axis in study.axes
-    ]
+    ends = [study.axes[axis].tolist() if words_of(axis) else sorted(set(ends_of(study, axis))) for axis in study.axes]
     corners = [dict(zip(study.axes, values, strict=True)) for values in product(*ends)]
     corner_values = [values_at(study.parameters, study.initial, corner) for corner in corners]
     # The samples in which one uncertain number is least or greatest; the others have
     # their values in that sample.
-    samples = {
-        int(at) for values in study.drawn.values() for at in (np.argmin(values), np.argmax(values))
-    }
+    samples = {int(at) for values in study.drawn.values() for at in (np.argmin(values), np.argmax(values))}
     for number in sorted(samples):
         here = {key: float(values[number]) for key, values in study.drawn.items()}
-        corner_values += [
-            values_at(study.parameters, study.initial, {**corner, **here}) for corner in corners
-        ]
+        corner_values += [values_at(study.parameters, study.initial, {**corner, **here}) for corner in corners]
     return corner_values
 
 
 def _short_observation(study: Study, units: str) -> str | None:
     slowest = float(
-        study.drawn["rotary_speed"].min()
-        if "rotary_speed" in study.drawn
-        else ends_of(study, "rotary_speed")[0]
+        study.drawn["rotary_speed"].min() if "rotary_speed" in study.drawn else ends_of(study, "rotary_speed")[0]
     )
     revolutions = slowest * study.simulation.observe / (2 * math.pi)
     if revolutions >= LEAST_REVOLUTIONS:

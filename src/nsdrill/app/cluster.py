@@ -29,15 +29,11 @@ def executor_of(
         raise Refusal("engine", repr(engine), "'threads' or 'dask'")
     if scheduler is not None and engine != "dask":
         raise Refusal("scheduler", "with engine 'threads'", "with engine 'dask'")
-    return (
-        nullcontext((None, workers)) if engine == "threads" else dask_executor(scheduler, workers)
-    )
+    return nullcontext((None, workers)) if engine == "threads" else dask_executor(scheduler, workers)
 
 
 @contextmanager
-def dask_executor(
-    scheduler: str | None = None, workers: int | None = None
-) -> Iterator[tuple[Executor, int]]:
+def dask_executor(scheduler: str | None = None, workers: int | None = None) -> Iterator[tuple[Executor, int]]:
     """An executor on the cluster of the ``scheduler`` at this address, or on a
     temporary cluster on this machine; and the number of parallel runs (``workers``, by
     default the number of its threads). InputError or NsdrillError where no cluster can
@@ -56,10 +52,7 @@ def dask_executor(
             # Without its warnings, that a busy worker is killed at the end.
             try:
                 cluster = LocalCluster(
-                    n_workers=count,
-                    threads_per_worker=1,
-                    dashboard_address=None,
-                    silence_logs=logging.ERROR,
+                    n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR
                 )
             except RuntimeError as error:
                 raise NsdrillError(
@@ -84,9 +77,7 @@ def dask_executor(
     with client:
         threads = sum(client.nthreads().values())
         if threads == 0:
-            raise NsdrillError(
-                f"--scheduler: the Dask scheduler at {scheduler} has no workers. Nothing has run."
-            )
+            raise NsdrillError(f"--scheduler: the Dask scheduler at {scheduler} has no workers. Nothing has run.")
         for worker, found in client.run(versions, on_error="return").items():
             if differing := _version_differences(found):
                 raise NsdrillError(
@@ -146,12 +137,7 @@ def _model_sources() -> dict[str, str]:
 
 
 def _call_on_same_versions(
-    expected: dict[str, str],
-    models: dict[str, str],
-    function: Callable[..., Any],
-    /,
-    *args: Any,
-    **more: Any,
+    expected: dict[str, str], models: dict[str, str], function: Callable[..., Any], /, *args: Any, **more: Any
 ) -> Any:
     """Call ``function`` in a worker, after a comparison of versions, as a worker may
     join after the first comparison."""

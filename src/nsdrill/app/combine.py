@@ -62,18 +62,12 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     origin = provenance(study, f"combine {names}")
     first = named[0][1].attrs
     kept_attrs = {name: first[name] for name in (*versions(), *_MAKER_ATTRIBUTES) if name in first}
-    kept_attrs |= {
-        name: first[name] for name in ("classification", "classification_resolved") if name in first
-    }
-    histories = dict.fromkeys(
-        line for _, results in named for line in str(results.attrs["history"]).splitlines()
-    )
+    kept_attrs |= {name: first[name] for name in ("classification", "classification_resolved") if name in first}
+    histories = dict.fromkeys(line for _, results in named for line in str(results.attrs["history"]).splitlines())
     attrs = {**origin, **kept_attrs, "history": "\n".join([*histories, origin["history"]])}
     combined = replace(combined, attrs=attrs)
     if "points_run" in first:
-        combined = replace(
-            combined, attrs={**attrs, **_refinement([results.attrs for _, results in named])}
-        )
+        combined = replace(combined, attrs={**attrs, **_refinement([results.attrs for _, results in named])})
     if "start" in combined.coords:  # number attractors consistently along the new axis
         from nsdrill.app.summary import relabelled
 
@@ -84,11 +78,7 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
 def _read(source: str | os.PathLike[str] | Results, number: int) -> NamedResults:
     name = f"Dataset {number}" if isinstance(source, Results) else os.fspath(source)
     if not isinstance(source, Results) and kind_of(source) != "results":
-        kind = (
-            "a trace"
-            if kind_of(source) == "trace"
-            else "an unfinished run; finish it with --resume"
-        )
+        kind = "a trace" if kind_of(source) == "trace" else "an unfinished run; finish it with --resume"
         raise InputError(f"{name}: found {kind}; allowed: results of nsdrill run.")
     results = source if isinstance(source, Results) else read_results(source)
     if not resolved_study(results.attrs):
@@ -106,9 +96,7 @@ def _check_made_alike(named: Sequence[NamedResults]) -> None:
             ("classification_resolved", "labels with other thresholds"),
         ):
             if first.attrs.get(attribute) != results.attrs.get(attribute):
-                raise InputError(
-                    f"{other}: found {what} than in {name}; allowed: files that were made alike."
-                )
+                raise InputError(f"{other}: found {what} than in {name}; allowed: files that were made alike.")
 
 
 def _check_variables(named: Sequence[NamedResults]) -> None:
@@ -117,13 +105,9 @@ def _check_variables(named: Sequence[NamedResults]) -> None:
     for other, results in named[1:]:
         if alone := sorted(set(first.variables) ^ set(results.variables)):
             few = ", ".join(alone[:4])
-            raise InputError(
-                f"{other}: found other variables than in {name} ({few}); allowed: the same in all."
-            )
+            raise InputError(f"{other}: found other variables than in {name} ({few}); allowed: the same in all.")
         if not np.array_equal(first.coords["state"], results.coords["state"]):
-            raise InputError(
-                f"{other}: found other states than in {name}; allowed: the same in all."
-            )
+            raise InputError(f"{other}: found other states than in {name}; allowed: the same in all.")
         for unknown, values in first.drawn.items():
             if not np.array_equal(results.drawn.get(unknown, np.empty(0)), values):
                 raise InputError(
@@ -142,23 +126,13 @@ def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
     changed: dict[str, str] = {}
     for other, results in named[1:]:
         differences = [
-            (key, a, b)
-            for key, a, b in changes(base, resolved_study(results.attrs))
-            if key not in IN_WORDS_ONLY
+            (key, a, b) for key, a, b in changes(base, resolved_study(results.attrs)) if key not in IN_WORDS_ONLY
         ]
         if not differences:
-            raise InputError(
-                f"{other}: found the same study as in {name}; allowed: one that "
-                f"differs in one number."
-            )
-        changed |= {
-            key: f"{key}: {_value_text(a)} in {name}, {_value_text(b)} in {other}"
-            for key, a, b in differences
-        }
+            raise InputError(f"{other}: found the same study as in {name}; allowed: one that differs in one number.")
+        changed |= {key: f"{key}: {_value_text(a)} in {name}, {_value_text(b)} in {other}" for key, a, b in differences}
     for section, hint in _MUST_AGREE.items():
-        if listed := [
-            words for changed_key, words in changed.items() if changed_key.startswith(section)
-        ]:
+        if listed := [words for changed_key, words in changed.items() if changed_key.startswith(section)]:
             raise InputError(f"combine: found {listed[0]}; allowed: {hint}.")
     changed = {
         key: words
@@ -166,25 +140,16 @@ def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
         if key in _choices(changed, keys) or not _agree_where_read(named, key, changed)
     }
     if len(changed) > 1:
-        raise InputError(
-            f"combine: found {'; '.join(changed.values())}; allowed: files that differ in one "
-            f"number."
-        )
+        raise InputError(f"combine: found {'; '.join(changed.values())}; allowed: files that differ in one number.")
     ((key, words),) = changed.items()
     axis = short_key(key.removeprefix("sweep."))
     if axis not in keys.axes:
-        raise InputError(
-            f"combine: found {words}; allowed: a difference in a number that a sweep may vary."
-        )
+        raise InputError(f"combine: found {words}; allowed: a difference in a number that a sweep may vary.")
     if axis in base.get("uncertain", {}):
-        raise InputError(
-            f"combine: found {words}, which is uncertain in them; allowed: a number that is not."
-        )
+        raise InputError(f"combine: found {words}, which is uncertain in them; allowed: a number that is not.")
     sweep = base["sweep"]
     if sweep["along"] == axis:
-        raise InputError(
-            f"combine: found {words}, along which the state is carried; allowed: an axis beside it."
-        )
+        raise InputError(f"combine: found {words}, along which the state is carried; allowed: an axis beside it.")
     if axis in refined_axes(sweep):
         raise InputError(
             f"combine: found {words}, which is refined: where it is divided depends on all of its "
@@ -196,11 +161,7 @@ def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
 
 def _choices(changed: Iterable[str], keys: Keys) -> set[str]:
     """Those of the ``changed`` keys that are choices and may be an axis."""
-    return {
-        key
-        for key in changed
-        if words_of(key.removeprefix("sweep.")) and key.removeprefix("sweep.") in keys.axes
-    }
+    return {key for key in changed if words_of(key.removeprefix("sweep.")) and key.removeprefix("sweep.") in keys.axes}
 
 
 def _agree_where_read(named: Sequence[NamedResults], key: str, changed: Mapping[str, str]) -> bool:
@@ -209,18 +170,14 @@ def _agree_where_read(named: Sequence[NamedResults], key: str, changed: Mapping[
     if not any(words_of(other) for other in changed):
         return False
     values = [
-        value_text(resolved_study(results.attrs), key)
-        for _, results in named
-        if key not in _unread_keys(results)
+        value_text(resolved_study(results.attrs), key) for _, results in named if key not in _unread_keys(results)
     ]
     return len(set(values)) < 2
 
 
 def _unread_keys(results: Results) -> frozenset[str]:
     """The keys that the string of the results does not read."""
-    return frozenset(
-        getattr(study_from_resolved(resolved_study(results.attrs)).parameters, "unread", ())
-    )
+    return frozenset(getattr(study_from_resolved(resolved_study(results.attrs)).parameters, "unread", ()))
 
 
 def _with_common_variables(named: Sequence[NamedResults]) -> list[NamedResults]:
@@ -235,9 +192,7 @@ def _with_common_variables(named: Sequence[NamedResults]) -> list[NamedResults]:
     return [(name, _filled_up(results, states, shapes)) for name, results in named]
 
 
-def _filled_up(
-    results: Results, states: tuple[str, ...], shapes: Mapping[str, tuple[tuple[int, ...], Any]]
-) -> Results:
+def _filled_up(results: Results, states: tuple[str, ...], shapes: Mapping[str, tuple[tuple[int, ...], Any]]) -> Results:
     places = [states.index(name) for name in results.coords["state"].tolist()]
     variables = dict(results.variables)
     for name, (dims, kind) in shapes.items():
@@ -260,30 +215,21 @@ def _study(named: Sequence[NamedResults], key: str, keys: Keys) -> tuple[Study, 
     values = [_values(resolved_study(results.attrs), key, keys, name) for name, results in named]
     merged = np.unique(np.concatenate(values))
     if len(merged) < sum(map(len, values)):
-        raise InputError(
-            f"combine: found a value of {key} in two files; allowed: each value in one of them."
-        )
+        raise InputError(f"combine: found a value of {key} in two files; allowed: each value in one of them.")
     resolved = copy.deepcopy(resolved_study(named[0][1].attrs))
     if words_of(key):
         _copy_read_keys(resolved, named)
     sweep = resolved["sweep"]
-    sweep_axes = {
-        name: axis for name, axis in sweep.items() if name not in ("procedure", "along", "refine")
-    }
+    sweep_axes = {name: axis for name, axis in sweep.items() if name not in ("procedure", "along", "refine")}
     rest = {name: sweep[name] for name in sweep if name not in sweep_axes}
     is_whole = keys.axes[key].kind == "whole"
-    axis = [
-        word_at(key, one) if words_of(key) else int(one) if is_whole else one
-        for one in merged.tolist()
-    ]
+    axis = [word_at(key, one) if words_of(key) else int(one) if is_whole else one for one in merged.tolist()]
     resolved["sweep"] = {**sweep_axes, key: axis, **rest}
     study = study_from_resolved(resolved)
     head = [f"Made by nsdrill combine of {', '.join(name for name, _ in named)}"]
     study = replace(study, text=study_text(resolved, head), source="nsdrill combine")
     samples = {unknown.short: drawn for unknown, drawn in named[0][1].drawn.items()}
-    study = replace(
-        study, drawn={name: samples.get(name, drawn) for name, drawn in study.drawn.items()}
-    )
+    study = replace(study, drawn={name: samples.get(name, drawn) for name, drawn in study.drawn.items()})
     return study, [np.searchsorted(merged, one) for one in values]
 
 
@@ -316,15 +262,11 @@ def _refinement(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The root attributes of combined refined sweeps: each value of the new axis has
     its own grid."""
     first = parts[0]
-    counts = {
-        name: sum(int(one[name]) for one in parts) for name in ("points_run", "points_inferred")
-    }
+    counts = {name: sum(int(one[name]) for one in parts) for name in ("points_run", "points_inferred")}
     return {"refine": first["refine"], **counts, "border_spacing": first["border_spacing"]}
 
 
-def _joined_results(
-    parts: Sequence[Results], study: Study, places: Sequence[Array], dimension: str
-) -> Results:
+def _joined_results(parts: Sequence[Results], study: Study, places: Sequence[Array], dimension: str) -> Results:
     """All points in one set of arrays. InputError where other axes differ, for example
     by rounding."""
     several = [name for name in ("sample", "start") if name in parts[0].coords]
@@ -336,27 +278,18 @@ def _joined_results(
             wanted = plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name]
             if name != dimension and not np.array_equal(one.coords[name], wanted):
                 raise InputError(
-                    f"combine: found other values of {name} in one of the files; allowed: the "
-                    f"same in all."
+                    f"combine: found other values of {name} in one of the files; allowed: the same in all."
                 )
     order = np.argsort(np.concatenate(places), kind="stable")
 
     def joined(name: str) -> Array:
         arrays = [one.variables[name] for one in parts]
         arrays = [
-            a if dimension in one.grid else np.expand_dims(a, place)
-            for a, one in zip(arrays, parts, strict=True)
+            a if dimension in one.grid else np.expand_dims(a, place) for a, one in zip(arrays, parts, strict=True)
         ]
         return np.concatenate(arrays, axis=place).take(order, axis=place)
 
-    extra = {
-        name: values
-        for name, values in parts[0].coords.items()
-        if name in ("peak", "crossing", "state")
-    }
-    coords = {
-        name: plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name]
-        for name in grid
-    }
+    extra = {name: values for name, values in parts[0].coords.items() if name in ("peak", "crossing", "state")}
+    coords = {name: plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name] for name in grid}
     variables = {name: joined(name) for name in parts[0].variables}
     return Results({**coords, **extra}, variables, {}, study.more, parts[0].drawn)

@@ -79,15 +79,11 @@ class ContinuationSetup:
     def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
         """The values of n points at ``numbers`` [n, keys] (SI) of the ``keys``."""
         study = self.study
-        by_key: dict[str, Any] = {
-            name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION
-        }
+        by_key: dict[str, Any] = {name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION}
         by_key |= {key: numbers[:, place] for place, key in enumerate(keys)}
         return values_at(study.parameters, study.initial, by_key)
 
-    def flow(
-        self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = ""
-    ) -> Flow:
+    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = "") -> Flow:
         """The flow in which the numbers at ``keys``, with these natural ``scales``, are
         free; ``without`` names a contact to leave out where the model supports it."""
 
@@ -97,9 +93,7 @@ class ContinuationSetup:
             released = self.model.released(table, without) if without else None
             return table if released is None else released
 
-        return Flow(
-            equations_of(self.model, self.variant, self.symmetry, pack, scales), workers=workers
-        )
+        return Flow(equations_of(self.model, self.variant, self.symmetry, pack, scales), workers=workers)
 
 
 def continuation_setup(study: Study) -> ContinuationSetup:
@@ -120,9 +114,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
         )
     model = model_named(study.model)
     if model.switches(study.parameters) is not None:
-        raise InputError(
-            f"{source}: found drive.on_at; allowed: nothing that is switched on within the run."
-        )
+        raise InputError(f"{source}: found drive.on_at; allowed: nothing that is switched on within the run.")
     keys = (continuation.along, *((continuation.curves.over,) if continuation.curves else ()))
     if (curves := continuation.curves) is not None:
         start = _number_of(study, dimension_of(curves.over))
@@ -142,9 +134,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
     structures = []
     for corner in corners:
         values = setup.values(corner[None], keys)
-        single = values_at(
-            values.parameters, values.initial, dict(zip(OPERATION, values.operation, strict=True))
-        )
+        single = values_at(values.parameters, values.initial, dict(zip(OPERATION, values.operation, strict=True)))
         scalar = _scalar_values(single, keys, corner)
         try:
             structures.append((model.variant(scalar.parameters), model.symmetry(scalar)))
@@ -180,9 +170,7 @@ def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
     another study."""
     data = open_branches(path)
     if listed := changes_text(resolved_study(data.attrs), study.resolved):
-        raise FileError(
-            f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite."
-        )
+        raise FileError(f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite.")
     return ContinuationResult(data, {}, 0.0)
 
 
@@ -190,9 +178,7 @@ def _scalar_values(values: Values, keys: tuple[str, ...], numbers: Array) -> Val
     """``values`` with scalars at ``keys``, from which the options of a string
     follow."""
     by_key = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
-    operation = {
-        name: float(np.ravel(one)[0]) for name, one in zip(OPERATION, values.operation, strict=True)
-    }
+    operation = {name: float(np.ravel(one)[0]) for name, one in zip(OPERATION, values.operation, strict=True)}
     return values_at(values.parameters, values.initial, {**operation, **by_key})
 
 
@@ -215,13 +201,7 @@ def continue_study(
     continued.
     """
     setup = continuation_setup(study)
-    if (
-        path is not None
-        and resume
-        and not overwrite
-        and os.path.lexists(path)
-        and not part_path(path).exists()
-    ):
+    if path is not None and resume and not overwrite and os.path.lexists(path) and not part_path(path).exists():
         return _finished(study, path)
     if path is None:
         return _continue(setup, None, None, seeds, workers, overwrite, say)
@@ -288,9 +268,7 @@ def _continue(
     except KeyboardInterrupt:
         raise KeyboardInterrupt(_interrupted(part, branches)) from None
     if path is not None:
-        remedy = (
-            "" if part is None else f"{part.kept} are safe in {part.path}. Go on with --resume."
-        )
+        remedy = "" if part is None else f"{part.kept} are safe in {part.path}. Go on with --resume."
         write_branches(path, data, lambda: remedy, overwrite=overwrite or bool(known))
         if part is not None:
             part.discard()
@@ -302,9 +280,7 @@ def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
     codes = {(one.contact, one.when): one.code for one in described(study.model).grazing}
     equations = flow.equations
     return {
-        place: Graze(
-            codes.get((name, "reached")), codes.get((name, "lost")), place < len(equations.contacts)
-        )
+        place: Graze(codes.get((name, "reached")), codes.get((name, "lost")), place < len(equations.contacts))
         for place, name in enumerate((*equations.contacts, *equations.levels))
     }
 
@@ -314,19 +290,14 @@ def _interrupted(part: Part | None, branches: Mapping[Any, Branch]) -> str:
     if part is None:
         return interrupt.NOTHING
     if not branches:
-        return (
-            "Interrupted before the first branches had ended: nothing is kept. The same command "
-            "begins anew."
-        )
+        return "Interrupted before the first branches had ended: nothing is kept. The same command begins anew."
     return f"Interrupted: {len(branches)} branches are safe in {part.path}. Go on with --resume."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
     """The error where no seed led to a branch."""
     outcomes = (
-        "; ".join(
-            f"{count} of {len(seeds)}: {word}" for word, count in Counter(found.seeds).items()
-        )
+        "; ".join(f"{count} of {len(seeds)}: {word}" for word, count in Counter(found.seeds).items())
         or "no seeds at all"
     )
     return (
@@ -341,9 +312,7 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
 # Seeds
 
 
-def _seeds(
-    setup: ContinuationSetup, flow: Flow, path: str | os.PathLike[str] | None, say: Say
-) -> list[Seed]:
+def _seeds(setup: ContinuationSetup, flow: Flow, path: str | os.PathLike[str] | None, say: Say) -> list[Seed]:
     continuation = setup.continuation
     source = path if path is not None else continuation.seeds
     if isinstance(source, str | os.PathLike):
@@ -360,10 +329,7 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     values = setup.values(at, (setup.continuation.along,))
     state = model.starts(values, np.tile(np.arange(starts), len(numbers)))
     states, phase = state[:, :-1], state[:, -1]
-    first = [
-        Seed(one, float(angle), value, steady=True)
-        for one, angle, value in zip(states, phase, at, strict=True)
-    ]
+    first = [Seed(one, float(angle), value, steady=True) for one, angle, value in zip(states, phase, at, strict=True)]
     duration = study.simulation.transient + study.simulation.observe
     say(f"{len(at)} motions settle for {duration:g} s")
     ok = np.ones(len(at), dtype=bool)
@@ -402,16 +368,11 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
         keys.append("uncertain")
     if keys:
         changes = changes_text(source, study.resolved, keys)
-        raise FileError(
-            f"{path}: made with another string ({changes}). Choose results of the same "
-            f"string as seeds."
-        )
+        raise FileError(f"{path}: made with another string ({changes}). Choose results of the same string as seeds.")
     selected = np.ones(results.shape, dtype=bool)
     name_along = dimension_of(continuation.along)
     if name_along not in results.axes and continuation.along in OPERATION:
-        raise FileError(
-            f"{path}: found no {continuation.along}. Choose results of a sweep as seeds."
-        )
+        raise FileError(f"{path}: found no {continuation.along}. Choose results of a sweep as seeds.")
     from_other_starts = {one.name for one in results.more if one.key.startswith("initial.")}
     for place, name in enumerate(results.grid):
         if name in ("procedure", "start", "sample", name_along) or name in from_other_starts:
@@ -429,19 +390,11 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
         shape = [1] * len(results.shape)
         shape[place] = len(values)
         selected &= (np.arange(len(values)) == near).reshape(shape)
-    numbers = (
-        results.coords[name_along]
-        if name_along in results.grid
-        else np.array([_number_of(study, name_along)])
-    )
+    numbers = results.coords[name_along] if name_along in results.grid else np.array([_number_of(study, name_along)])
     good = selected & (results["status"] == OK) & (results["settled"] == 1)
     seeds = []
     for index in np.argwhere(good):
-        number = float(
-            numbers[index[results.grid.index(name_along)]]
-            if name_along in results.grid
-            else numbers[0]
-        )
+        number = float(numbers[index[results.grid.index(name_along)]] if name_along in results.grid else numbers[0])
         if continuation.low <= number <= continuation.high:
             state = results["final_state"][tuple(index)]
             seeds.append(Seed(state[:-1], float(state[-1]), np.array([number])))
@@ -509,18 +462,10 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
     periods = np.array([point.found.period for point in points])
     coordinates: dict[str, Any] = {}
     for name in OPERATION:
-        value = (
-            numbers
-            if name == continuation.along
-            else np.full(len(points), getattr(study.operation, name))
-        )
+        value = numbers if name == continuation.along else np.full(len(points), getattr(study.operation, name))
         coordinates[name] = ("point", value, _axis_attrs(study, name))
     if continuation.along not in OPERATION:
-        coordinates[dimension_of(continuation.along)] = (
-            "point",
-            numbers,
-            _axis_attrs(study, continuation.along),
-        )
+        coordinates[dimension_of(continuation.along)] = ("point", numbers, _axis_attrs(study, continuation.along))
     meanings = meanings_of(described(study.model))
     flags = {
         "flag_values": np.array([*meanings], np.int16),
@@ -529,16 +474,8 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
     contacts = (*flow.equations.contacts, *flow.equations.levels)
     touches = np.stack([point.found.touches[:, 2] for point in points]) if contacts else None
     data: dict[str, Any] = {
-        "motion": (
-            "branch",
-            np.array([one.motion for one in branches], dtype=object),
-            {"long_name": "kind of motion"},
-        ),
-        "lobes": (
-            "branch",
-            np.array([one.lobes for one in branches], np.int64),
-            _dimensionless("period in lobes"),
-        ),
+        "motion": ("branch", np.array([one.motion for one in branches], dtype=object), {"long_name": "kind of motion"}),
+        "lobes": ("branch", np.array([one.lobes for one in branches], np.int64), _dimensionless("period in lobes")),
         "parent": (
             "branch",
             np.array([one.parent for one in branches], np.int64),
@@ -547,9 +484,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
         "parent_point": (
             "branch",
             np.array([one.parent_point for one in branches], np.int64),
-            _dimensionless(
-                "point of the parent, counted within it, at which it springs; -1 for none"
-            ),
+            _dimensionless("point of the parent, counted within it, at which it springs; -1 for none"),
         ),
         "closed": (
             "branch",
@@ -561,27 +496,15 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
             np.array([one.end_reason for one in branches], dtype=object),
             {"long_name": "why the branch ends"},
         ),
-        "row_size": (
-            "branch",
-            rows,
-            {**_dimensionless("number of points of the branch"), "sample_dimension": "point"},
-        ),
-        "branch_of_point": (
-            "point",
-            np.repeat(np.arange(len(branches)), rows),
-            _dimensionless("number of the branch"),
-        ),
+        "row_size": ("branch", rows, {**_dimensionless("number of points of the branch"), "sample_dimension": "point"}),
+        "branch_of_point": ("point", np.repeat(np.arange(len(branches)), rows), _dimensionless("number of the branch")),
         "label": ("point", labels, {**_dimensionless("kind of special point"), **flags}),
         "label_note": (
             "point",
             np.array([one.words for b in branches for one in b.marked], dtype=object),
             {"long_name": "what the label means here beyond its kind"},
         ),
-        "period": (
-            "point",
-            periods,
-            {"units": "s", "long_name": "period; of circles the time between two lobes"},
-        ),
+        "period": ("point", periods, {"units": "s", "long_name": "period; of circles the time between two lobes"}),
         "rotation_number": (
             "point",
             np.array([point.found.rotation for point in points]),
@@ -620,43 +543,23 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
             np.array([point.residual for point in points]),
             _dimensionless("residual in natural scales"),
         ),
-        "state": (
-            ("point", "state_name"),
-            states,
-            {"long_name": "state at the drive angle 0, in SI"},
-        ),
+        "state": (("point", "state_name"), states, {"long_name": "state at the drive angle 0, in SI"}),
         **(
-            {
-                "touches": (
-                    ("point", "contact"),
-                    touches,
-                    _dimensionless("how often in a period a contact begins"),
-                )
-            }
+            {"touches": (("point", "contact"), touches, _dimensionless("how often in a period a contact begins"))}
             if touches is not None
             else {}
         ),
     }
     circles = np.repeat([one.motion == CIRCLE for one in branches], rows)
-    features = _features(
-        setup, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1)
-    )
+    features = _features(setup, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1))
     known = {variable.name: variable for variable in described(study.model).features}
     for name, values in features.items():
         if name in known:
-            data[name] = (
-                "point",
-                values,
-                {"units": known[name].units, "long_name": known[name].long_name},
-            )
+            data[name] = ("point", values, {"units": known[name].units, "long_name": known[name].long_name})
     coords = {
         **coordinates,
         "state_name": ("state_name", np.array(names, dtype=object), {"long_name": "state name"}),
-        **(
-            {"contact": ("contact", np.array(contacts, dtype=object), {"long_name": "contact"})}
-            if contacts
-            else {}
-        ),
+        **({"contact": ("contact", np.array(contacts, dtype=object), {"long_name": "contact"})} if contacts else {}),
     }
     attrs = {
         **provenance(study, "continue"),
@@ -684,12 +587,7 @@ def _axis_attrs(study: Study, key: str) -> dict[str, Any]:
 
 
 def _features(
-    setup: ContinuationSetup,
-    states: Array,
-    periods: Array,
-    numbers: Array,
-    circles: Array,
-    largest: Array,
+    setup: ContinuationSetup, states: Array, periods: Array, numbers: Array, circles: Array, largest: Array
 ) -> dict[str, Array]:
     """The features of every point, as in a results file, observed over one period, on a
     circle over many; NaN where the motion is too unstable to be followed that long.
@@ -709,9 +607,7 @@ def _features(
     runs = model.runs(table, setup.variant, np.concatenate([states, np.zeros((n, 1))], axis=1))
     runs = replace(runs, transient=np.zeros(n), observe=durations)
     store = model.store(lanes, study.parameters, record)
-    batch = Batch(
-        lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000)
-    )
+    batch = Batch(lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000))
     batch.add_many(np.arange(n), runs)
     outcome, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
     parts = compiled_parts(lanes, variant)
@@ -770,10 +666,7 @@ def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int)
     continuation, study = setup.continuation, setup.study
     curves = continuation.curves
     assert curves is not None
-    scales = (
-        (continuation.high - continuation.low) / RANGE_PARTS,
-        (curves.high - curves.low) / RANGE_PARTS,
-    )
+    scales = ((continuation.high - continuation.low) / RANGE_PARTS, (curves.high - curves.low) / RANGE_PARTS)
     contacts, known = setup.model.contacts, dict[str, Flow]()
 
     def flows(condition: Condition) -> Flow:
@@ -786,22 +679,13 @@ def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int)
 
     start = _number_of(study, dimension_of(curves.over))
     ranges = ((continuation.low, continuation.high), (curves.low, curves.high))
-    border_curves = borders(
-        flows, found.branches, conditions_of(setup), start, ranges, curves.points, interrupt.check
-    )
+    border_curves = borders(flows, found.branches, conditions_of(setup), start, ranges, curves.points, interrupt.check)
     points = [point for one in border_curves for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
     along, over = dimension_of(continuation.along), dimension_of(curves.over)
-    ends = [
-        " ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended))
-        for one in border_curves
-    ]
+    ends = [" ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in border_curves]
     return data.assign(
-        curve_label=(
-            "curve",
-            np.array([one.label for one in border_curves], np.int16),
-            dict(data["label"].attrs),
-        ),
+        curve_label=("curve", np.array([one.label for one in border_curves], np.int16), dict(data["label"].attrs)),
         curve_motion=(
             "curve",
             np.array([one.motion for one in border_curves], dtype=object),
@@ -817,11 +701,7 @@ def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int)
             np.array([one.branch for one in border_curves], np.int64),
             _dimensionless("a branch that it passes"),
         ),
-        curve_end_reason=(
-            "curve",
-            np.array(ends, dtype=object),
-            {"long_name": "why the curve ends"},
-        ),
+        curve_end_reason=("curve", np.array(ends, dtype=object), {"long_name": "why the curve ends"}),
         curve_row_size=(
             "curve",
             np.array([len(one.points) for one in border_curves], np.int64),
@@ -833,11 +713,7 @@ def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int)
             _dimensionless("number of multipliers outside the unit circle"),
         ),
         **{
-            f"curve_{along}": (
-                "curve_point",
-                numbers[:, 0],
-                _axis_attrs(study, continuation.along),
-            ),
+            f"curve_{along}": ("curve_point", numbers[:, 0], _axis_attrs(study, continuation.along)),
             f"curve_{over}": ("curve_point", numbers[:, 1], _axis_attrs(study, curves.over)),
         },
     ).assign_attrs(over=over, over_key=curves.over)

@@ -12,16 +12,7 @@ from nsdrill.analysis import contrast as analysis
 from nsdrill.app.window import read_for_window, with_passed_over
 from nsdrill.data import Results, resolved_study
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.plot.answer import (
-    WAYS,
-    Formatter,
-    answer,
-    chosen_map,
-    in_order,
-    percent,
-    response_words,
-    warnings,
-)
+from nsdrill.plot.answer import WAYS, Formatter, answer, chosen_map, in_order, percent, response_words, warnings
 from nsdrill.study.study import build
 from nsdrill.study.write import changes
 from nsdrill.variables import MODEL
@@ -43,18 +34,12 @@ def contrast(
     which they differ, the ``models`` of the two, their ``thresholds``, and their
     ``names`` in a sentence (by default those of the files). InputError where the axes of
     the sweeps differ."""
-    data = [
-        with_passed_over(one) if isinstance(one, Results) else read_for_window(one, severity)
-        for one in (a, b)
-    ]
+    data = [with_passed_over(one) if isinstance(one, Results) else read_for_window(one, severity) for one in (a, b)]
     found = analysis.contrast(data[0], data[1], severity, confidence)
     studies = [resolved_study(one.attrs) for one in data]
-    found["study"] = [
-        {"key": key, "a": old, "b": new} for key, old, new in changes(*studies) if key != "title"
-    ]
+    found["study"] = [{"key": key, "a": old, "b": new} for key, old, new in changes(*studies) if key != "title"]
     files = names or [
-        Path(one).name if not isinstance(one, Results) else letter
-        for one, letter in zip((a, b), "ab", strict=True)
+        Path(one).name if not isinstance(one, Results) else letter for one, letter in zip((a, b), "ab", strict=True)
     ]
     found["names"] = _names(found["study"], files)
     found["thresholds"] = [_thresholds(study) for study in studies]
@@ -71,10 +56,7 @@ def _names(study: Sequence[Mapping[str, Any]], files: Sequence[str]) -> list[str
         told = [f"the {str(words[0][side]).replace('_', ' ')} drive" for side in ("a", "b")]
     elif len(words) == len(study) == 1:
         told = [f"{words[0]['key']} {words[0][side]}" for side in ("a", "b")]
-    return [
-        letter if name == letter else f"{name} ({letter})"
-        for name, letter in zip(told, "ab", strict=True)
-    ]
+    return [letter if name == letter else f"{name} ({letter})" for name, letter in zip(told, "ab", strict=True)]
 
 
 def _thresholds(study: Mapping[str, Any]) -> str:
@@ -146,9 +128,7 @@ def difference(found: Mapping[str, Any]) -> str:
     rows = found["study"]
     if not rows:
         return "The studies are the same."
-    told = [
-        f"{row['key']}: {row['a'] or 'nothing'} in a, {row['b'] or 'nothing'} in b" for row in rows
-    ]
+    told = [f"{row['key']}: {row['a'] or 'nothing'} in a, {row['b'] or 'nothing'} in b" for row in rows]
     more = f"; and {len(told) - MAX_CHANGES} more" if len(told) > MAX_CHANGES else ""
     return f"What differs: {'; '.join(told[:MAX_CHANGES])}{more}."
 
@@ -181,24 +161,18 @@ def rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
     windows = found["windows"]
     table: list[tuple[str, ...]] = [("answer", *(answer(window, units) for window in windows))]
     table.append(
-        (
-            "safe points",
-            *(f"{w['safe']} of {w['points']} ({100 * w['share']['safe']:.1f} %)" for w in windows),
-        )
+        ("safe points", *(f"{w['safe']} of {w['points']} ({100 * w['share']['safe']:.1f} %)" for w in windows))
     )
     planes = [chosen_map(window) for window in windows]
     bests = [plane["recommended"] if plane else None for plane in planes]
     axes = in_order(windows[0]["axes"])
     settings = [
-        f"{letter}: {fmt.setting(best, axes) if best else 'none'}"
-        for letter, best in zip("ab", bests, strict=True)
+        f"{letter}: {fmt.setting(best, axes) if best else 'none'}" for letter, best in zip("ab", bests, strict=True)
     ]
     table.append(("best point", *settings))
     for axis in axes:
         ends = [
-            fmt.range(axis, [best["margins"][axis][side]["safe_to"] for side in ("less", "more")])
-            if best
-            else "none"
+            fmt.range(axis, [best["margins"][axis][side]["safe_to"] for side in ("less", "more")]) if best else "none"
             for best in bests
         ]
         table.append((f"safe there, {fmt.name(axis)}", ends[0], ends[1]))
@@ -213,8 +187,7 @@ def rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
     for key, label in words.items():
         if key in rate and any(value is not None for value in rate[key].values()):
             shown = [
-                "none" if value is None else fmt.value("rate_of_penetration", value)
-                for value in rate[key].values()
+                "none" if value is None else fmt.value("rate_of_penetration", value) for value in rate[key].values()
             ]
             table.append((label, shown[0], shown[1]))
     return table
@@ -252,9 +225,7 @@ def _moved(axis: str, end: Mapping[str, Any], fmt: Formatter) -> str:
         text = f"{sign}{fmt.value(axis, abs(end['moved']))}"
     else:
         text = "same"
-    beyond_a, beyond_b = (
-        response_words(end[f"responses_{side}"]) or "edge of the map" for side in ("a", "b")
-    )
+    beyond_a, beyond_b = (response_words(end[f"responses_{side}"]) or "edge of the map" for side in ("a", "b"))
     return f"{text} ({beyond_a if beyond_a == beyond_b else f'{beyond_a}, now {beyond_b}'})"
 
 

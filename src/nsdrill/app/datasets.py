@@ -64,11 +64,7 @@ def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
 
     if not is_dataset(data):
         return read_any(name_in(data), names)
-    found = validated(
-        from_dataset(
-            data if names is None or "time" in data.dims else _with_variables_only(data, names)
-        )
-    )
+    found = validated(from_dataset(data if names is None or "time" in data.dims else _with_variables_only(data, names)))
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return found
 
@@ -79,14 +75,10 @@ def validated(data: Results | Trace) -> Results | Trace:
     if isinstance(data, Trace):
         if not len(data.time) or not np.all(np.diff(data.time) > 0.0):
             raise InputError(
-                "the Dataset: found a trace whose time is empty or does not ascend; allowed: "
-                "samples in order."
+                "the Dataset: found a trace whose time is empty or does not ascend; allowed: samples in order."
             )
     elif empty := [name for name, length in zip(data.grid, data.shape, strict=True) if not length]:
-        raise InputError(
-            f"the Dataset: found no values of {', '.join(empty)}; allowed: one or "
-            f"more of each axis."
-        )
+        raise InputError(f"the Dataset: found no values of {', '.join(empty)}; allowed: one or more of each axis.")
     return data
 
 
@@ -125,19 +117,13 @@ def with_variables(data: Results | Trace, name: str, names: Iterable[str]) -> Re
     if isinstance(data, Trace):
         raise InputError(f"{name}: found a trace; allowed: results of a sweep.")
     if lacking := [variable for variable in dict.fromkeys(names) if variable not in data.variables]:
-        raise InputError(
-            f"{name}: found results without {_listed(lacking)}; allowed: results that have them."
-        )
+        raise InputError(f"{name}: found results without {_listed(lacking)}; allowed: results that have them.")
     return data
 
 
 def _listed(names: Sequence[str]) -> str:
     few = 4
-    return (
-        ", ".join(names)
-        if len(names) <= few
-        else f"{', '.join(names[:few])} and {len(names) - few} more"
-    )
+    return ", ".join(names) if len(names) <= few else f"{', '.join(names[:few])} and {len(names) - few} more"
 
 
 @contextmanager
@@ -151,9 +137,7 @@ def missing_variable_errors(name: str) -> Iterator[None]:
 
         if not error.args or error.args[0] not in BY_NAME:
             raise
-        raise InputError(
-            f"{name}: found results without {error.args[0]}; allowed: results that have it."
-        ) from error
+        raise InputError(f"{name}: found results without {error.args[0]}; allowed: results that have it.") from error
 
 
 def branches_in(data: Any) -> Any:
@@ -177,8 +161,4 @@ def outline_in(data: Any) -> Results | Trace:
     if not is_dataset(data):
         return outline(name_in(data))
     found = data_in(data, ())
-    return (
-        found
-        if isinstance(found, Trace)
-        else outline_of(found, [str(n) for n in data.data_vars if n in BY_NAME])
-    )
+    return found if isinstance(found, Trace) else outline_of(found, [str(n) for n in data.data_vars if n in BY_NAME])

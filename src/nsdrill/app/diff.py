@@ -43,9 +43,7 @@ RUN_ATTRIBUTE_UNITS = {
 }  # attributes of a trace
 
 
-def diff(
-    a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]
-) -> dict[str, Any]:
+def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]) -> dict[str, Any]:
     """The differences between ``a`` and ``b``, results, unfinished runs or traces, in
     memory or files, as plain data in SI units.
 
@@ -64,9 +62,7 @@ def diff(
     :func:`nsdrill.analysis.comparison.compare_results` or ``compare_traces``.
     FileError for a file that cannot be read.
     """
-    data_a, data_b = (
-        data if isinstance(data, Results | Trace) else read_any(data) for data in (a, b)
-    )
+    data_a, data_b = (data if isinstance(data, Results | Trace) else read_any(data) for data in (a, b))
     names = [
         f"Dataset {label}" if isinstance(data, Results | Trace) else os.fspath(data)
         for label, data in (("a", a), ("b", b))
@@ -75,9 +71,7 @@ def diff(
         differing = changes(_study(data_a.attrs), _study(data_b.attrs))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         where = " or ".join(names)
-        raise FileError(
-            f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}"
-        ) from error
+        raise FileError(f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
     study = [{"key": key, "a": old, "b": new} for key, old, new in differing]
     differences: dict[str, Any] = {
         "kind": "diff",
@@ -119,17 +113,11 @@ def _study(attrs: Mapping[str, Any]) -> dict[str, Any]:
     return study
 
 
-def _attributes(
-    a: Mapping[str, Any], b: Mapping[str, Any], units: Mapping[str, str]
-) -> list[dict[str, Any]]:
+def _attributes(a: Mapping[str, Any], b: Mapping[str, Any], units: Mapping[str, str]) -> list[dict[str, Any]]:
     """The attributes that differ, as text with their units; None where one is
     missing."""
 
     def text(attrs: Mapping[str, Any], name: str) -> str | None:
         return f"{attrs[name]} {units[name]}".strip() if name in attrs else None
 
-    return [
-        {"name": name, "a": text(a, name), "b": text(b, name)}
-        for name in units
-        if text(a, name) != text(b, name)
-    ]
+    return [{"name": name, "a": text(a, name), "b": text(b, name)} for name in units if text(a, name) != text(b, name)]

@@ -89,9 +89,7 @@ class Fit:
         predicted values, in ``units`` "si" or "field"."""
         from nsdrill.plot.fitted import draw
 
-        return draw(
-            self.note["title"], self.measured, self.prior, self.samples, self.predicted, units
-        )
+        return draw(self.note["title"], self.measured, self.prior, self.samples, self.predicted, units)
 
 
 def fit(
@@ -113,10 +111,7 @@ def fit(
     to adjust, or where no run ends well."""
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
-        raise InputError(
-            f"{measured.source}: found a column of {clash[0]}, which is an unknown; "
-            f"allowed: one of both."
-        )
+        raise InputError(f"{measured.source}: found a column of {clash[0]}, which is an unknown; allowed: one of both.")
     most = batch * (rounds + 2)
     check_large(
         f"{measured.points} operating points, each with up to {most} samples",
@@ -134,13 +129,7 @@ def fit(
     seed = study.resolved["uncertain"]["seed"]
     try:
         fitted = posterior(
-            lambda z: simulate(z)[:, indices],
-            values,
-            errors,
-            len(keys),
-            seed=seed,
-            batch=batch,
-            rounds=rounds,
+            lambda z: simulate(z)[:, indices], values, errors, len(keys), seed=seed, batch=batch, rounds=rounds
         )
     except ValueError as error:
         raise InputError(
@@ -150,9 +139,7 @@ def fit(
     drawn = _unknown_values(keys, fitted.z[chosen])
     predicted = np.full((samples, measured.points * len(measured.values)), np.nan)
     predicted[:, indices] = fitted.found[chosen]
-    by_name = dict(
-        zip(measured.values, np.split(predicted, len(measured.values), axis=1), strict=True)
-    )
+    by_name = dict(zip(measured.values, np.split(predicted, len(measured.values), axis=1), strict=True))
     rng = np.random.default_rng(0)
     prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
     note = _fit_summary(study, measured, keys, fitted, by_name)
@@ -166,10 +153,7 @@ def unknowns_of(study: Study) -> dict[str, Any]:
     keys = {key: numbers for key, numbers in section.items() if key not in HOW}
     source = study.source or "the study"
     if section.get("table"):
-        raise InputError(
-            f"{source}: found uncertain.table; allowed: distributions, which are "
-            f"what a fit begins with."
-        )
+        raise InputError(f"{source}: found uncertain.table; allowed: distributions, which are what a fit begins with.")
     if not keys:
         raise InputError(
             f"{source}: found no unknown; allowed: a section `uncertain` that says of each number "
@@ -177,13 +161,9 @@ def unknowns_of(study: Study) -> dict[str, Any]:
             "known of it before, e.g. uncertain: {bit.friction.static: {uniform: [0.2, 0.6]}}."
         )
     if section["correlations"]:
-        raise InputError(
-            f"{source}: found uncertain.correlations; allowed: unknowns that do not go together."
-        )
+        raise InputError(f"{source}: found uncertain.correlations; allowed: unknowns that do not go together.")
     if listed := [key for key, numbers in keys.items() if "values" in numbers]:
-        raise InputError(
-            f"{source}: uncertain.{listed[0]}: found a list of values; allowed: a distribution."
-        )
+        raise InputError(f"{source}: uncertain.{listed[0]}: found a list of values; allowed: a distribution.")
     return keys
 
 
@@ -199,9 +179,7 @@ def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> l
         low, high = float(swept[0]), float(swept[-1])
         outside = np.flatnonzero((values < low / FAR) | (values > high * FAR))
         if outside.size:
-            setting, first, last = (
-                _setting(leaves[key], float(one), units) for one in (values[outside[0]], low, high)
-            )
+            setting, first, last = (_setting(leaves[key], float(one), units) for one in (values[outside[0]], low, high))
             warnings.append(
                 f"{measured.source}, {measured.where[outside[0]]}: {key} is {setting}, and the "
                 f"study sweeps {first} to "
@@ -214,9 +192,7 @@ def _setting(leaf: Leaf, value: float, units: str) -> str:
     """The text of a setting: in SI with the unit in which it is round, if there is
     one."""
     exact = leaf.text(value)
-    return (
-        exact if units == "si" and len(exact) <= SHORT else quantity(leaf.key).text(value, units, 4)
-    )
+    return exact if units == "si" and len(exact) <= SHORT else quantity(leaf.key).text(value, units, 4)
 
 
 def _check_points(study: Study, measured: Measured) -> None:
@@ -224,14 +200,9 @@ def _check_points(study: Study, measured: Measured) -> None:
     depth less than the length of the collars."""
     leaves = keys_of(study.model).axes
     text = study_text(study.resolved)
-    for place in sorted(
-        {int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}
-    ):
+    for place in sorted({int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}):
         point = {key: leaves[key].text(float(values[place])) for key, values in measured.at.items()}
-        sets = [
-            f"{f'operation.{key}' if key in OPERATION else key}={value}"
-            for key, value in point.items()
-        ]
+        sets = [f"{f'operation.{key}' if key in OPERATION else key}={value}" for key, value in point.items()]
         try:
             parse_study(text, study.source, ["sweep={}", *sets])
         except StudyError as error:
@@ -267,15 +238,10 @@ class _Simulator:
         [samples, unknowns] (standard normal); NaN where a run failed."""
         n, points = len(z), self.measured.points
         operation = self.study.operation
-        table = {
-            name: np.full(points, getattr(operation, name))
-            for name in ("depth", "wob", "rotary_speed")
-        }
+        table = {name: np.full(points, getattr(operation, name)) for name in ("depth", "wob", "rotary_speed")}
         table |= self.measured.at
         table = {key: np.tile(values, n) for key, values in table.items()}
-        table |= {
-            key: np.repeat(values, points) for key, values in _unknown_values(self.keys, z).items()
-        }
+        table |= {key: np.repeat(values, points) for key, values in _unknown_values(self.keys, z).items()}
         values = self._run(table)
         by_name = {name: one.reshape(n, points) for name, one in values.items()}
         return np.concatenate([by_name[name] for name in self.measured.values], axis=1)
@@ -284,15 +250,7 @@ class _Simulator:
         study = self.study
         plan, order = Rows.of(table)
         record = Record(peaks=0)
-        work = Work(
-            plan,
-            study.parameters,
-            study.initial,
-            study.simulation,
-            study.thresholds,
-            record,
-            study.model,
-        )
+        work = Work(plan, study.parameters, study.initial, study.simulation, study.thresholds, record, study.model)
         features = {name: np.full(plan.points, np.nan) for name in self.measured.values}
 
         def deliver(points: Array, columns: dict[str, Array]) -> None:
@@ -324,17 +282,11 @@ def _unknown_values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
     from scipy.special import ndtr
 
     u = np.clip(ndtr(z), 2.0**-54, 1 - 2.0**-54)
-    return {
-        key: rounded(quantile(numbers, u[:, i])) for i, (key, numbers) in enumerate(keys.items())
-    }
+    return {key: rounded(quantile(numbers, u[:, i])) for i, (key, numbers) in enumerate(keys.items())}
 
 
 def _fit_summary(
-    study: Study,
-    measured: Measured,
-    keys: dict[str, Any],
-    fitted: Posterior,
-    predicted: dict[str, Array],
+    study: Study, measured: Measured, keys: dict[str, Any], fitted: Posterior, predicted: dict[str, Array]
 ) -> dict[str, Any]:
     from scipy.special import ndtr
 
@@ -345,18 +297,14 @@ def _fit_summary(
     for i, (key, numbers) in enumerate(keys.items()):
         edges = np.cumsum(fitted.weights[order[:, i]])
         ranked = quantiles[order[:, i], i]
-        marginal = [
-            float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES
-        ]
+        marginal = [float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES]
         width, unknown = float(widths[i]), next(one for one in study.unknowns if one.short == key)
         unknowns.append(
             {
                 "key": unknown.key,
                 "units": unknown.units,
                 "prior": quantile(numbers, np.array(QUANTILES)).tolist(),
-                "posterior": quantile(
-                    numbers, np.clip(np.array(marginal), 2.0**-54, 1 - 2.0**-54)
-                ).tolist(),
+                "posterior": quantile(numbers, np.clip(np.array(marginal), 2.0**-54, 1 - 2.0**-54)).tolist(),
                 "width": width,
                 "told": "well" if width < GOOD_GAIN else "partly" if width < LEAST_GAIN else "not",
                 "at_the_end": end_pressed(quantiles[:, i], fitted.weights, width),
@@ -378,9 +326,7 @@ def _fit_summary(
         "points": measured.points,
         "values": len(fitted.spread),
         "notes": list(measured.notes),
-        "features": [
-            _feature_summary(name, measured, predicted[name], fitted) for name in measured.values
-        ],
+        "features": [_feature_summary(name, measured, predicted[name], fitted) for name in measured.values],
         "unknowns": unknowns,
         "together": pairs,
         "runs": fitted.runs * measured.points,
@@ -395,9 +341,7 @@ def _fit_summary(
     }
 
 
-def _feature_summary(
-    name: str, measured: Measured, predicted: Array, fitted: Posterior
-) -> dict[str, Any]:
+def _feature_summary(name: str, measured: Measured, predicted: Array, fitted: Posterior) -> dict[str, Any]:
     is_measured = np.isfinite(measured.values[name])
     places = list(measured.values).index(name) * measured.points + np.flatnonzero(is_measured)
     where = np.searchsorted(measured.flat[2], places)
@@ -413,18 +357,12 @@ def _feature_summary(
     }
 
 
-def _adjusted_text(
-    study: Study, measured: Measured, drawn: dict[str, Array], note: dict[str, Any]
-) -> str:
+def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], note: dict[str, Any]) -> str:
     """The study with the samples as a table in place of the distributions."""
     resolved = copy.deepcopy(study.resolved)
     section = {key: value for key, value in resolved["uncertain"].items() if key in HOW}
     table = {key: values.tolist() for key, values in drawn.items()}
-    resolved["uncertain"] = section | {
-        "samples": len(next(iter(table.values()))),
-        "table": table,
-        "correlations": [],
-    }
+    resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
     source = study.source or "a study"
     gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
     head = (

@@ -41,10 +41,7 @@ class Following:
         now = _seconds()
         if wave.number != self.number:
             self.number, self.began, self.told = wave.number, now, now
-            self.say(
-                f"round {self.number}: {_branches(wave.branches)} followed side by side, kept when "
-                f"all have ended"
-            )
+            self.say(f"round {self.number}: {_branches(wave.branches)} followed side by side, kept when all have ended")
         elif now - self.told >= LINE_SECONDS:
             self.told = now
             limit = wave.left * (now - self.began) / max(wave.longest, 1)

@@ -17,6 +17,4 @@ def hysteresis(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
     """The intervals in which up and down differ in the results, or the results file,
     ``source``: see :func:`nsdrill.analysis.hysteresis.hysteresis`. Empty for a sweep
     that is not up-down."""
-    return analysis.hysteresis(
-        source if isinstance(source, Results) else read_results(source, NEEDED)
-    )
+    return analysis.hysteresis(source if isinstance(source, Results) else read_results(source, NEEDED))

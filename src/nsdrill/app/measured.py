@@ -92,9 +92,7 @@ class Column:
     scale: float
 
 
-def read_measured(
-    path: str | os.PathLike[str], study: Study, options: Reading | None = None
-) -> Measured:
+def read_measured(path: str | os.PathLike[str], study: Study, options: Reading | None = None) -> Measured:
     """The measurements in the CSV file ``path``, for comparison with runs of ``study``;
     FileError, with the line, where a cell or a column is invalid."""
     options = options or Reading()
@@ -110,18 +108,12 @@ def read_measured(
     settings = {names.settings[name]: table[name] for name in table if name in names.settings}
     values = {name: table[name] for name in names.results if name in given}
     if not values:
-        raise FileError(
-            f"{path}, line {number}: found no measured value; allowed: {names.some_results()}."
-        )
+        raise FileError(f"{path}, line {number}: found no measured value; allowed: {names.some_results()}.")
     _in_range(path, settings, at, names)
     errors = {name: table[name + ERROR] for name in values if name + ERROR in given}
     if any(np.any(~(error[np.isfinite(values[name])] > 0)) for name, error in errors.items()):
-        raise FileError(
-            f"{path}: found an error of 0 or less, or none beside a value; allowed: one above 0."
-        )
-    return _measured(
-        path, settings, values, errors, [f"line {line}" for line in at], names, options, notes
-    )
+        raise FileError(f"{path}: found an error of 0 or less, or none beside a value; allowed: one above 0.")
+    return _measured(path, settings, values, errors, [f"line {line}" for line in at], names, options, notes)
 
 
 @dataclass(frozen=True)
@@ -139,14 +131,8 @@ class _Names:
     def of(cls, study: Study) -> _Names:
         keys, model = keys_of(study.model), described(study.model)
         options = (*model.states(study.parameters), *model.options(study.parameters), "drilled")
-        settings = {
-            name: key for key in keys.axes for name in (key, keys.axes[key].key, dimension_of(key))
-        }
-        results = {
-            v.name: v.units
-            for v in (*model.features, *model.derived)
-            if v.only is None or v.only in options
-        }
+        settings = {name: key for key in keys.axes for name in (key, keys.axes[key].key, dimension_of(key))}
+        results = {v.name: v.units for v in (*model.features, *model.derived) if v.only is None or v.only in options}
         results |= {name: "" for name in model.severities}
         signals: dict[str, str] = {}
         for name in results:
@@ -180,19 +166,13 @@ def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
     """The rows of the file with their line numbers, without empty rows and comments."""
     try:
         if Path(path).stat().st_size > MAX_BYTES:
-            raise FileError(
-                f"{path}: found a file of more than {MAX_BYTES // 10**6} MB; allowed: a part of it."
-            )
+            raise FileError(f"{path}: found a file of more than {MAX_BYTES // 10**6} MB; allowed: a part of it.")
         text = Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise FileError(
-            f"{path}: this is no text in UTF-8; a table in CSV is needed here."
-        ) from None
+        raise FileError(f"{path}: this is no text in UTF-8; a table in CSV is needed here.") from None
     except OSError as error:
         raise FileError(f"{path}: {error.strerror or error}.") from error
-    first = next(
-        (line for line in text.splitlines() if line.strip() and not line.startswith("#")), ""
-    )
+    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
     delimiter = max(",;\t", key=first.count)
     reader = csv.reader(text.splitlines(), delimiter=delimiter, skipinitialspace=True)
     try:
@@ -208,10 +188,7 @@ def _heads(
     """The line of the headings, the (name, unit) of each column, whether the units are
     in a separate row, and the remaining rows."""
     if len(rows) < 2:
-        raise FileError(
-            f"{path}: found no table; allowed: a head of names with units and at "
-            f"least one row of numbers."
-        )
+        raise FileError(f"{path}: found no table; allowed: a head of names with units and at least one row of numbers.")
     number, head = rows[0]
     for line, row in rows[1:]:
         if any(row[len(head) :]):
@@ -227,17 +204,10 @@ def _heads(
         unit = match["square"] if match["square"] is not None else match["round"]
         heads.append((match["name"], unit))
     second = rows[1][1]
-    if all(unit is None for _, unit in heads) and not any(
-        _number(cell) is not None for cell in second
-    ):
+    if all(unit is None for _, unit in heads) and not any(_number(cell) is not None for cell in second):
         units = [cell.strip("[]() ") for cell in second]
         units += [""] * (len(heads) - len(units))
-        return (
-            number,
-            [(name, unit) for (name, _), unit in zip(heads, units, strict=False)],
-            True,
-            rows[2:],
-        )
+        return (number, [(name, unit) for (name, _), unit in zip(heads, units, strict=False)], True, rows[2:])
     return number, heads, False, rows[1:]
 
 
@@ -261,10 +231,7 @@ def _columns(
     for option, listed_heads in (("--rename", options.rename), ("--ignore", options.ignore)):
         if unknown := [head for head in listed_heads if head not in in_file and head != "*"]:
             listed = ", ".join(in_file)
-            raise FileError(
-                f"{where}: {option}: found no column {unknown[0]!r}; allowed: those "
-                f"of the file, {listed}."
-            )
+            raise FileError(f"{where}: {option}: found no column {unknown[0]!r}; allowed: those of the file, {listed}.")
     columns: list[Column] = []
     ignored = []
     for place, (head, unit) in enumerate(heads):
@@ -280,14 +247,9 @@ def _columns(
             raise FileError(_unknown(where, head, name, names, timed))
         if any(column.name == name for column in columns):
             raise FileError(f"{where}: found two columns of {name}; allowed: one of each.")
-        columns.append(
-            Column(place, head, name, _scale(where, head, unit, si, name in names.results))
-        )
+        columns.append(Column(place, head, name, _scale(where, head, unit, si, name in names.results)))
     if ignored:
-        notes.append(
-            f"passed over: "
-            f"{', '.join(head for head in ignored if head) or 'columns without a name'}"
-        )
+        notes.append(f"passed over: {', '.join(head for head in ignored if head) or 'columns without a name'}")
     return columns, notes
 
 
@@ -296,9 +258,7 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
     usual = [one for one in _RIG_NAMES.get(name, ())[timed:][:1] if one in known]
     near = usual or difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     if not usual:
-        near += [one for one in known if name and (name in one or one in name) and one not in near][
-            : 3 - len(near)
-        ]
+        near += [one for one in known if name and (name in one or one in name) and one not in near][: 3 - len(near)]
     hint = f" Did you mean {' or '.join(near)}?" if near else ""
     models = _models_with(name)
     if models and names.keys.model.name not in models:
@@ -332,11 +292,7 @@ def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) ->
     fractions."""
     text = (unit or "").strip().replace("%", "percent")
     if si in ("", "percent"):
-        factors = (
-            {"": 1.0, "1": 1.0, "-": 1.0, "percent": 0.01}
-            if si == ""
-            else {"percent": 1.0, "1": 100.0}
-        )
+        factors = {"": 1.0, "1": 1.0, "-": 1.0, "percent": 0.01} if si == "" else {"percent": 1.0, "1": 100.0}
         if text not in factors:
             found = f"the unit {unit!r}" if unit else "no unit"
             allowed = "none, or percent" if si == "" else "percent, or 1 for a part of one"
@@ -390,13 +346,9 @@ def _numbers(
                 value = math.nan
             if value is None:
                 hint = " Write a decimal point and no thousands separators." if "," in cell else ""
-                raise FileError(
-                    f"{path}, line {line}: {column.head}: found {cell!r}; allowed: a number.{hint}"
-                )
+                raise FileError(f"{path}, line {line}: {column.head}: found {cell!r}; allowed: a number.{hint}")
             values.append(value * column.scale)
-        lacking = {
-            column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)
-        }
+        lacking = {column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)}
         if lacking:
             if not options.gaps:
                 head = columns[[math.isnan(value) for value in values].index(True)].head
@@ -417,17 +369,12 @@ def _numbers(
     if missing:
         notes.append(f"in {missing} of {len(body)} rows some values are not measured")
     if not rows:
-        raise FileError(
-            f"{path}: found no row of numbers{' without gaps' if skipped else ''}; "
-            f"allowed: at least one."
-        )
+        raise FileError(f"{path}: found no row of numbers{' without gaps' if skipped else ''}; allowed: at least one.")
     table = np.array(rows)
     return {column.name: table[:, i] for i, column in enumerate(columns)}, lines
 
 
-def _in_range(
-    path: str | os.PathLike[str], settings: dict[str, Array], at: list[int], names: _Names
-) -> None:
+def _in_range(path: str | os.PathLike[str], settings: dict[str, Array], at: list[int], names: _Names) -> None:
     """FileError where a setting lies outside the range of its key."""
     for key, values in settings.items():
         leaf = names.keys.axes[key]
@@ -460,15 +407,9 @@ def _over_time(
             "goes on."
         )
     settings = {names.settings[name]: table[name] for name in table if name in names.settings}
-    signals = {
-        name: table[name] for name in table if name in names.signals and name not in names.settings
-    }
+    signals = {name: table[name] for name in table if name in names.signals and name not in names.settings}
     if not settings or not signals:
-        lacking = (
-            "setting (wob, rotary_speed, depth)"
-            if not settings
-            else f"signal ({', '.join(names.signals)})"
-        )
+        lacking = "setting (wob, rotary_speed, depth)" if not settings else f"signal ({', '.join(names.signals)})"
         raise FileError(f"{path}: found no {lacking} beside the time; allowed: at least one.")
     _in_range(path, settings, at, names)
     step = float(np.median(np.diff(time))) if len(time) > 1 else math.inf
@@ -492,18 +433,13 @@ def _over_time(
     )
     if coarse:
         notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
-    points = {
-        key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()
-    }
+    points = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
     features: dict[str, Array] = {}
     shifts: dict[str, Array] = {}
     for name, values in signals.items():
         parts = [values[a:b] for a, b in kept]
         means = np.array([part.mean() for part in parts])
-        low, high = (
-            np.array([part.min() for part in parts]),
-            np.array([part.max() for part in parts]),
-        )
+        low, high = (np.array([part.min() for part in parts]), np.array([part.max() for part in parts]))
         # Noise shifts an extreme outwards: by nothing at a sharp peak, by sqrt(2 ln n)
         # deviations for a steady signal. Samples as slow as the motion do not separate
         # noise from motion, so their extremes stay and the shift adds to the error.
@@ -518,9 +454,7 @@ def _over_time(
             f"{CHANGE}_min": low - means,
             f"{CHANGE}_max": high - means,
         }
-        wanted = {
-            f"{name}{end}": one for end, one in statistics.items() if not coarse or end == MEAN
-        }
+        wanted = {f"{name}{end}": one for end, one in statistics.items() if not coarse or end == MEAN}
         features |= {full: one for full, one in wanted.items() if full in names.results}
         ends = {full: half for full in wanted if full in names.results and not full.endswith(MEAN)}
         if ends and half.any():
@@ -539,8 +473,7 @@ def _over_time(
             )
     if not features:
         raise FileError(
-            f"{path}: found signals of which no feature follows{' but extremes' * coarse}; "
-            f"allowed: others."
+            f"{path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
         )
     where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
     return _measured(path, points, features, {}, where, names, options, notes, shifts)
@@ -557,8 +490,7 @@ def noise_of(values: Array) -> float:
     if len(values) < LEAST_FOR_NOISE:
         return 0.0
     six, eight = (
-        float(np.sqrt(np.mean(np.diff(values, order) ** 2) / math.comb(2 * order, order)))
-        for order in (6, 8)
+        float(np.sqrt(np.mean(np.diff(values, order) ** 2) / math.comb(2 * order, order))) for order in (6, 8)
     )
     return eight if six > 0.0 and 1.0 / WHITE < eight / six < WHITE and _white(values) else 0.0
 
@@ -577,9 +509,7 @@ def _white(values: Array) -> bool:
     widened = 1.5  # bins of a Hann window per independent bin
     freedom = [2.0 * len(part) / widened for part in (lower, higher)]
     ratio = float(lower.mean() / higher.mean())
-    even = 2.0 * min(
-        float(f_distribution.sf(ratio, *freedom)), float(f_distribution.cdf(ratio, *freedom))
-    )
+    even = 2.0 * min(float(f_distribution.sf(ratio, *freedom)), float(f_distribution.cdf(ratio, *freedom)))
     line = 1.0 - (1.0 - math.exp(-float(upper.max() / upper.mean()))) ** (len(upper) / widened)
     return even > CHANCE and line > CHANCE
 
@@ -616,22 +546,16 @@ def _measured(
     shifts: Mapping[str, Array] | None = None,
 ) -> Measured:
     if unknown := [name for name in options.errors if name not in values]:
-        raise InputError(
-            f"--error: found {unknown[0]}, which is not measured; allowed: {', '.join(values)}."
-        )
+        raise InputError(f"--error: found {unknown[0]}, which is not measured; allowed: {', '.join(values)}.")
     assumed = []
     for name, column in values.items():
         if name in options.errors:
-            errors[name] = _errors_from_option(
-                name, options.errors[name], names.results[name], column
-            )
+            errors[name] = _errors_from_option(name, options.errors[name], names.results[name], column)
         elif name not in errors:
             largest = float(np.nanmax(np.abs(column)))
             is_severity = name.endswith("_severity")
             errors[name] = (
-                np.full(column.shape, GRADE)
-                if is_severity
-                else np.hypot(RELATIVE * column, ABSOLUTE * largest)
+                np.full(column.shape, GRADE) if is_severity else np.hypot(RELATIVE * column, ABSOLUTE * largest)
             )
             errors[name] = np.maximum(errors[name], 1e-12)
             assumed.append(name)
@@ -650,11 +574,7 @@ def _errors_from_option(name: str, text: str | float, si: str, values: Array) ->
     """The standard deviations of ``values`` from an option: a quantity, a percentage of
     the values, or a number in SI."""
     if not isinstance(text, str):
-        if (
-            isinstance(text, bool)
-            or not isinstance(text, int | float | np.number)
-            or not 0 < text < math.inf
-        ):
+        if isinstance(text, bool) or not isinstance(text, int | float | np.number) or not 0 < text < math.inf:
             raise InputError(
                 f"errors, {name}: found {text!r}; allowed: a number above 0 in "
                 f"SI{f' [{si}]' if si else ''}, or a text "
@@ -679,7 +599,5 @@ def _errors_from_option(name: str, text: str | float, si: str, values: Array) ->
         ) from None
     errors = number / 100 * np.abs(values) if is_percentage else np.full(values.shape, number)
     if np.any(errors <= 0):
-        raise InputError(
-            f"--error {name}: found {text!r} of a value of 0; allowed: an error above 0."
-        )
+        raise InputError(f"--error {name}: found {text!r} of a value of 0; allowed: an error above 0.")
     return errors

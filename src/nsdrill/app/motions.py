@@ -88,11 +88,7 @@ class Motions:
         """The values of the axes at the operating point of the study, or in the middle
         of a swept axis."""
         operation = {name: float(getattr(self.study.operation, name)) for name in OPERATION}
-        swept = {
-            key: float(values[len(values) // 2])
-            for key, values in self.plan.axes.items()
-            if len(values) > 1
-        }
+        swept = {key: float(values[len(values) // 2]) for key, values in self.plan.axes.items() if len(values) > 1}
         return {key: float(values[0]) for key, values in self.plan.axes.items()} | operation | swept
 
     def at(self, values: Mapping[str, float], changes: Mapping[str, str] | None = None) -> Study:
@@ -100,10 +96,7 @@ class Motions:
         further keys (texts as in a study). InputError where it is not valid."""
         from nsdrill.study import parse_study
 
-        texts = [
-            f"{key if '.' in key else f'operation.{key}'}={text}"
-            for key, text in (changes or {}).items()
-        ]
+        texts = [f"{key if '.' in key else f'operation.{key}'}={text}" for key, text in (changes or {}).items()]
         try:
             return parse_study(self._texts(tuple(values.items())), "the point", texts)
         except StudyError as error:
@@ -127,9 +120,7 @@ class Motions:
         resolved["sweep"] = {"procedure": "same", "along": None, "refine": 0}
         for section in ("ramps", "uncertain", "continue"):  # not of one constant point
             resolved.pop(section, None)
-        resolved["initial"] |= {
-            name: value for name, value in _ONE_START.items() if name in resolved["initial"]
-        }
+        resolved["initial"] |= {name: value for name, value in _ONE_START.items() if name in resolved["initial"]}
         leaves = keys_of(self.study.model).axes
         for key, value in values.items():
             *sections, name = (key if "." in key else f"operation.{key}").split(".")
@@ -137,11 +128,7 @@ class Motions:
             for section in sections:
                 target = target[section]
             target[name] = (
-                word_at(key, value)
-                if words_of(key)
-                else int(value)
-                if leaves[key].kind == "whole"
-                else value
+                word_at(key, value) if words_of(key) else int(value) if leaves[key].kind == "whole" else value
             )
         return resolved
 
@@ -174,12 +161,8 @@ class Motions:
         start as in the study."""
         names, start = self.states(study), self.start(study)
         if not state.keys() & set(names):
-            raise InputError(
-                f"states: found none of {', '.join(names)}; allowed: these. Choose a point again."
-            )
-        return np.array(
-            [state.get(name, float(value)) for name, value in zip(names, start, strict=True)]
-        )
+            raise InputError(f"states: found none of {', '.join(names)}; allowed: these. Choose a point again.")
+        return np.array([state.get(name, float(value)) for name, value in zip(names, start, strict=True)])
 
     def with_start(self, study: Study, state: Array) -> dict[str, Any] | None:
         """The resolved study of one point with ``state`` as its start; None where its
@@ -189,9 +172,7 @@ class Motions:
         if not all(name in initial for name in names):
             return None
         state = self.validated_state(study, state)
-        start = {
-            name: float(value) for name, value in zip(names, state, strict=True) if name not in held
-        }
+        start = {name: float(value) for name, value in zip(names, state, strict=True) if name not in held}
         return {**study.resolved, "initial": {**initial, **start}}
 
     # Its motion
@@ -216,20 +197,15 @@ class Motions:
             )
         if (steps := int(point["steps"]) + int(point["rejected"])) > MAX_STEPS:
             raise InputError(
-                f"This point took {steps} steps, which is too long to wait for here. Use the "
-                f"command line below."
+                f"This point took {steps} steps, which is too long to wait for here. Use the command line below."
             )
         study = self.stored(place)
         names = self.results.coords["state"]
-        initial, final = (
-            select_states(study, names, point[name]) for name in ("initial_state", "final_state")
-        )
+        initial, final = (select_states(study, names, point[name]) for name in ("initial_state", "final_state"))
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
         simulation = _with_method(study.simulation, bool(chosen_of(self.study).points(number)[0]))
         motion = _motion(study, study.operation, simulation, initial, seconds, sample)
-        same = motion.status == int(point["status"]) and np.array_equal(
-            motion.final, final, equal_nan=True
-        )
+        same = motion.status == int(point["status"]) and np.array_equal(motion.final, final, equal_nan=True)
         return replace(motion, same_bits=bool(same))
 
     def short_motion(self, study: Study, state: Array) -> Motion:
@@ -241,19 +217,10 @@ class Motions:
             Record(peaks=0),
             self.validated_state(study, state),
         ).simulation
-        return _motion(
-            study, study.operation, simulation, self.validated_state(study, state), 0.1, 0.01
-        )
+        return _motion(study, study.operation, simulation, self.validated_state(study, state), 0.1, 0.01)
 
     def run_from(
-        self,
-        study: Study,
-        state: Array,
-        seconds: float,
-        sample: float,
-        *,
-        settle: float = 0.0,
-        observe: float = 0.0,
+        self, study: Study, state: Array, seconds: float, sample: float, *, settle: float = 0.0, observe: float = 0.0
     ) -> Motion:
         """The motion of the ``study`` of one point from ``state``: a transient of
         ``settle`` [s], then an observation of ``observe`` [s] (default: ``seconds``)
@@ -272,9 +239,7 @@ class Motions:
         batch = work.new_batch(lanes, 1)
         batch.add(np.array([0]), runs)
         columns = work.columns(batch.run_alone(compiled_parts(lanes, work.variant)))
-        return replace(
-            motion, found={name: v[0].item() for name, v in columns.items() if np.ndim(v) == 1}
-        )
+        return replace(motion, found={name: v[0].item() for name, v in columns.items() if np.ndim(v) == 1})
 
     def run_along(
         self, study: Study, state: Array, key: str, values: Array, *, settle: float, observe: float
@@ -282,9 +247,7 @@ class Motions:
         """The points at ``values`` [n] (SI) of the axis ``key``, each from ``state``,
         with a transient of ``settle`` [s] and an observation of ``observe`` [s]:
         status, features, labels and peaks [n, ...] as in a results file."""
-        work, workers, lanes = self._group(
-            study, state, {key: np.asarray(values, dtype=float)}, settle, observe
-        )
+        work, workers, lanes = self._group(study, state, {key: np.asarray(values, dtype=float)}, settle, observe)
         compiled_parts(lanes, work.variant)
         variables: dict[str, Array] = {}
 
@@ -298,9 +261,7 @@ class Motions:
             Engine(work, threads, workers, lanes, deliver).run()
         return variables
 
-    def compile(
-        self, study: Study, state: Array, key: str = "", values: Array | None = None
-    ) -> None:
+    def compile(self, study: Study, state: Array, key: str = "", values: Array | None = None) -> None:
         """Compile the code of :meth:`run_from`, or with ``key`` and ``values`` that of
         :meth:`run_along`. Other threads may run motions at the same time."""
         if values is not None:
@@ -318,10 +279,7 @@ class Motions:
     ) -> tuple[_FromState, int, int]:
         """The points along an axis, with the best numbers of workers and of lanes."""
         simulation = replace(
-            study.simulation,
-            transient=settle,
-            observe=observe,
-            max_steps=min(study.simulation.max_steps, MAX_STEPS),
+            study.simulation, transient=settle, observe=observe, max_steps=min(study.simulation.max_steps, MAX_STEPS)
         )
         work = _work(study, simulation, Record(), self.validated_state(study, state), axes)
         count = math.prod(len(values) for values in axes.values())
@@ -363,24 +321,13 @@ class _FromState(Work):
 
 
 def _work(
-    study: Study,
-    simulation: Simulation,
-    record: Record,
-    state: Array,
-    axes: Mapping[str, Array] | None = None,
+    study: Study, simulation: Simulation, record: Record, state: Array, axes: Mapping[str, Array] | None = None
 ) -> _FromState:
     operation = {name: np.array([float(getattr(study.operation, name))]) for name in OPERATION}
     plan = Plan({**operation, **(axes or {})}, "same", None)
     simulation = _with_chosen_method(plan, study, simulation)
     return _FromState(
-        plan,
-        study.parameters,
-        study.initial,
-        simulation,
-        study.thresholds,
-        record,
-        study.model,
-        state=state,
+        plan, study.parameters, study.initial, simulation, study.thresholds, record, study.model, state=state
     )
 
 
@@ -397,18 +344,11 @@ def _with_method(simulation: Simulation, implicit: bool) -> Simulation:
 
 def _points(study: Study) -> Values:
     operation = study.operation
-    return Values(
-        study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed)
-    )
+    return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
 
 
 def _motion(
-    study: Study,
-    operation: Operation,
-    simulation: Simulation,
-    initial: Array,
-    seconds: float,
-    sample: float,
+    study: Study, operation: Operation, simulation: Simulation, initial: Array, seconds: float, sample: float
 ) -> Motion:
     """A run, sampled in its last ``seconds``. A run that ends before these is sampled
     from its start, more coarsely."""

@@ -22,10 +22,7 @@ from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text
 
 FEWEST_SAMPLES = 400  # per period
-_ITS_STUDY = (
-    "Give the study that the branches were made from, with its --set: nsdrill show --study prints "
-    "it."
-)
+_ITS_STUDY = "Give the study that the branches were made from, with its --set: nsdrill show --study prints it."
 
 
 @dataclass(frozen=True)
@@ -87,24 +84,19 @@ def settings_for(study: Study, point: OrbitPoint) -> list[str]:
     return texts
 
 
-def check_study(
-    path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: dict[str, Any]
-) -> None:
+def check_study(path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: dict[str, Any]) -> None:
     """FileError where the branches and the ``study`` have different strings, apart from
     the numbers of the ``point``."""
     if str(attrs.get("model")) != study.model:
         raise FileError(
-            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. "
-            f"{_ITS_STUDY}"
+            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. {_ITS_STUDY}"
         )
     free = {keys_of(study.model).axes[key].key for key in point.values}
     resolved = resolved_study(attrs)
     keys = [key for key, _, _ in string_differences(resolved, study.resolved, free)]
     if keys:
         changes = changes_text(resolved, study.resolved, keys)
-        raise FileError(
-            f"{path}: made from another string than that of the study ({changes}). {_ITS_STUDY}"
-        )
+        raise FileError(f"{path}: made from another string than that of the study ({changes}). {_ITS_STUDY}")
 
 
 def simulate_orbit(
@@ -119,10 +111,7 @@ def simulate_orbit(
     ``study`` must have the numbers of the point."""
     states = described(study.model).states(study.parameters)
     if len(states) != len(point.state):
-        raise FileError(
-            f"{path}: its motions have {len(point.state)} states, the study "
-            f"{len(states)}. {_ITS_STUDY}"
-        )
+        raise FileError(f"{path}: its motions have {len(point.state)} states, the study {len(states)}. {_ITS_STUDY}")
     span = point.period if duration is None else duration
     fine = replace(study, simulation=replace(study.simulation, rtol=RTOL))
     return simulate(

@@ -52,17 +52,11 @@ def study_of(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> str:
     file: every key, with the overrides applied. FileError where the file has no
     study that this version can use."""
     if "study_resolved" not in attrs:
-        raise FileError(
-            f"{path}: found no study in the file; allowed: an output of nsdrill run, "
-            f"simulate or replay."
-        )
+        raise FileError(f"{path}: found no study in the file; allowed: an output of nsdrill run, simulate or replay.")
     from nsdrill.study.write import study_text
 
     study = study_from_resolved(json.loads(attrs["study_resolved"]), source=str(path))
-    head = [
-        f"The study as nsdrill {attrs.get('nsdrill_version', '')} ran it on "
-        f"{attrs.get('created', '')}: every key."
-    ]
+    head = [f"The study as nsdrill {attrs.get('nsdrill_version', '')} ran it on {attrs.get('created', '')}: every key."]
     if found := overrides_of(attrs):
         head.append(f"Changed by --set: {'; '.join(found)}")
     return study_text(study.resolved, head)

@@ -63,9 +63,7 @@ def chosen_of(study: Study) -> Chosen:
     """The choice of the method, implicit or explicit, for each point of a study.
     InputError where its model does not support the method of the study."""
     check_method(study)
-    return Chosen(
-        plan_of(study), study.parameters, study.initial, study.model, study.simulation.method
-    )
+    return Chosen(plan_of(study), study.parameters, study.initial, study.model, study.simulation.method)
 
 
 def check_method(study: Study) -> None:
@@ -76,6 +74,4 @@ def check_method(study: Study) -> None:
     reason = next((reason for reason in reasons if reason is not None), None)
     if study.simulation.method == "implicit" and reason is not None:
         source = study.source or "the study"
-        raise InputError(
-            f"{source}: simulation.method: found implicit; allowed: auto or explicit, as {reason}."
-        )
+        raise InputError(f"{source}: simulation.method: found implicit; allowed: auto or explicit, as {reason}.")

@@ -26,27 +26,16 @@ def dataset(results: Results, severity: int | None = None) -> Any:
         "low": (low, "lower end of the 95 % interval of the probability"),
         "high": (high, "upper end of the 95 % interval of the probability"),
     }
-    data = {
-        name: (dims, values, {"long_name": words, "units": "1"})
-        for name, (values, words) in variables.items()
-    }
+    data = {name: (dims, values, {"long_name": words, "units": "1"}) for name, (values, words) in variables.items()}
     unknown = estimates.open / estimates.total
     data["unknown"] = (
         ("history", *results.axes),
         unknown,
-        {
-            "long_name": "part of the samples of which a failed run leaves open whether they are "
-            "safe",
-            "units": "1",
-        },
+        {"long_name": "part of the samples of which a failed run leaves open whether they are safe", "units": "1"},
     )
     further = {axis.name: axis for axis in results.more}
     axes = {
-        name: (
-            (name,),
-            stored_coordinate(name, results.coords[name]),
-            coordinate_attributes(name, further.get(name)),
-        )
+        name: ((name,), stored_coordinate(name, results.coords[name]), coordinate_attributes(name, further.get(name)))
         for name in results.axes
     }
     words = {
@@ -79,11 +68,7 @@ def rows(results: Results) -> list[dict[str, Any]]:
             row: dict[str, Any] = {**values, "history": history}
             for which, outcome in enumerate(estimates.outcomes):
                 cell = (number, which, *place)
-                row[outcome] = {
-                    "probability": float(share[cell]),
-                    "low": float(low[cell]),
-                    "high": float(high[cell]),
-                }
+                row[outcome] = {"probability": float(share[cell]), "low": float(low[cell]), "high": float(high[cell])}
             table.append(row)
     return table
 

@@ -96,14 +96,8 @@ def unlike(there: Mapping[str, Any], *more: str) -> list[str]:
     found = {"python": there.get("python_version"), "model_digest": "unknown", **there}
     here = {**versions(str(there.get("model") or MODEL)), "processor": processor()}
     names = {**{name: name.removesuffix("_version") for name in more}, **_DECISIVE}
-    pairs = {
-        name: (_decisive(name, found.get(name)), _decisive(name, here[name])) for name in names
-    }
-    return [
-        f"{names[name]} {old} there, {new} here"
-        for name, (old, new) in pairs.items()
-        if old not in ("None", new)
-    ]
+    pairs = {name: (_decisive(name, found.get(name)), _decisive(name, here[name])) for name in names}
+    return [f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)]
 
 
 def _decisive(name: str, value: Any) -> str:
@@ -123,15 +117,7 @@ def _libm_digest() -> str:
         [
             value
             for x in places
-            for value in (
-                math.sin(x),
-                math.cos(x),
-                math.atan2(x, 1.7),
-                math.log(x),
-                x**2,
-                x**3,
-                x**4,
-            )
+            for value in (math.sin(x), math.cos(x), math.atan2(x, 1.7), math.log(x), x**2, x**3, x**4)
         ],
     )
     return hashlib.sha256(values.tobytes()).hexdigest()[:16]

@@ -12,15 +12,7 @@ import numpy as np
 from nsdrill.app.overrides import with_overrides
 from nsdrill.data import Results, Trace, units_of
 from nsdrill.errors import FileError, NsdrillError
-from nsdrill.store import (
-    kind_of,
-    part_path,
-    read_attributes,
-    read_partial,
-    read_results,
-    read_trace,
-    variables_in,
-)
+from nsdrill.store import kind_of, part_path, read_attributes, read_partial, read_results, read_trace, variables_in
 
 
 def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -> Results | Trace:
@@ -30,10 +22,7 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
     part = part_path(path)
     if not os.path.lexists(path) and part.exists():
         kind_of(part)  # FileError for that of a fit or a continuation
-        raise FileError(
-            f"{path}: there is no such file yet, but an unfinished run: {part} can be "
-            f"shown and drawn."
-        )
+        raise FileError(f"{path}: there is no such file yet, but an unfinished run: {part} can be shown and drawn.")
     kind = kind_of(path)
     if kind == "branches":
         raise FileError(
@@ -43,9 +32,7 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
         )
     if kind == "trace":
         return with_overrides(read_trace(path))
-    return with_overrides(
-        read_partial(path, names) if kind == "partial" else read_results(path, names)
-    )
+    return with_overrides(read_partial(path, names) if kind == "partial" else read_results(path, names))
 
 
 def units_in(path: str | os.PathLike[str]) -> str:
@@ -68,9 +55,7 @@ def outline(path: str | os.PathLike[str]) -> Results | Trace:
     """As :func:`read_any`, but the variables of a sweep are zeros, which take no
     memory; for the names and the shape."""
     data = read_any(path, ())
-    return (
-        data if isinstance(data, Trace) else outline_of(data, (v.name for v in variables_in(path)))
-    )
+    return data if isinstance(data, Trace) else outline_of(data, (v.name for v in variables_in(path)))
 
 
 def outline_of(results: Results, names: Iterable[str]) -> Results:

@@ -40,9 +40,7 @@ class RefinementGrid:
         self.points = plan.points_of(np.arange(plan.chains)[:, None], np.arange(plan.chain_length))
         self.points = self.points.reshape(plan.chains, plan.chain_length)
 
-    def trace(
-        self, outcomes: Array, *, everything: bool = False
-    ) -> tuple[Refinement, Array, Array]:
+    def trace(self, outcomes: Array, *, everything: bool = False) -> tuple[Refinement, Array, Array]:
         """The state of the refinement with these ``outcomes`` (int [points]: the
         response, :data:`UNKNOWN`, or less where the run failed): the refinement, which
         units are known (bool [units]), and the outcome of each point [points], with
@@ -58,11 +56,7 @@ class RefinementGrid:
         failed = known & np.any(rows < UNKNOWN, axis=1)
         classes[failed] = -1 - np.flatnonzero(failed)
         step = refine(
-            classes.reshape(self.shape),
-            known.reshape(self.shape),
-            self.axes,
-            self.depth,
-            everything=everything,
+            classes.reshape(self.shape), known.reshape(self.shape), self.axes, self.depth, everything=everything
         )
         inferred_outcomes = outcomes.copy()
         if step.filled is not None:
@@ -77,11 +71,7 @@ class RefinedSweep:
     outcomes of all points [points], with inferred ones once it is complete."""
 
     def __init__(self, study: Study, plan: Plan, log: Sink) -> None:
-        self.grid, self.log, self.study = (
-            RefinementGrid(plan, study.refined, study.refine),
-            log,
-            study,
-        )
+        self.grid, self.log, self.study = (RefinementGrid(plan, study.refined, study.refine), log, study)
         self.outcomes = response_codes_in(log)
         self.retrace()
 
@@ -106,13 +96,7 @@ class RefinedSweep:
             needed = self.step.needed.ravel()
             starts, pending = remaining(plan, self.log, np.flatnonzero(needed & ~self.known))
             progress.total, level = int(needed.sum()) * plan.chain_length, self.step.level
-            stages.run(
-                work,
-                store,
-                starts,
-                pending,
-                f"level {level} of {self.grid.depth}" if level else "coarse grid",
-            )
+            stages.run(work, store, starts, pending, f"level {level} of {self.grid.depth}" if level else "coarse grid")
             self.retrace()
 
     def results(self) -> InferredSource:
@@ -120,9 +104,7 @@ class RefinedSweep:
         assert self.complete
         needed = np.zeros(self.grid.plan.points, dtype=bool)
         needed[self.grid.points[self.step.needed.ravel()]] = True
-        return InferredSource(
-            self.log, needed, self.inferred, summary(self.study, int(needed.sum()), len(needed))
-        )
+        return InferredSource(self.log, needed, self.inferred, summary(self.study, int(needed.sum()), len(needed)))
 
 
 class InferredSource:
@@ -130,9 +112,7 @@ class InferredSource:
     with the responses ``inferred`` [points] elsewhere; ``attrs`` are added to the root
     attributes."""
 
-    def __init__(
-        self, log: Source, needed: Array, inferred: Array, attrs: Mapping[str, Any]
-    ) -> None:
+    def __init__(self, log: Source, needed: Array, inferred: Array, attrs: Mapping[str, Any]) -> None:
         self._log, self._needed, self._inferred = log, needed, inferred
         self.attrs = dict(attrs)
         if (recovery_text := getattr(log, "recovery_text", None)) is not None:
@@ -168,14 +148,10 @@ def reinfer(study: Study, plan: Plan, status: Array, response: Array) -> tuple[A
     many more points would have to be run because the corners of their cell no longer
     agree; if there are any, the inferred responses are not valid."""
     grid = RefinementGrid(plan, study.refined, study.refine)
-    step, known, inferred_outcomes = grid.trace(
-        response_codes(status, response).ravel(), everything=True
-    )
+    step, known, inferred_outcomes = grid.trace(response_codes(status, response).ravel(), everything=True)
     missing = int(np.count_nonzero(step.needed.ravel() & ~known)) * plan.chain_length
     inferred = status == INFERRED
-    return np.where(inferred, inferred_outcomes.reshape(status.shape), response).astype(
-        response.dtype
-    ), missing
+    return np.where(inferred, inferred_outcomes.reshape(status.shape), response).astype(response.dtype), missing
 
 
 def response_codes(status: Array, response: Array) -> Array:
@@ -201,9 +177,4 @@ def summary(study: Study, run: int, points: int) -> dict[str, Any]:
     for name in study.refined:
         steps = np.diff(study.axes[name])
         spacing[name] = float(steps[-1 if "spacing" in study.resolved["sweep"][name] else 0])
-    return {
-        "refine": study.refine,
-        "points_run": run,
-        "points_inferred": points - run,
-        "border_spacing": spacing,
-    }
+    return {"refine": study.refine, "points_run": run, "points_inferred": points - run, "border_spacing": spacing}

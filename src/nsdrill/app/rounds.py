@@ -59,9 +59,7 @@ class Rounds:
             if part.kept:
                 inputs = "another study, from other data or with another --batch"
                 count, arrays = part.read(rounds.digest, inputs)
-                rounds.calls = [
-                    (arrays[f"samples_{i}"], arrays[f"answers_{i}"]) for i in range(count)
-                ]
+                rounds.calls = [(arrays[f"samples_{i}"], arrays[f"answers_{i}"]) for i in range(count)]
                 rounds.known = count
         except BaseException:
             part.close()
@@ -109,10 +107,7 @@ class Rounds:
     def recovery_text(self) -> str:
         """What is saved and how to resume, in a sentence or two."""
         assert self.part is not None
-        return (
-            f"{self.part.kept} are safe in {self.part.path}. Go on with the same command and "
-            f"--resume."
-        )
+        return f"{self.part.kept} are safe in {self.part.path}. Go on with the same command and --resume."
 
     def _end_message(self) -> str:
         if self.part is None or not self.part.kept:

@@ -171,9 +171,7 @@ def run_study(
         if log is not None:
             log.close()
     attrs = getattr(results, "attrs", {})
-    return RunResult(
-        path, plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy
-    )
+    return RunResult(path, plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy)
 
 
 def _check_cost(study: Study, workers: int, *, in_file: bool, large: bool) -> None:
@@ -210,13 +208,7 @@ def _advice(study: Study, plan: Plan, log: Sink) -> str:
 def work_of(study: Study) -> Work:
     """All inputs of the numbers of a study."""
     return Work(
-        plan_of(study),
-        study.parameters,
-        study.initial,
-        study.simulation,
-        study.thresholds,
-        study.record,
-        study.model,
+        plan_of(study), study.parameters, study.initial, study.simulation, study.thresholds, study.record, study.model
     )
 
 
@@ -280,12 +272,7 @@ def _count_failed(log: Sink) -> int:
 
 
 def _run_missing(
-    study: Study,
-    log: Sink,
-    workers: int,
-    watch: Watch,
-    executor: Executor | None,
-    lanes: int | None = None,
+    study: Study, log: Sink, workers: int, watch: Watch, executor: Executor | None, lanes: int | None = None
 ) -> Progress:
     """Run what is missing in ``log``: points, those of the refinement, and checks."""
     work = work_of(study)
@@ -293,9 +280,7 @@ def _run_missing(
     lanes = lanes or choose_lanes(chains)
     pool: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with pool as threads:
-        stages = RunStages(
-            log, executor or threads, workers, lanes, watch, executor is not None, chains
-        )
+        stages = RunStages(log, executor or threads, workers, lanes, watch, executor is not None, chains)
         if study.refined:
             RefinedSweep(study, work.plan, log).run(stages, work)
         else:
@@ -342,11 +327,7 @@ def _with_failed_pending(study: Study, plan: Plan, log: RunLog) -> RunLog:
     study_attrs = {name: new_attrs[name] for name in new_attrs if name.startswith("study")}
     return rewrite_log(
         log,
-        {
-            **old_attrs,
-            **study_attrs,
-            "history": f"{old_attrs['history']}\n{new_attrs['history']}{change}",
-        },
+        {**old_attrs, **study_attrs, "history": f"{old_attrs['history']}\n{new_attrs['history']}{change}"},
         rerun,
         *([forget_failed] if has_failed_checks else []),
     )
@@ -357,16 +338,14 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
     may change its numbers."""
     attrs = log.header["attrs"]
     resolved = resolved_study(attrs)
-    if attrs.get("study_sha256") != study.sha256 and not (
-        retry_failed and _is_looser(study, resolved)
-    ):
+    if attrs.get("study_sha256") != study.sha256 and not (retry_failed and _is_looser(study, resolved)):
         listed = changes_text(resolved, study.resolved)
         hint = ""
         if retry_failed:
             hint = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
-        elif [
-            key for key, _, _ in differences(resolved, study.resolved) if key not in IN_WORDS_ONLY
-        ] == ["simulation.max_steps"]:
+        elif [key for key, _, _ in differences(resolved, study.resolved) if key not in IN_WORDS_ONLY] == [
+            "simulation.max_steps"
+        ]:
             hint = "A larger limit can be given to the points that failed: --retry-failed. "
         raise FileError(
             f"{where}: made from another study ({listed or 'the digests differ'}). {hint}Resume it "
@@ -401,8 +380,5 @@ def _is_looser(study: Study, resolved: dict[str, Any]) -> bool:
     old_limit = resolved.get("simulation", {}).get("max_steps")
     if old_limit is None or study.simulation.max_steps < old_limit:
         return False
-    changed = {
-        **resolved,
-        "simulation": {**resolved["simulation"], "max_steps": study.simulation.max_steps},
-    }
+    changed = {**resolved, "simulation": {**resolved["simulation"], "max_steps": study.simulation.max_steps}}
     return digest(changed) == study.sha256

@@ -23,10 +23,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
     unless ``overwrite``; InputError where ``data`` is incomplete."""
     suffix = Path(path).suffix.lower()
     if suffix not in ENDINGS:
-        raise InputError(
-            f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: "
-            f"{', '.join(ENDINGS)}."
-        )
+        raise InputError(f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: {', '.join(ENDINGS)}.")
     claim_file(path, overwrite)
     if isinstance(data, Trace):
         if suffix == ".csv":
@@ -45,19 +42,11 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
 def _check_whole(results: Results) -> None:
     """InputError where a results file with these results would not be valid."""
     if lacking := [v.name for v in variables_of(results) if v.name not in results.variables]:
-        few = (
-            f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
-        )
-        raise InputError(
-            f"the Dataset: found results without {few}; allowed: results with all of "
-            f"their variables."
-        )
+        few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
+        raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
     for name in results.axes:
         if not np.all(np.diff(results.coords[name]) > 0):
-            raise InputError(
-                f"the Dataset: found values of {name} that do not ascend; allowed: "
-                f"sorted ones (sortby)."
-            )
+            raise InputError(f"the Dataset: found values of {name} that do not ascend; allowed: sorted ones (sortby).")
     for name in COUNTED:
         values = results.coords.get(name, np.arange(0))
         if not np.array_equal(values, np.arange(len(values))):

@@ -14,17 +14,13 @@ from nsdrill.store import read_results
 from nsdrill.variables import TRUST
 
 
-def sensitivity(
-    source: Results | str | os.PathLike[str], severity: int | None = None
-) -> dict[str, Any]:
+def sensitivity(source: Results | str | os.PathLike[str], severity: int | None = None) -> dict[str, Any]:
     """The result of :func:`nsdrill.analysis.sensitivity.sensitivity` for the results,
     or the results file, ``source``."""
     return analysis(read_for_sensitivity(source, severity), severity)
 
 
-def read_for_sensitivity(
-    source: Results | str | os.PathLike[str], severity: int | None = None
-) -> Results:
+def read_for_sensitivity(source: Results | str | os.PathLike[str], severity: int | None = None) -> Results:
     """The results, or the results file, ``source``; of a file only the variables on
     which the sensitivity depends are read."""
     if not isinstance(source, Results):

@@ -32,9 +32,7 @@ def check_memory(plan: Plan, kept: Kept, *, in_file: bool) -> None:
     """InputError where this machine has too little memory free for the run."""
     need, free = memory(plan) + (0 if in_file else disk(plan, kept)), memory_free()
     if need > free and need > 2 * BASE:  # a small sweep is worth a try anywhere
-        advice = (
-            "" if in_file else "Give the name of a results file, into which the points go, or sweep"
-        )
+        advice = "" if in_file else "Give the name of a results file, into which the points go, or sweep"
         raise InputError(
             f"found a sweep of {plan.points} points, which takes {amount(need)} of memory; "
             f"allowed: up to "
@@ -43,9 +41,7 @@ def check_memory(plan: Plan, kept: Kept, *, in_file: bool) -> None:
         )
 
 
-def check_large(
-    what: str, runs: int, seconds: float, size: str, workers: int, *, large: bool
-) -> None:
+def check_large(what: str, runs: int, seconds: float, size: str, workers: int, *, large: bool) -> None:
     """InputError, with what they cost, where so many ``runs`` of ``seconds`` of motion
     were not asked for by ``large``; ``what`` and ``size`` say in words what they are
     and how much room they take."""

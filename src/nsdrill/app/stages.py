@@ -46,9 +46,7 @@ class RunStages:
     progress: Progress = field(default_factory=lambda: Progress(total=0))
     synced: float = field(default_factory=time.monotonic)
 
-    def run(
-        self, work: Work, deliver: Deliver, starts: Starts | None, pending: Array, note: str = ""
-    ) -> None:
+    def run(self, work: Work, deliver: Deliver, starts: Starts | None, pending: Array, note: str = "") -> None:
         """Run the points ``pending`` of ``work``, or the chains from ``starts``, with
         the engine. ``deliver`` takes the columns of finished points; ``note`` names the
         stage in the progress."""
@@ -71,9 +69,7 @@ class RunStages:
             if not one.compiled:
                 with compiling(progress, self.watch):
                     compiled_parts(lanes, one.variant)
-            return Engine(
-                one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more
-            )
+            return Engine(one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more)
 
         if work.plan.chain_length > 1:
             assert starts is not None

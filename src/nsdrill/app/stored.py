@@ -29,9 +29,7 @@ def stored_study(
     :data:`IN_MEMORY`, with the samples ``drawn`` of the file. FileError where there is
     no study, or where its points are not those of ``coords``."""
     if "study_resolved" not in attrs:
-        raise FileError(
-            f"{path}: found no study in the file; allowed: a results file of nsdrill run."
-        )
+        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
     not_axes = (*COUNTED[1:], "state")
     # The study in a file may claim any number of points.
     bound = (
@@ -40,11 +38,7 @@ def stored_study(
         else {"most": max(len(values) for name, values in coords.items() if name not in not_axes)}
     )
     study = study_from_resolved(
-        json.loads(attrs["study_resolved"]),
-        attrs.get("study", ""),
-        str(path),
-        overrides_of(attrs),
-        **bound,
+        json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs), **bound
     )
     samples = {unknown.short: values for unknown, values in (drawn or {}).items()}
     if set(samples) == set(study.drawn):  # another version of SciPy may draw other samples
@@ -66,8 +60,7 @@ def _coordinate_differences(plan: Plan, coords: Mapping[str, Array]) -> list[str
     differences = []
     if tuple(coords["procedure"]) != plan.procedures:
         differences.append(
-            f"procedure {' and '.join(coords['procedure'])}, of "
-            f"{' and '.join(plan.procedures)} in its study"
+            f"procedure {' and '.join(coords['procedure'])}, of {' and '.join(plan.procedures)} in its study"
         )
     if (starts := len(coords.get("start", ()))) != plan.starts:
         differences.append(f"{starts or 'no'} starts, of {plan.starts or 'none'} in its study")

@@ -55,10 +55,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     ok, known = status == OK, (status == OK) | (status == INFERRED)
     summary: dict[str, Any] = {
         "kind": "results",
-        **{
-            name: str(results.attrs.get(name, ""))
-            for name in ("title", "created", "nsdrill_version", "study_sha256")
-        },
+        **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
         "overrides": overrides(results.attrs),
         "drive": drive_kind(results.attrs),
         "frozen": list(frozen_modes(results.attrs)),
@@ -85,9 +82,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
             kinds = results["whirl_kind"][i][ok[i]]
             summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
         summary["severities"][procedure] = {
-            name: _counts(name, results[name][i][ok[i]])
-            for name in model.severities
-            if name in results.variables
+            name: _counts(name, results[name][i][ok[i]]) for name in model.severities if name in results.variables
         }
     if "motion" in results.variables:
         summary["motions"] = {
@@ -110,10 +105,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     failed = np.argwhere(has_failed(status))
     summary["failed"] = [
         {
-            **{
-                name: results.coords[name][i].item()
-                for name, i in zip(results.grid, place, strict=True)
-            },
+            **{name: results.coords[name][i].item() for name, i in zip(results.grid, place, strict=True)},
             "status": flag_words(BY_NAME["status"], int(status[tuple(place)])),
         }
         for place in failed
@@ -169,10 +161,7 @@ def _uncertain(results: Results) -> dict[str, Any]:
 
 def refinement_of(results: Results) -> dict[str, Any]:
     """The root attributes of a refined sweep."""
-    refinement = {
-        name: results.attrs[name]
-        for name in ("refine", "points_run", "points_inferred", "border_spacing")
-    }
+    refinement = {name: results.attrs[name] for name in ("refine", "points_run", "points_inferred", "border_spacing")}
     if isinstance(refinement["border_spacing"], str):  # as stored in a file
         refinement["border_spacing"] = json.loads(refinement["border_spacing"])
     return refinement
@@ -181,13 +170,7 @@ def refinement_of(results: Results) -> dict[str, Any]:
 def trust_of(results: Results) -> dict[str, Any]:
     """The results of the checks: points by verdict, failed checks, and the changes of
     the response."""
-    from nsdrill.observe.trust import (
-        AGREES,
-        CHECK_FAILED,
-        FEATURES_DIFFER,
-        RESPONSE_DIFFERS,
-        verdict,
-    )
+    from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 
     codes = {
         "agree": AGREES,
@@ -214,11 +197,7 @@ def trust_of(results: Results) -> dict[str, Any]:
             }
             for (a, b), n in zip(pairs.T, points, strict=True)
         ]
-    return {
-        **counts,
-        "failed_checks": failed,
-        "changed": sorted(changed, key=lambda row: -row["points"]),
-    }
+    return {**counts, "failed_checks": failed, "changed": sorted(changed, key=lambda row: -row["points"])}
 
 
 def _axis(results: Results, name: str) -> dict[str, Any]:
@@ -253,9 +232,7 @@ def intervals(results: Results) -> list[dict[str, Any]]:
             ):
                 continue
             state = "response" if status[start] == OK else "status"
-            word = flag_words(
-                BY_NAME[state], int((response if state == "response" else status)[start])
-            )
+            word = flag_words(BY_NAME[state], int((response if state == "response" else status)[start]))
             rows.append(
                 {
                     "procedure": str(procedure),
@@ -271,33 +248,17 @@ def intervals(results: Results) -> list[dict[str, Any]]:
 
 
 def _summarize_trace(trace: Trace) -> dict[str, Any]:
-    wanted = (
-        "title",
-        "created",
-        "nsdrill_version",
-        *AXES,
-        "procedure",
-        "status",
-        "steps",
-        "rejected",
-        "method",
-    )
+    wanted = ("title", "created", "nsdrill_version", *AXES, "procedure", "status", "steps", "rejected", "method")
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))
     return {
         "kind": "trace",
-        **{
-            name: value.item() if hasattr(value, "item") else value for name, value in plain.items()
-        },
+        **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
         **({"at": json.loads(trace.attrs["at"])} if "at" in trace.attrs else {}),
         "overrides": overrides(trace.attrs),
         "drive": drive_kind(trace.attrs),
         "frozen": list(frozen_modes(trace.attrs)),
-        **(
-            {"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}}
-            if ramps
-            else {}
-        ),
+        **({"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}} if ramps else {}),
         "samples": len(trace.time),
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,
         "ranges": {
@@ -348,14 +309,9 @@ def reclassify(
 
     Returns, for each label, the number of changed points and of all points.
     """
-    results = read_results(
-        path, [*(v.name for v in variables_in(path) if v.room in MEASURED), "status"]
-    )
+    results = read_results(path, [*(v.name for v in variables_in(path) if v.room in MEASURED), "status"])
     labels, line, attrs = new_labels(results, overrides, path)
-    changed = {
-        name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size))
-        for name in labels
-    }
+    changed = {name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     rewrite_labels(path, labels, line, attrs, output, overwrite=overwrite)
     return changed
 
@@ -366,10 +322,7 @@ def relabelled(results: Results, overrides: list[str]) -> Results:
     labels, line, attrs = new_labels(results, overrides, IN_MEMORY)
     history = str(results.attrs.get("history", ""))
     attrs = {**results.attrs, **attrs, "history": f"{history}\n{line}" if history else line}
-    variables = {
-        name: labels.get(name, values).astype(values.dtype)
-        for name, values in results.variables.items()
-    }
+    variables = {name: labels.get(name, values).astype(values.dtype) for name, values in results.variables.items()}
     return Results(results.coords, variables, attrs, results.more, results.drawn)
 
 
@@ -394,15 +347,11 @@ def new_labels(
         labels = model.classify(results.variables, results["status"], thresholds, scales)
     if "start" in results.coords:
         plan = plan_of(study)
-        labels["attractor"] = labels_of(
-            study, plan, {**results.variables, **labels}, thresholds.attractors
-        )
+        labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors)
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
-        labels["response"], missing = reinfer(
-            study, plan_of(study), results["status"], labels["response"]
-        )
+        labels["response"], missing = reinfer(study, plan_of(study), results["status"], labels["response"])
         if missing:
             raise InputError(
                 f"{path}: with these thresholds the responses differ between neighbours where the "
@@ -417,8 +366,5 @@ def new_labels(
     return (
         labels,
         line,
-        {
-            "classification": json_text(overrides),
-            "classification_resolved": json_text(asdict(thresholds)),
-        },
+        {"classification": json_text(overrides), "classification_resolved": json_text(asdict(thresholds))},
     )

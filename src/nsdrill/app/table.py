@@ -19,21 +19,12 @@ _HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
 
 
 def table(
-    data: Results | Trace,
-    units: str = "si",
-    *,
-    peaks: bool = False,
-    section: bool = False,
-    states: bool = False,
+    data: Results | Trace, units: str = "si", *, peaks: bool = False, section: bool = False, states: bool = False
 ) -> Iterator[list[Any]]:
     """The headings and the rows of results, as :func:`nsdrill.store.export.csv_rows`
     makes them, or of a trace, a row for each sample; in field units, which are in the
     headings, where ``units`` is "field"."""
-    rows = (
-        _trace_rows(data)
-        if isinstance(data, Trace)
-        else csv_rows(data, peaks=peaks, section=section, states=states)
-    )
+    rows = _trace_rows(data) if isinstance(data, Trace) else csv_rows(data, peaks=peaks, section=section, states=states)
     return _in_field_units(rows) if units == "field" else rows
 
 
@@ -45,9 +36,7 @@ def _trace_rows(trace: Trace) -> Iterator[list[Any]]:
     yield from map(list, zip(*(column.tolist() for column in columns), strict=True))
 
 
-def write_rows(
-    rows: Iterator[list[Any]], path: str | os.PathLike[str], overwrite: bool = True
-) -> None:
+def write_rows(rows: Iterator[list[Any]], path: str | os.PathLike[str], overwrite: bool = True) -> None:
     """Write ``rows`` as CSV."""
     with replacing(path, overwrite=overwrite) as whole, whole.text() as file:
         csv.writer(file).writerows(rows)
@@ -56,15 +45,9 @@ def write_rows(
 def _in_field_units(rows: Iterator[list[Any]]) -> Iterator[list[Any]]:
     heads = next(rows)
     shown = [_field_unit(head) for head in heads]
-    yield [
-        f"{head.partition(' [')[0]} [{unit}]" if unit else head
-        for head, unit in zip(heads, shown, strict=True)
-    ]
+    yield [f"{head.partition(' [')[0]} [{unit}]" if unit else head for head, unit in zip(heads, shown, strict=True)]
     for row in rows:
-        yield [
-            rounded_from_si(float(value), unit) if unit else value
-            for value, unit in zip(row, shown, strict=True)
-        ]
+        yield [rounded_from_si(float(value), unit) if unit else value for value, unit in zip(row, shown, strict=True)]
 
 
 def _field_unit(head: str) -> str | None:

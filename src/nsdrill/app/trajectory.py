@@ -20,15 +20,7 @@ from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, printable
 from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.kernel.settings import LONGEST, Simulation
-from nsdrill.models.leaves import (
-    OPERATION,
-    Values,
-    chosen_at,
-    values_at,
-    word_in,
-    word_or_number,
-    words_of,
-)
+from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
@@ -65,10 +57,7 @@ class Trajectory:
     @property
     def warning(self) -> str:
         """What to say of a replay that has other bits."""
-        cause = (
-            "; ".join(self.differing)
-            or "nothing that the file records, so this is a fault: please report it"
-        )
+        cause = "; ".join(self.differing) or "nothing that the file records, so this is a fault: please report it"
         return (
             f"does not end in the stored final state{self.apart}. What differs: {cause}. Where the "
             f"motion is chaotic, the trajectory is then another one of the same kind."
@@ -106,14 +95,11 @@ def simulate(
     overrides = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
         schedule = schedule_of(
-            study,
-            {name: None if value is None else float(value) for name, value in overrides.items()},
+            study, {name: None if value is None else float(value) for name, value in overrides.items()}
         )
         operation = schedule.start
         for one in described(study.model).orders:
-            if one.upper != "operation.depth" or operation.depth > (
-                length := attrgetter(one.lower)(study.parameters)
-            ):
+            if one.upper != "operation.depth" or operation.depth > (length := attrgetter(one.lower)(study.parameters)):
                 continue
             found, least = f"{operation.depth:g} m", f"{length:g} m"
             if isinstance(depth, WithUnit):
@@ -138,9 +124,7 @@ def simulate(
     extra: dict[str, Any] = {"start": number} if study.initial.starts else {}
     extra |= {} if at_sample is None else {SAMPLE: int(at_sample)}
     if words := [key for key in study.swept if words_of(key)]:
-        extra["at"] = json_text(
-            {key: word_in(study.parameters, study.initial, key) for key in words}
-        )
+        extra["at"] = json_text({key: word_in(study.parameters, study.initial, key) for key in words})
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
 
@@ -170,32 +154,21 @@ def replay(
     plan, units = plan_of(study), units_of(study)
     wanted: dict[str, float] = {}
     operation = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
-    requested = {
-        **(at or {}),
-        **{name: value for name, value in operation.items() if value is not None},
-    }
+    requested = {**(at or {}), **{name: value for name, value in operation.items() if value is not None}}
     sample_number = _sample(path, requested.pop(SAMPLE, None), plan.samples)
     if unknown := [key for key in requested if key not in plan.axes or key in plan.drawn]:
         allowed = ", ".join(key for key in plan.axes if key not in plan.drawn)
         samples = f", and {SAMPLE}, as its uncertain numbers go together" if plan.samples else ""
-        raise InputError(
-            f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}."
-        )
+        raise InputError(f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}.")
     for name, values in plan.axes.items():
         if name not in requested and len(values) > 1:
             raise InputError(
-                f"{path}: the sweep has {len(values)} values of {name}. Say which one with "
-                f"{option_of(name)}."
+                f"{path}: the sweep has {len(values)} values of {name}. Say which one with {option_of(name)}."
             )
-        wanted[name] = _on_axis(
-            path, name, requested.get(name, float(values[0])), values, units[name]
-        )
+        wanted[name] = _on_axis(path, name, requested.get(name, float(values[0])), values, units[name])
     if procedure is None:
         if len(plan.procedures) > 1:
-            raise InputError(
-                f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which "
-                f"one with --procedure."
-            )
+            raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
         procedure = plan.procedures[0]
     start_number = _start(path, start, plan.starts)
     try:
@@ -204,34 +177,20 @@ def replay(
         raise InputError(f"{path}: {error}.") from error
     place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
     names = ("status", "initial_state", "final_state")
-    point = (
-        {name: source[name][place] for name in names}
-        if isinstance(source, Results)
-        else read_point(path, *place)
-    )
+    point = {name: source[name][place] for name in names} if isinstance(source, Results) else read_point(path, *place)
     if point["status"] == PENDING:
-        raise InputError(
-            f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume."
-        )
+        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
     if point["status"] == INFERRED:
-        status = (outline if isinstance(source, Results) else read_results(source, ["status"]))[
-            "status"
-        ]
+        status = (outline if isinstance(source, Results) else read_results(source, ["status"]))["status"]
         raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
     implicit = bool(chosen_of(study).points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, values_there)
     axes = {key: np.array([value]) for key, value in values_there.items()}
     study = replace(study, parameters=here.parameters, initial=here.initial, axes=axes, drawn={})
-    point = point | {
-        name: select_states(study, outline.coords["state"], point[name]) for name in names[1:]
-    }
+    point = point | {name: select_states(study, outline.coords["state"], point[name]) for name in names[1:]}
     schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
-    if further := {
-        key: word_or_number(key, value)
-        for key, value in values_there.items()
-        if key not in OPERATION
-    }:
+    if further := {key: word_or_number(key, value) for key, value in values_there.items() if key not in OPERATION}:
         extra["at"] = json_text(further)
     if plan.starts:
         extra["start"] = start_number
@@ -268,15 +227,11 @@ def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int
     if start is None:
         if starts:
             raise InputError(
-                f"{where}: every operating point has {starts} starts. Say which one with --start, "
-                f"0 to {starts - 1}."
+                f"{where}: every operating point has {starts} starts. Say which one with --start, 0 to {starts - 1}."
             )
         return 0
     if not starts:
-        raise InputError(
-            f"{where}: --start: found {start}; allowed: nothing, as every operating "
-            f"point has one start."
-        )
+        raise InputError(f"{where}: --start: found {start}; allowed: nothing, as every operating point has one start.")
     if not 0 <= start < starts:
         raise InputError(f"{where}: --start: found {start}; allowed: 0 to {starts - 1}.")
     return start
@@ -287,14 +242,7 @@ def _of_sample(study: Study, number: int) -> Study:
     sample = {key: float(values[number]) for key, values in study.drawn.items()}
     here = values_at(study.parameters, study.initial, {**vars(study.operation), **sample})
     operation = Operation(*here.operation)
-    return replace(
-        study,
-        parameters=here.parameters,
-        initial=here.initial,
-        operation=operation,
-        drawn={},
-        unknowns=(),
-    )
+    return replace(study, parameters=here.parameters, initial=here.initial, operation=operation, drawn={}, unknowns=())
 
 
 def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -> int:
@@ -309,10 +257,7 @@ def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -
             )
         return 0
     if not samples:
-        raise InputError(
-            f"{where}: --at {SAMPLE}: found {sample:g}; allowed: nothing, as no "
-            f"number is uncertain."
-        )
+        raise InputError(f"{where}: --at {SAMPLE}: found {sample:g}; allowed: nothing, as no number is uncertain.")
     if sample != int(sample) or not 0 <= sample < samples:
         raise InputError(f"{where}: --at {SAMPLE}: found {sample:g}; allowed: 0 to {samples - 1}.")
     return int(sample)
@@ -345,12 +290,7 @@ def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -
 
 def units_of(study: Study) -> dict[str, str]:
     """The SI units of each axis of a study, by its key."""
-    return {
-        "depth": "m",
-        "wob": "N",
-        "rotary_speed": "rad/s",
-        **{axis.key: axis.units for axis in study.more},
-    }
+    return {"depth": "m", "wob": "N", "rotary_speed": "rad/s", **{axis.key: axis.units for axis in study.more}}
 
 
 def select_states(study: Study, names: Array, state: Array) -> Array:
@@ -362,11 +302,7 @@ def select_states(study: Study, names: Array, state: Array) -> Array:
 
 def option_of(key: str, value: str = "") -> str:
     """The command-line option for a value of the axis ``key``."""
-    return (
-        f"--{key.replace('_', '-')} {value}".rstrip()
-        if key in OPERATION
-        else f"--at {key}={value or '...'}"
-    )
+    return f"--{key.replace('_', '-')} {value}".rstrip() if key in OPERATION else f"--at {key}={value or '...'}"
 
 
 def _seconds(value: float) -> str:
@@ -374,9 +310,7 @@ def _seconds(value: float) -> str:
     return readable(value, "s") if isinstance(value, WithUnit) else f"{value:g} s"
 
 
-def _on_axis(
-    path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str
-) -> float:
+def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str) -> float:
     """``value``; InputError where it is farther beyond the ends of ``values`` than half
     a step, or than one percent of a single value, or where it is a word that they
     lack."""
@@ -384,23 +318,17 @@ def _on_axis(
         if value not in values:
             listed = ", ".join(str(word_or_number(name, one)) for one in values)
             raise InputError(
-                f"{path}: {option_of(name)}: found {word_or_number(name, value)}; allowed: {listed}, as "
-                f"the sweep."
+                f"{path}: {option_of(name)}: found {word_or_number(name, value)}; allowed: {listed}, as the sweep."
             )
         return float(value)
     steps = np.diff(values)
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(values[0]),)
     if values[0] - below <= value <= values[-1] + above:
         return float(value)
-    ends = [
-        WithUnit(end, value.unit) if isinstance(value, WithUnit) else end
-        for end in (values[0], values[-1])
-    ]
+    ends = [WithUnit(end, value.unit) if isinstance(value, WithUnit) else end for end in (values[0], values[-1])]
     first, last = (readable(end, units) for end in ends)
     allowed = f"from {first} to {last}, as the sweep" if len(steps) else f"{first}, the only value"
-    raise InputError(
-        f"{path}: {option_of(name)}: found {readable(value, units)}; allowed: {allowed}."
-    )
+    raise InputError(f"{path}: {option_of(name)}: found {readable(value, units)}; allowed: {allowed}.")
 
 
 def _trace(
@@ -459,19 +387,13 @@ def _trace(
         "final_state": final,
         **extra,
     }
-    remedy = (
-        advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
-    )
+    remedy = advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
     return Trajectory(
-        Trace(time, sampled_variables(study, schedule, initial, time, states), attrs),
-        status,
-        advice=remedy,
+        Trace(time, sampled_variables(study, schedule, initial, time, states), attrs), status, advice=remedy
     )
 
 
-def sampled_variables(
-    study: Study, schedule: Schedule, initial: Array, time: Array, states: Array
-) -> dict[str, Array]:
+def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
     """The variables of a trace from the ``states`` [samples, states] at ``time``
     [s] of a run from ``initial``."""
     model = model_named(study.model)
@@ -479,11 +401,7 @@ def sampled_variables(
     state = {name: states[:, i].copy() for i, name in enumerate(names)}
     state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
     history = schedule.at(time)
-    scheduled = {
-        SCHEDULED[name]: values
-        for name, values in vars(history).items()
-        if SCHEDULED[name] not in state
-    }
+    scheduled = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
     point = history if schedule.ramps else schedule.start
     known = {variable.name for variable in described(study.model).trace}
     shown = {name: values for name, values in state.items() if name in known}
@@ -494,9 +412,7 @@ def _implicit(study: Study, schedule: Schedule) -> bool:
     """Whether a run is integrated implicitly: by the method of the study, or with the
     method auto where friction is steep at a knot of its ramps."""
     check_method(study)
-    return bool(
-        implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any()
-    )
+    return bool(implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any())
 
 
 def _points_of(study: Study, schedule: Schedule) -> Values:
@@ -507,9 +423,7 @@ def _points_of(study: Study, schedule: Schedule) -> Values:
 
 
 def _points(study: Study, operation: Operation) -> Values:
-    return Values(
-        study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed)
-    )
+    return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
 
 
 def run_at(
@@ -529,34 +443,18 @@ def run_at(
     if simulation.method == "implicit":
         fixed = model.implicit(fixed)
     # in the layout of sweeps, so that their compiled step is used
-    points, rows, lanes = (
-        _points(study, operation),
-        model.rows(fixed, model.observed),
-        choose_lanes(1),
-    )
+    points, rows, lanes = (_points(study, operation), model.rows(fixed, model.observed), choose_lanes(1))
     store = trace_store(samples, interval, len(model.states(fixed)))
     parts = Compiled(model.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
     stages = [(model.pack(points, study.thresholds), simulation)]
     total, switch = simulation.transient + simulation.observe, model.switches(study.parameters)
     if switch is not None and switch > 0.0:
-        stages.insert(
-            0,
-            (model.pack_before(points, study.thresholds), _lasting(simulation, min(switch, total))),
-        )
-        stages[1:] = (
-            [(stages[1][0], _lasting(simulation, total - switch))] if switch < total else []
-        )
+        stages.insert(0, (model.pack_before(points, study.thresholds), _lasting(simulation, min(switch, total))))
+        stages[1:] = [(stages[1][0], _lasting(simulation, total - switch))] if switch < total else []
     state, accepted, rejected = initial, 0, 0
     for number, (table, stage) in enumerate(stages):
         store[BEGAN] = (0.0 if number == 0 or switch is None else switch) - begin
-        batch = Batch(
-            lanes,
-            1,
-            rows,
-            store,
-            0,
-            replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)),
-        )
+        batch = Batch(lanes, 1, rows, store, 0, replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)))
         batch.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
         done = batch.run_alone(parts)
         state, status = done.final[0], int(done.status[0])

@@ -43,30 +43,20 @@ class Part:
         self._is_temporary = False
 
     @classmethod
-    def claim(
-        cls, output: str | os.PathLike[str], what: str, model: str, *, overwrite: bool, resume: bool
-    ) -> Part:
+    def claim(cls, output: str | os.PathLike[str], what: str, model: str, *, overwrite: bool, resume: bool) -> Part:
         """The part file next to ``output``; with ``resume`` with the state that is in
         it. FileError where ``output`` may not be written, by the rules of ``nsdrill
         run``, or where another process is at the same work."""
         if overwrite and resume:
-            raise FileError(
-                "--overwrite and --resume exclude each other: start anew, or go on with what is "
-                "there?"
-            )
+            raise FileError("--overwrite and --resume exclude each other: start anew, or go on with what is there?")
         check_target(output)
         part = cls(part_path(output), what, model)
         sweep_away(part.path)
         finished, unfinished = os.path.lexists(output), os.path.lexists(part.path)
         if resume and finished and not unfinished:
-            raise FileError(
-                f"{output}: this {what} is finished; nothing is left to run. Start anew by "
-                f"--overwrite."
-            )
+            raise FileError(f"{output}: this {what} is finished; nothing is left to run. Start anew by --overwrite.")
         if finished and not (overwrite or resume):
-            raise FileError(
-                f"{output}: the file exists. Choose another name, or replace it by --overwrite."
-            )
+            raise FileError(f"{output}: the file exists. Choose another name, or replace it by --overwrite.")
         try:
             if unfinished:
                 part._take(overwrite, resume)
@@ -127,9 +117,7 @@ class Part:
         self.kept, self._is_temporary = kept, False
         interrupt.unfinished_files.discard(str(self.path))
 
-    def _replace(
-        self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool
-    ) -> None:
+    def _replace(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
         # late: it imports the compiler
         from nsdrill.app.provenance import processor, versions
 
@@ -143,10 +131,7 @@ class Part:
             **versions(self.model),
             "processor": processor(),
         }
-        members: dict[str, Any] = {
-            "head": np.frombuffer(json_text(head).encode(), np.uint8),
-            **arrays,
-        }
+        members: dict[str, Any] = {"head": np.frombuffer(json_text(head).encode(), np.uint8), **arrays}
         try:
             with whole(self.path, overwrite=overwrite) as file:
                 np.savez(file, **members)
@@ -163,9 +148,7 @@ class Part:
                     f"What it held before is safe: {self.kept}. Make room, and go on with the same "
                     f"command and --resume."
                 )
-            raise NsdrillError(
-                f"{self.path}: could not be written: {reason(error)}. {remedy}"
-            ) from error
+            raise NsdrillError(f"{self.path}: could not be written: {reason(error)}. {remedy}") from error
         if self._lock is not None:
             self._lock.close()
         self._lock = taken
@@ -184,8 +167,7 @@ class Part:
             raise self.damaged(error) from error
         if head["digest"] != digest:
             raise FileError(
-                f"{self.path}: made from {inputs}. Go on with what it was made from, or start "
-                f"anew by --overwrite."
+                f"{self.path}: made from {inputs}. Go on with what it was made from, or start anew by --overwrite."
             )
         if differing := unlike(head):
             raise FileError(
@@ -250,7 +232,4 @@ def _head(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def _damaged(part: Path, what: str, error: Exception) -> FileError:
-    return FileError(
-        f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start "
-        f"anew by --overwrite."
-    )
+    return FileError(f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start anew by --overwrite.")

@@ -19,9 +19,7 @@ from nsdrill.variables import TRUST
 
 
 def window(
-    source: Results | str | os.PathLike[str],
-    severity: int | None = None,
-    confidence: float | None = None,
+    source: Results | str | os.PathLike[str], severity: int | None = None, confidence: float | None = None
 ) -> dict[str, Any]:
     """The safe operating window of the results, or the results file, ``source`` as
     plain data in SI units. ``severity`` is the greatest one allowed (0 to 4; None: by
@@ -29,9 +27,7 @@ def window(
     return window_of(read_for_window(source, severity), severity, confidence)
 
 
-def window_of(
-    results: Results, severity: int | None = None, confidence: float | None = None
-) -> dict[str, Any]:
+def window_of(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
     """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds that the
     sweep passes over."""
     return find_window(with_passed_over(results), severity, confidence)
@@ -47,19 +43,13 @@ def with_passed_over(results: Results) -> Results:
     return replace(results, attrs={**results.attrs, PASSED_OVER: json_text(passed)})
 
 
-def read_for_window(
-    source: Results | str | os.PathLike[str], severity: int | None = None
-) -> Results:
+def read_for_window(source: Results | str | os.PathLike[str], severity: int | None = None) -> Results:
     """The results, or the results file, ``source``; of a file only the variables on
     which the window depends are read."""
     if severity is not None and severity not in range(5):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
     path = IN_MEMORY if isinstance(source, Results) else source
-    results = (
-        source
-        if isinstance(source, Results)
-        else read_results(source, [*needed(severity), *USES, *TRUST])
-    )
+    results = source if isinstance(source, Results) else read_results(source, [*needed(severity), *USES, *TRUST])
     check_severity(results, severity, path)
     return with_passed_over(with_overrides(results))
 

@@ -8,11 +8,9 @@ from collections.abc import Callable
 
 # How a run can end early, and the remedy.
 ENDINGS = {
-    "diverged": "the motion grew without bound; the values of the study are far from any drill "
-    "string",
+    "diverged": "the motion grew without bound; the values of the study are far from any drill string",
     "step_limit": "the run took more than simulation.max_steps steps",
-    "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower "
-    "the stiffnesses",
+    "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
 }
 
 
@@ -31,14 +29,8 @@ _RULES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"the same command (with|and) (?=--)", r"the same call \1 "),
     (r"`nsdrill show [^`]*`", "nsdrill.show"),
     (r"nsdrill run --resume", "nsdrill.run and resume=True"),
-    (
-        r"(?<![\w.`])nsdrill (run|simulate|replay|plot|window|fit|show|check|classify)\b",
-        r"nsdrill.\1",
-    ),
-    (
-        r"--set key=value, as in --set operation\.wob=30kN",
-        "a mapping by dotted keys, as {'operation.wob': '30 kN'}",
-    ),
+    (r"(?<![\w.`])nsdrill (run|simulate|replay|plot|window|fit|show|check|classify)\b", r"nsdrill.\1"),
+    (r"--set key=value, as in --set operation\.wob=30kN", "a mapping by dotted keys, as {'operation.wob': '30 kN'}"),
     (r"(?<=\()--set ([\w.]+)=([^()]*)(?=\))", _setting),
     (r"(?<![\w-])--set ([\w.]+)=([^\s,;)]*[^\s,;.)])(?=[\s,;.)]|$)", _setting),
     (r"(?<![\w-])--set(?![\w-])", "set"),

@@ -21,14 +21,8 @@ def attractor_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     rows: list[str] = []
     for point in points:
         where = ", ".join(value_text(name, point[name], units) for name in swept) or "all starts"
-        rows += [
-            f"  {where if not number else '':22s} {text}"
-            for number, text in enumerate(_lines(point, units))
-        ]
-    yield (
-        f"\nAttractors, by their share of the "
-        f"{'slice' if summary['slice'] else 'starts (95 % interval)'}:"
-    )
+        rows += [f"  {where if not number else '':22s} {text}" for number, text in enumerate(_lines(point, units))]
+    yield (f"\nAttractors, by their share of the {'slice' if summary['slice'] else 'starts (95 % interval)'}:")
     for row in rows[:MAX_ROWS]:
         yield row.rstrip()
     if len(rows) > MAX_ROWS:
@@ -42,8 +36,7 @@ def _lines(point: dict[str, Any], units: str) -> list[str]:
     lines = [_line(attractor, units) for attractor in attractors[:count_shown]]
     if others := attractors[count_shown:]:
         members, share, unsettled = (
-            sum(attractor[name] for attractor in others)
-            for name in ("members", "share", "unsettled")
+            sum(attractor[name] for attractor in others) for name in ("members", "share", "unsettled")
         )
         lines.append(
             f"   {100 * share:5.1f} %  in {len(others)} smaller groups, {count(members, 'start')}, "
@@ -51,44 +44,28 @@ def _lines(point: dict[str, Any], units: str) -> list[str]:
         )
     for name in ("failed", "pending", "ungrouped"):
         if point[name]:
-            lines.append(
-                f"   {point[name]} "
-                f"{'of the starts not yet grouped' if name == 'ungrouped' else name}"
-            )
+            lines.append(f"   {point[name]} {'of the starts not yet grouped' if name == 'ungrouped' else name}")
     return lines
 
 
 def _line(attractor: dict[str, Any], units: str) -> str:
-    interval = (
-        ""
-        if attractor["low"] is None
-        else f" ({100 * attractor['low']:4.1f} to {100 * attractor['high']:5.1f})"
-    )
+    interval = "" if attractor["low"] is None else f" ({100 * attractor['low']:4.1f} to {100 * attractor['high']:5.1f})"
     response = attractor["response"]
     words = [in_words(response) if response != "none" else "no critical response"]
     if attractor["whirl_kind"] != "none":
         words.append(in_words(attractor["whirl_kind"]))
     if attractor.get("motion"):
-        words.append(
-            in_words(attractor["motion"])
-            + (f" {attractor['period']}" if attractor["period"] else "")
-        )
+        words.append(in_words(attractor["motion"]) + (f" {attractor['period']}" if attractor["period"] else ""))
     features = attractor["features"]
     if (lift := features.get("lift_off_fraction")) is not None and "bit_bounce" in response:
         words.append(f"off the rock {100 * lift:.1f} %")
     if (index := features.get("stick_slip_index")) is not None and "stick_slip" in response:
         words.append(f"index {index:.0f} %")
     if (radius := features.get("radius_max")) is not None:
-        words.append(
-            f"radius {1e3 * radius:.2f} mm"
-            if units == "si"
-            else f"radius {amount(radius, 'in', 3)}"
-        )
+        words.append(f"radius {1e3 * radius:.2f} mm" if units == "si" else f"radius {amount(radius, 'in', 3)}")
     if attractor["unsettled"]:
         words.append(f"{attractor['unsettled']} of {attractor['members']} unsettled")
-    return (
-        f"{attractor['number']:2d} {100 * attractor['share']:5.1f} %{interval}  {', '.join(words)}"
-    )
+    return f"{attractor['number']:2d} {100 * attractor['share']:5.1f} %{interval}  {', '.join(words)}"
 
 
 def _warning_lines(points: list[dict[str, Any]]) -> Iterator[str]:

@@ -73,9 +73,7 @@ def _rows(s: dict[str, Any], units: str) -> Iterator[str]:
         special_text = ", ".join(f"{number} {name}" for name, number in counts.items())
         yield (
             f"  {branch['branch']:3d}  {branch['words']}, {interval(branch['min'], branch['max'])}: "
-            + "; ".join(
-                filter(None, (f"stable {stable}{looked}" if stable else "unstable", special_text))
-            )
+            + "; ".join(filter(None, (f"stable {stable}{looked}" if stable else "unstable", special_text)))
         )
     if (more := len(s["branches"]) - MAX_ROWS) > 0:
         yield f"  and {more} more branches"
@@ -94,13 +92,10 @@ def _paragraphs(s: dict[str, Any], units: str) -> Iterator[str]:
     for branch in s["branches"]:
         origin = f", springs from branch {branch['parent']}" if branch["parent"] >= 0 else ""
         yield (
-            f"\nBranch {branch['branch']}: {branch['words']}, {text(branch['min'])} to "
-            f"{text(branch['max'])}{origin}"
+            f"\nBranch {branch['branch']}: {branch['words']}, {text(branch['min'])} to {text(branch['max'])}{origin}"
         )
         stable = ", ".join(
-            " to ".join(
-                text(end) + END_WORDS[what] for end, what in sorted(zip(*part, strict=True))
-            )
+            " to ".join(text(end) + END_WORDS[what] for end, what in sorted(zip(*part, strict=True)))
             for part in zip(branch["stable"], branch["stable_ends"], strict=True)
         )
         yield f"  stable         {stable or 'nowhere'}"
@@ -110,12 +105,8 @@ def _paragraphs(s: dict[str, Any], units: str) -> Iterator[str]:
         for special in branch["special"][:MAX_SPECIAL]:
             note = f" ({special['note']})" if special["note"] else ""
             name = special["label"].replace("_", " ")
-            meaning = special["meaning"] + _change(
-                special["unstable_before"], special["unstable_after"]
-            )
-            yield (
-                f"  {text(special['value']):14s} {name}{note}: {meaning} [point {special['point']}]"
-            )
+            meaning = special["meaning"] + _change(special["unstable_before"], special["unstable_after"])
+            yield (f"  {text(special['value']):14s} {name}{note}: {meaning} [point {special['point']}]")
         if (more := len(branch["special"]) - MAX_SPECIAL) > 0:
             yield f"  ... {more} more; --json has all"
 
@@ -126,9 +117,7 @@ def _curve_lines(s: dict[str, Any], units: str) -> Iterator[str]:
     along = s["along"]
     for curve in s["curves"]:
         over = next(
-            name
-            for name in curve
-            if name not in (along, "curve", "label", "points", "lobes", "words", "end_reason")
+            name for name in curve if name not in (along, "curve", "label", "points", "lobes", "words", "end_reason")
         )
         low, high = (value_text(over, value, units) for value in curve[over])
         first, last = (value_text(along, value, units) for value in curve[along])
@@ -175,20 +164,13 @@ def table(data: Any, units: str) -> str:
             continue
         values = variable.values.reshape(len(branch_of_point), -1)
         last = variable.dims[-1]
-        entries = (
-            [""] if variable.ndim == 1 else [f"_{entry}" for entry in data[last].values.tolist()]
-        )
+        entries = [""] if variable.ndim == 1 else [f"_{entry}" for entry in data[last].values.tolist()]
         si = str(variable.attrs.get("units", ""))
         for column, entry in enumerate(entries):
             if values.dtype.kind == "f" and si not in ("", "1"):
                 unit = field_unit(name, _plain(si)) if units == "field" else si
                 headings.append(f"{name}{entry} [{sign(unit)}]")
-                columns.append(
-                    [
-                        repr(from_si(float(v), unit) if unit != si else float(v))
-                        for v in values[:, column]
-                    ]
-                )
+                columns.append([repr(from_si(float(v), unit) if unit != si else float(v)) for v in values[:, column]])
             else:
                 headings.append(f"{name}{entry}")
                 columns.append(values[:, column].tolist())
@@ -207,9 +189,7 @@ def field_unit(name: str, units: str) -> str:
     if units in ("percent", "1"):
         return units
     known = find(name)
-    return (
-        known.unit("field") if known and known.units == units else unit_in(units, "field") or units
-    )
+    return known.unit("field") if known and known.units == units else unit_in(units, "field") or units
 
 
 def _plain(units: str) -> str:

@@ -38,9 +38,7 @@ WIDTH = 100  # characters of a line of a warning
 )
 @options.units
 @options.settings
-def command(
-    study: str, as_json: bool, everything: bool, units: str | None, overrides: tuple[str, ...]
-) -> int:
+def command(study: str, as_json: bool, everything: bool, units: str | None, overrides: tuple[str, ...]) -> int:
     """Validate STUDY and print its derived coefficients, what follows from them, and
     warnings. Runs nothing.
 
@@ -69,10 +67,7 @@ def command(
     click.echo(f"{source}: valid. {loaded.title}".rstrip())
     points = count(report.points, "point")
     if loaded.refined:
-        points = (
-            f"{report.coarse_points} points, refined where the responses differ to at most "
-            f"{report.points}"
-        )
+        points = f"{report.coarse_points} points, refined where the responses differ to at most {report.points}"
     if report.points:
         click.echo(f"{points}: {_sweep_text(loaded, report.chains, units)}.")
         click.echo(
@@ -81,32 +76,18 @@ def command(
             f"about {amount(report.memory)} of memory."
         )
     if report.method != ("explicit",):
-        where = (
-            " at the points where it is steep, explicitly at the others"
-            if len(report.method) > 1
-            else ""
-        )
-        click.echo(
-            f"Friction: integrated implicitly{where} (simulation.method: "
-            f"{loaded.simulation.method})."
-        )
+        where = " at the points where it is steep, explicitly at the others" if len(report.method) > 1 else ""
+        click.echo(f"Friction: integrated implicitly{where} (simulation.method: {loaded.simulation.method}).")
     for name, ramp in report.ramps.items():
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
         knots = knots_text(name, ramp.times, ramp.values, units)
         click.echo(f"Ramp, for nsdrill simulate: {label_of(name)} {knots}{replaced}.")
     if loaded.continuation is not None and not loaded.swept:
         click.echo("Section continue: nsdrill branches follows it; nsdrill run runs the one point.")
-    shown = {
-        name: derived
-        for name, derived in report.figures.items()
-        if everything or not derived.further
-    }
+    shown = {name: derived for name, derived in report.figures.items() if everything or not derived.further}
     start = "At the start of the ramp: " if loaded.ramped else "At "
     depth = value_text("depth", operation.depth, units)
-    others = [
-        value_text(name, getattr(operation, name), units, both=True)
-        for name in ("wob", "rotary_speed")
-    ]
+    others = [value_text(name, getattr(operation, name), units, both=True) for name in ("wob", "rotary_speed")]
     click.echo(f"\n{start}{', '.join((depth, *others))}{':' if shown else '.'}")
     if report.coefficients is not None:
         rows: list[tuple[str, float | None, str, str]] = [
@@ -133,10 +114,7 @@ def command(
 
 
 def _print_table(
-    title: str,
-    rows: Sequence[tuple[str, float | None, str, str]],
-    units: str,
-    shown: Collection[str],
+    title: str, rows: Sequence[tuple[str, float | None, str, str]], units: str, shown: Collection[str]
 ) -> None:
     """Print quantities with their units and meanings below a title, aligned with all
     quantities that are ``shown``."""
@@ -171,9 +149,7 @@ def _sweep_text(study: Study, chains: int, units: str) -> str:
         first, last = (value_text(name, float(study.axes[name][i]), units) for i in (0, -1))
         count = len(study.axes[name])
         if words_of(name):
-            axes.append(
-                f"{label} {', '.join(str(word_or_number(name, value)) for value in study.axes[name])}"
-            )
+            axes.append(f"{label} {', '.join(str(word_or_number(name, value)) for value in study.axes[name])}")
             continue
         values = f"{count} values"
         if name in study.refined:
@@ -192,15 +168,9 @@ def _sweep_text(study: Study, chains: int, units: str) -> str:
     else:
         direction = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
         along = label_of(study.along)
-        start = (
-            f"the state carried {direction} along the {along}, in "
-            f"{most}{number_of(chains, 'chain')}"
-        )
+        start = f"the state carried {direction} along the {along}, in {most}{number_of(chains, 'chain')}"
     samples = ""
     if study.samples:
         unknowns = ", ".join(label_of(unknown.key) for unknown in study.unknowns)
-        samples = (
-            f"{number_of(study.samples, 'sample')} of {unknowns}, in place of the values in their "
-            f"own sections"
-        )
+        samples = f"{number_of(study.samples, 'sample')} of {unknowns}, in place of the values in their own sections"
     return "; ".join(filter(None, (", ".join(axes), samples, start)))

@@ -9,9 +9,7 @@ from nsdrill.cli import options
 
 @click.command(
     "combine",
-    epilog=options.examples(
-        "combine soft.h5 medium.h5 hard.h5 -o rock.h5", "combine 1000m.h5 2000m.h5 -o depths.h5"
-    ),
+    epilog=options.examples("combine soft.h5 medium.h5 hard.h5 -o rock.h5", "combine 1000m.h5 2000m.h5 -o depths.h5"),
 )
 @click.argument("results", nargs=-1, required=True, type=options.FileName())
 @options.output("Results file to write.", hdf5=True)

@@ -20,10 +20,7 @@ from nsdrill.cli.overview import EXIT_CODES
     ),
 )
 @options.study_argument
-@options.output(
-    "File of branches to write (HDF5). Until it is there, what is finished is in FILE.part.",
-    hdf5=True,
-)
+@options.output("File of branches to write (HDF5). Until it is there, what is finished is in FILE.part.", hdf5=True)
 @click.option(
     "--seeds",
     type=options.FileName(),
@@ -74,24 +71,13 @@ def command(
             print_progress(text)
 
         continuation = continue_study(
-            loaded,
-            output,
-            seeds=seeds,
-            workers=workers,
-            overwrite=overwrite,
-            resume=resume,
-            say=say,
+            loaded, output, seeds=seeds, workers=workers, overwrite=overwrite, resume=resume, say=say
         )
     if not quiet:
         branches, points = continuation.data.sizes["branch"], continuation.data.sizes["point"]
         noun = "branch" if branches == 1 else "branches"
-        text = (
-            f"{output}: {branches} {noun}, {count(points, 'point')}, in "
-            f"{continuation.seconds:.1f} s."
-        )
-        not_followed = [
-            f"{number}: {word}" for word, number in continuation.seeds.items() if word != "followed"
-        ]
+        text = f"{output}: {branches} {noun}, {count(points, 'point')}, in {continuation.seconds:.1f} s."
+        not_followed = [f"{number}: {word}" for word, number in continuation.seeds.items() if word != "followed"]
         if not_followed:
             text += (
                 f" Of {count(sum(continuation.seeds.values()), 'seed')} some were not followed "

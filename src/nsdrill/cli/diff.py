@@ -24,14 +24,10 @@ MAX_CHANGES = 12
 )
 @options.file_argument("a")
 @options.file_argument("b")
-@click.option(
-    "--bits", is_flag=True, help="Which numbers differ, to the bit, and who made the files."
-)
+@click.option("--bits", is_flag=True, help="Which numbers differ, to the bit, and who made the files.")
 @click.option("--json", "as_json", is_flag=True, help="All of it for programs, also the bits.")
 @options.units
-@click.option(
-    "--exit-code", is_flag=True, help="Exit with 1 where the studies or any numbers differ."
-)
+@click.option("--exit-code", is_flag=True, help="Exit with 1 where the studies or any numbers differ.")
 def command(a: str, b: str, bits: bool, as_json: bool, units: str, exit_code: bool) -> int:
     """Say what differs between the files A and B: results, .part files of runs that go
     on, or traces.
@@ -47,11 +43,7 @@ def command(a: str, b: str, bits: bool, as_json: bool, units: str, exit_code: bo
 
     differences = diff(a, b)
     differences["run"] = [
-        {
-            **row,
-            "a": _attribute_text(row["name"], row["a"], units),
-            "b": _attribute_text(row["name"], row["b"], units),
-        }
+        {**row, "a": _attribute_text(row["name"], row["a"], units), "b": _attribute_text(row["name"], row["b"], units)}
         for row in differences["run"]
     ]
     if as_json:
@@ -91,12 +83,7 @@ def _lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
         if differing:
             yield ""
             yield f"{heading}:"
-            yield from aligned(
-                [
-                    ("", "a", "b"),
-                    *((name, _cell(name, x), _cell(name, y)) for name, x, y in differing),
-                ]
-            )
+            yield from aligned([("", "a", "b"), *((name, _cell(name, x), _cell(name, y)) for name, x, y in differing)])
     yield ""
     if d["kinds"][0] != d["kinds"][1]:
         yield "One is a sweep, the other a trace: there are no numbers to compare."
@@ -153,29 +140,15 @@ def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
     noun = "samples" if trace else "points"
     for axis in d["axes"]:
         if "values" in axis:
-            value_a, value_b = (
-                _place_text({axis["name"]: value}, [axis["name"]], units)
-                for value in axis["values"]
-            )
+            value_a, value_b = (_place_text({axis["name"]: value}, [axis["name"]], units) for value in axis["values"])
+            yield (f"{axis['name']}: {value_a} in a, {value_b} in b; their points are compared all the same.")
+        elif axis["name"] == "sample" and not axis["same"] and axis["common"] < min(axis["a"], axis["b"]):
             yield (
-                f"{axis['name']}: {value_a} in a, {value_b} in b; their points are compared all "
-                f"the same."
-            )
-        elif (
-            axis["name"] == "sample"
-            and not axis["same"]
-            and axis["common"] < min(axis["a"], axis["b"])
-        ):
-            yield (
-                f"sample: {axis['a']} and {axis['b']} samples, {axis['common']} with the same "
-                f"values of the unknowns."
+                f"sample: {axis['a']} and {axis['b']} samples, {axis['common']} with the same values of the unknowns."
             )
         elif not axis["same"]:
             rounded = " (to rounding)" if axis["common"] == axis["a"] == axis["b"] else ""
-            yield (
-                f"{axis['name']}: {axis['a']} and {axis['b']} values, {axis['common']} in "
-                f"common{rounded}."
-            )
+            yield (f"{axis['name']}: {axis['a']} and {axis['b']} values, {axis['common']} in common{rounded}.")
     swept = [axis["name"] for axis in d["axes"] if max(axis["a"], axis["b"]) > 1]
     if probabilities := d.get("probabilities"):
         yield from _probability_lines(probabilities, swept, units)
@@ -194,10 +167,7 @@ def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
             yield f"Only in {name}: {', '.join(names)}."
     for row in d["variables"]:
         if sizes := row.get("not_compared"):
-            yield (
-                f"{row['name']}: {sizes['a']} and {sizes['b']} values of {sizes['of']}, not "
-                f"compared."
-            )
+            yield (f"{row['name']}: {sizes['a']} and {sizes['b']} values of {sizes['of']}, not compared.")
     differing = [row for row in d["variables"] if row["points"]] if bits or trace else []
     equal = sum(row["same"] for row in d["variables"])
     yield (
@@ -205,26 +175,15 @@ def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
         f"bit{'; the others:' if differing else '; --bits names the others.'}"
     )
     if differing:
-        headings = (
-            "",
-            f"{noun} that differ",
-            "largest difference",
-            "relative",
-            "from" if trace else "at",
-        )
+        headings = ("", f"{noun} that differ", "largest difference", "relative", "from" if trace else "at")
         yield from aligned([headings, *(_row(row, swept, units) for row in differing)])
 
 
-def _probability_lines(
-    probabilities: dict[str, Any], swept: list[str], units: str
-) -> Iterator[str]:
+def _probability_lines(probabilities: dict[str, Any], swept: list[str], units: str) -> Iterator[str]:
     from nsdrill.cli.words import aligned
     from nsdrill.cli.words import count as number_of
 
-    yield (
-        f"Probabilities at {number_of(probabilities['points'], 'operating point')}, means and "
-        "largest change:"
-    )
+    yield (f"Probabilities at {number_of(probabilities['points'], 'operating point')}, means and largest change:")
     rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "at", "intervals apart")]
     for row in probabilities["outcomes"]:
         means = (f"{100 * row[side]:.1f} %" for side in ("a", "b"))
@@ -234,13 +193,8 @@ def _probability_lines(
     yield from aligned(rows)
 
 
-def _response_lines(
-    responses: dict[str, Any], points: int, swept: list[str], units: str
-) -> Iterator[str]:
-    yield (
-        f"Responses: {responses['changed']} of {points} "
-        f"changed{':' if responses['changed'] else '.'}"
-    )
+def _response_lines(responses: dict[str, Any], points: int, swept: list[str], units: str) -> Iterator[str]:
+    yield (f"Responses: {responses['changed']} of {points} changed{':' if responses['changed'] else '.'}")
     changes = responses["changes"]
     for change in changes[:MAX_CHANGES]:
         yield f"  {change['points']:6d}  {in_words(change['from'])} -> {in_words(change['to'])}"
@@ -248,26 +202,15 @@ def _response_lines(
         yield f"  and {len(changes) - MAX_CHANGES} more kinds of change (all with --json)"
     if responses["changed"]:
         points_at = responses["at"]
-        yield (
-            "  At:"
-            if len(points_at) == responses["changed"]
-            else f"  The first {len(points_at)} of them:"
-        )
+        yield ("  At:" if len(points_at) == responses["changed"] else f"  The first {len(points_at)} of them:")
         for point in points_at:
-            yield (
-                f"    {_place_text(point, swept, units)}: {in_words(point['from'])} -> "
-                f"{in_words(point['to'])}"
-            )
+            yield (f"    {_place_text(point, swept, units)}: {in_words(point['from'])} -> {in_words(point['to'])}")
 
 
 def _place_text(point: dict[str, Any], swept: list[str], units: str) -> str:
     from nsdrill.cli.words import point_text
 
-    words = [
-        point_text({name: point[name]}, units)
-        for name in swept
-        if name not in ("procedure", "start", "sample")
-    ]
+    words = [point_text({name: point[name]}, units) for name in swept if name not in ("procedure", "start", "sample")]
     words += [f"{name} {point[name]}" for name in ("sample", "start") if name in swept]
     words += [point["procedure"]] if "procedure" in swept else []
     return ", ".join(words) or "the point"
@@ -282,17 +225,10 @@ def _row(row: dict[str, Any], swept: list[str], units: str) -> tuple[str, ...]:
     else:
         where = _place_text(row["at"], swept, units)
     largest, relative = row.get("largest"), row.get("relative")
-    count = f"{row['points']}" + (
-        f" ({row['undefined']} without a number)" if row.get("undefined") else ""
-    )
+    count = f"{row['points']}" + (f" ({row['undefined']} without a number)" if row.get("undefined") else "")
     difference = "" if largest is None else f"{largest:.3g}{unit}"
     if largest == 0.0:  # 0 and -0: different bits of the same number
         difference = "the sign of zero alone"
-    elif (
-        largest is not None
-        and units == "field"
-        and (known := find(row["name"])) is not None
-        and known.units
-    ):
+    elif largest is not None and units == "field" and (known := find(row["name"])) is not None and known.units:
         difference = amount(largest, known.unit(units), 3)
     return (row["name"], count, difference, "" if relative is None else f"{relative:.2g}", where)

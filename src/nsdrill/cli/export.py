@@ -27,17 +27,11 @@ SI_ONLY = " netCDF stays in SI units, which its attributes name."
 @options.file_argument("results")
 @options.output("File to write: .csv or .nc (netCDF-4); - is CSV to standard output.", stream=True)
 @click.option("--peaks", is_flag=True, help="CSV: a column for every recorded peak.")
-@click.option(
-    "--section",
-    is_flag=True,
-    help="CSV: a column for every recorded return to the Poincare section.",
-)
+@click.option("--section", is_flag=True, help="CSV: a column for every recorded return to the Poincare section.")
 @click.option("--states", is_flag=True, help="CSV: a column for every initial and final state.")
 @options.units_of_table
 @options.overwrite
-def command(
-    results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool
-) -> int:
+def command(results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool) -> int:
     """Write RESULTS as a table (CSV, units in the headings) or as netCDF (everything,
     in SI units).
 
@@ -47,15 +41,9 @@ def command(
     suffix = ".csv" if output == "-" else Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):
         raise InputError(f"{output}: found the ending {suffix or '(none)'}; allowed: .csv or .nc.")
-    csv_options = [
-        option
-        for option, on in (("--peaks", peaks), ("--section", section), ("--states", states))
-        if on
-    ]
+    csv_options = [option for option, on in (("--peaks", peaks), ("--section", section), ("--states", states)) if on]
     if suffix == ".nc" and csv_options:
-        raise InputError(
-            f"{csv_options[0]}: found with netCDF, which holds everything; allowed: with .csv."
-        )
+        raise InputError(f"{csv_options[0]}: found with netCDF, which holds everything; allowed: with .csv.")
     from nsdrill.app.reading import is_branches
     from nsdrill.app.table import table, write_rows
     from nsdrill.store import claim_file, kind_of, read_results, read_trace, to_netcdf
@@ -64,10 +52,7 @@ def command(
     if not found and os.path.lexists(results) and kind_of(results) == "trace":
         found = "a trace"
     if csv_options and found:
-        raise InputError(
-            f"{csv_options[0]}: found with {found}, whose table has everything; allowed: with "
-            f"results."
-        )
+        raise InputError(f"{csv_options[0]}: found with {found}, whose table has everything; allowed: with results.")
     if output != "-":
         options.check_not_input(results, output)
         claim_file(output, overwrite)

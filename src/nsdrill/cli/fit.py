@@ -28,46 +28,23 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
     type=options.FileName(),
     required=True,
     metavar="FIELD.csv",
-    help="Measurements: CSV with a name and a unit over every column, over operating points or "
-    "over time.",
+    help="Measurements: CSV with a name and a unit over every column, over operating points or over time.",
 )
-@options.output(
-    "Study to write, with the samples that the data leave as its section `uncertain`.",
-    required=False,
-)
-@click.option(
-    "--picture",
-    type=options.FileName(),
-    metavar="FILE",
-    help="Picture to write: .png, .pdf or .svg.",
-)
+@options.output("Study to write, with the samples that the data leave as its section `uncertain`.", required=False)
+@click.option("--picture", type=options.FileName(), metavar="FILE", help="Picture to write: .png, .pdf or .svg.")
 @click.option("--json", "as_json", is_flag=True, help="The same for programs.")
-@click.option(
-    "--rename", multiple=True, metavar="HEAD=NAME", help="What a column of the file is called here."
-)
-@click.option(
-    "--ignore",
-    multiple=True,
-    metavar="HEAD",
-    help="A column to pass over; '*' for all that are not known.",
-)
+@click.option("--rename", multiple=True, metavar="HEAD=NAME", help="What a column of the file is called here.")
+@click.option("--ignore", multiple=True, metavar="HEAD", help="A column to pass over; '*' for all that are not known.")
 @click.option(
     "--error",
     "errors",
     multiple=True,
     metavar="NAME=Q",
-    help="Standard deviation of a measured value with its unit, or in percent of it. Default: 5 "
-    "percent.",
+    help="Standard deviation of a measured value with its unit, or in percent of it. Default: 5 percent.",
 )
-@click.option(
-    "--skip-gaps", is_flag=True, help="Pass over rows with gaps in place of refusing them."
-)
-@options.quantity(
-    "--shortest", "s", "Over time: how long a stretch of constant settings lasts at least (120 s)."
-)
-@options.quantity(
-    "--settle", "s", "Over time: how much of the beginning of a stretch is not used (60 s)."
-)
+@click.option("--skip-gaps", is_flag=True, help="Pass over rows with gaps in place of refusing them.")
+@options.quantity("--shortest", "s", "Over time: how long a stretch of constant settings lasts at least (120 s).")
+@options.quantity("--settle", "s", "Over time: how much of the beginning of a stretch is not used (60 s).")
 @click.option(
     "--batch",
     type=click.IntRange(min=16, max=100_000),
@@ -77,12 +54,7 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
     help="Samples of a round; each is run at every operating point of the data.",
 )
 @click.option(
-    "--rounds",
-    type=click.IntRange(min=2, max=100),
-    default=8,
-    show_default=True,
-    metavar="N",
-    help="Rounds at most.",
+    "--rounds", type=click.IntRange(min=2, max=100), default=8, show_default=True, metavar="N", help="Rounds at most."
 )
 @click.option(
     "--samples",
@@ -98,14 +70,11 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 @click.option(
     "--resume",
     is_flag=True,
-    help="Go on with an interrupted fit of the same -o; only the runs that are missing are made. "
-    "--rounds may differ.",
+    help="Go on with an interrupted fit of the same -o; only the runs that are missing are made. --rounds may differ.",
 )
 @options.large
 @options.overwrite
-@click.option(
-    "-q", "--quiet", is_flag=True, help="No progress; the summary, warnings and errors only."
-)
+@click.option("-q", "--quiet", is_flag=True, help="No progress; the summary, warnings and errors only.")
 def command(
     study: str,
     data: str,
@@ -145,9 +114,7 @@ def command(
     loaded = load(study, overrides)
     units = units or loaded.units
     if resume and output is None:
-        raise InputError(
-            "--resume: found without -o; allowed: with the -o of the fit that was interrupted."
-        )
+        raise InputError("--resume: found without -o; allowed: with the -o of the fit that was interrupted.")
     _claim_outputs(study, data, output, picture, overwrite)
 
     from nsdrill.app.fit import far_from_the_sweep, fit
@@ -204,9 +171,7 @@ def command(
     return 0
 
 
-def _claim_outputs(
-    study: str, data: str, output: str | None, picture: str | None, overwrite: bool
-) -> None:
+def _claim_outputs(study: str, data: str, output: str | None, picture: str | None, overwrite: bool) -> None:
     """Check, before anything is run, that the picture may be written and that no output
     is an input."""
     if picture is not None:
@@ -232,9 +197,7 @@ def summary_in(summary: dict[str, Any], units: str) -> dict[str, Any]:
             converted_row = dict(row)
             for field in fields:
                 values = row[field] if isinstance(row[field], list) else [row[field]]
-                shown, converted_row["units"] = _in_shown_unit(
-                    row[name], values, row["units"], units, signs=False
-                )
+                shown, converted_row["units"] = _in_shown_unit(row[name], values, row["units"], units, signs=False)
                 converted_row[field] = shown if isinstance(row[field], list) else shown[0]
             converted[section].append(converted_row)
     return converted
@@ -277,23 +240,12 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
 
 def _unknown_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     width = max(len(row["key"]) for row in summary["unknowns"])
-    yield (
-        f"{'':{width + 2}s} {'before, 5 to 95 %':>24s}   {'after, 5 to 95 %':>24s} {'median':>10s}"
-    )
+    yield (f"{'':{width + 2}s} {'before, 5 to 95 %':>24s}   {'after, 5 to 95 %':>24s} {'median':>10s}")
     for row in summary["unknowns"]:
-        numbers, unit = _in_shown_unit(
-            row["key"], row["prior"] + row["posterior"], row["units"], units
-        )
-        before, after = (
-            f"{a:.4g} to {b:.4g}" for a, b in ((numbers[0], numbers[2]), (numbers[3], numbers[5]))
-        )
-        information = (
-            f"{100 * row['width']:.0f} % of the width before: {INFORMATION_WORDS[row['told']]}"
-        )
-        yield (
-            f"  {row['key']:{width}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} "
-            f"{information}"
-        )
+        numbers, unit = _in_shown_unit(row["key"], row["prior"] + row["posterior"], row["units"], units)
+        before, after = (f"{a:.4g} to {b:.4g}" for a, b in ((numbers[0], numbers[2]), (numbers[3], numbers[5])))
+        information = f"{100 * row['width']:.0f} % of the width before: {INFORMATION_WORDS[row['told']]}"
+        yield (f"  {row['key']:{width}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} {information}")
 
 
 INFORMATION_WORDS = {"well": "told", "partly": "partly told", "not": "NOT TOLD by these data"}
@@ -311,9 +263,7 @@ def _feature_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
         )
 
 
-def _in_shown_unit(
-    name: str, values: list[float], si: str, units: str, signs: bool = True
-) -> tuple[list[float], str]:
+def _in_shown_unit(name: str, values: list[float], si: str, units: str, signs: bool = True) -> tuple[list[float], str]:
     """Values in the unit in which the quantity ``name`` is shown, and that unit: its
     sign, or with ``signs`` False as a study writes it."""
     from nsdrill.quantity import find, shown_scale, sign
@@ -334,10 +284,7 @@ def verdicts(summary: dict[str, Any]) -> Iterator[str]:
             "settings, or something that the unknowns change."
         )
     elif undetermined:
-        yield (
-            f"THE DATA CANNOT TELL {', '.join(undetermined)}: what is known of it is what the "
-            "study said before."
-        )
+        yield (f"THE DATA CANNOT TELL {', '.join(undetermined)}: what is known of it is what the study said before.")
     for pair in summary["together"]:
         direction = "together" if pair["correlation"] > 0 else "against each other"
         yield (

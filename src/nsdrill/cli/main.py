@@ -59,9 +59,7 @@ class LazyGroup(click.Group):
 
 
 @click.group(cls=LazyGroup, context_settings=SETTINGS)
-@click.version_option(
-    __version__, "-V", "--version", prog_name="nsdrill", message="%(prog)s %(version)s"
-)
+@click.version_option(__version__, "-V", "--version", prog_name="nsdrill", message="%(prog)s %(version)s")
 def group() -> None:
     """The commands; :func:`overview` is their help."""
 
@@ -96,9 +94,7 @@ def _run_command() -> NoReturn:
     except NsdrillError as error:
         _leave(f"Error: {error}", error.exit_code)
     except MemoryError:
-        _leave(
-            "Error: out of memory. Sweep fewer points at once, or sample a trace more coarsely.", 1
-        )
+        _leave("Error: out of memory. Sweep fewer points at once, or sample a trace more coarsely.", 1)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         _leave(f"Error: {where}{error.strerror or error}.", 1)

@@ -29,9 +29,7 @@ def examples() -> dict[str, Path]:
         "new | nsdrill check -",
     ),
 )
-@options.output(
-    "Study file to write. Default, and -: standard output.", required=False, stream=True
-)
+@options.output("Study file to write. Default, and -: standard output.", required=False, stream=True)
 @options.model
 @click.option(
     "--example",
@@ -40,9 +38,7 @@ def examples() -> dict[str, Path]:
     help="A study that comes with nsdrill, as it is; --list has their names.",
 )
 @click.option("--list", "listed", is_flag=True, help="Print the examples with their titles.")
-@click.option(
-    "--all", "every", is_flag=True, help="Every key of a study with its meaning and default."
-)
+@click.option("--all", "every", is_flag=True, help="Every key of a study with its meaning and default.")
 @options.units
 @options.overwrite
 def command(
@@ -74,11 +70,7 @@ def command(
     if output not in (None, "-"):
         follows = re.search(r"^continue:", text, re.MULTILINE)
         command = "branches" if follows and not re.search(r"^sweep:", text, re.MULTILINE) else "run"
-        click.echo(
-            f"{output}: written. Next: nsdrill check {output}; "
-            f"nsdrill {command} {output} -o out.h5",
-            err=True,
-        )
+        click.echo(f"{output}: written. Next: nsdrill check {output}; nsdrill {command} {output} -o out.h5", err=True)
     return 0
 
 

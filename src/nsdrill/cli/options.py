@@ -47,9 +47,7 @@ class FileName(click.ParamType):
             )
         return str(value)
 
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list[CompletionItem]:
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         return [CompletionItem(incomplete, type="file")]
 
 
@@ -62,9 +60,7 @@ class Word(click.ParamType):
     def __init__(self, known: Callable[[], Iterable[str]]) -> None:
         self.known = known
 
-    def shell_complete(
-        self, ctx: click.Context, param: click.Parameter, incomplete: str
-    ) -> list[CompletionItem]:
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         words = dict.fromkeys(self.known())
         return [CompletionItem(word) for word in words if word.startswith(incomplete)]
 
@@ -113,9 +109,7 @@ class Quantity(click.ParamType):
     def __init__(self, units: str) -> None:
         self.units = units
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         if isinstance(value, float):
             return value
         from nsdrill.units import QuantityError, parse_with_unit
@@ -136,23 +130,16 @@ class Percent(click.ParamType):
     def __init__(self, low: float, high: float) -> None:
         self.low, self.high = low, high
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         option = param.opts[0] if param else "value"
         try:
             number = float(str(value).strip().removesuffix("percent").removesuffix("%"))
         except ValueError:
             number = float("nan")
         if not self.low <= number <= self.high:
-            hint = (
-                f" A part of one is meant in percent: {100 * number:g}."
-                if 0.0 < number < 1.0
-                else ""
-            )
+            hint = f" A part of one is meant in percent: {100 * number:g}." if 0.0 < number < 1.0 else ""
             raise InputError(
-                f"{option}: found {value}; allowed: a percentage from {self.low:g} to "
-                f"{self.high:g}.{hint}"
+                f"{option}: found {value}; allowed: a percentage from {self.low:g} to {self.high:g}.{hint}"
             )
         return number
 
@@ -176,10 +163,7 @@ class UnitSystem(click.Choice):
             and param.name is not None
             and (ctx.get_parameter_source(param.name) == click.core.ParameterSource.ENVIRONMENT)
         )
-        raise InputError(
-            f"{UNITS_VARIABLE if from_environment else '--units'}: found {value!r}; allowed: si "
-            f"or field."
-        )
+        raise InputError(f"{UNITS_VARIABLE if from_environment else '--units'}: found {value!r}; allowed: si or field.")
 
 
 UNITS_VARIABLE = "NSDRILL_UNITS"
@@ -218,8 +202,7 @@ settings = click.option(
     multiple=True,
     type=Word(changes),
     metavar="KEY=VALUE",
-    help="Change a key of the study, e.g. --set 'operation.wob=30 kN'. May be given more than "
-    "once.",
+    help="Change a key of the study, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
 )
 thresholds = click.option(
     "--set",
@@ -227,12 +210,9 @@ thresholds = click.option(
     multiple=True,
     type=Word(lambda: (key for key in changes() if key.startswith("classify."))),
     metavar="KEY=VALUE",
-    help="Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given "
-    "more than once.",
+    help="Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given more than once.",
 )
-large = click.option(
-    "--large", is_flag=True, help="Make more than a million runs; without it their cost is told."
-)
+large = click.option("--large", is_flag=True, help="Make more than a million runs; without it their cost is told.")
 workers = click.option(
     "-j",
     "--workers",
@@ -240,9 +220,7 @@ workers = click.option(
     metavar="N",
     help="How many to run side by side. Default: all processors.",
 )
-quiet = click.option(
-    "-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors only."
-)
+quiet = click.option("-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
 overwrite = click.option("--overwrite", is_flag=True, help="Replace the output if it exists.")
 
 
@@ -289,10 +267,7 @@ def point(depth: str, wob: str, rotary_speed: str) -> Decorator:
 
 
 model = click.option(
-    "--model",
-    metavar="NAME",
-    type=Word(_models),
-    help="The model of the string; by default the one of all motions.",
+    "--model", metavar="NAME", type=Word(_models), help="The model of the string; by default the one of all motions."
 )
 
 
@@ -308,10 +283,7 @@ def model_name(name: str | None) -> str:
 
 
 start = click.option(
-    "--start",
-    type=int,
-    metavar="K",
-    help="Number of the start, from 0, where every operating point has several.",
+    "--start", type=int, metavar="K", help="Number of the start, from 0, where every operating point has several."
 )
 
 
@@ -320,8 +292,7 @@ confidence = click.option(
     type=Percent(1.0, 99.99),
     default=None,
     metavar="PERCENT",
-    help="Where numbers are uncertain: call a point safe where a run is so with this probability. "
-    "Default: 90.",
+    help="Where numbers are uncertain: call a point safe where a run is so with this probability. Default: 90.",
 )
 
 
@@ -329,8 +300,7 @@ severity = click.option(
     "--severity",
     type=click.IntRange(0, 4),
     default=None,
-    help="Call a run safe where none of the three severities exceeds this. Default: where no "
-    "response is critical.",
+    help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
 )
 
 

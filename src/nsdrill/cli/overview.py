@@ -14,8 +14,7 @@ GROUPS = {
         "run": "Run a study: sweep, classify, and write the results file.",
         "simulate": "Simulate one operating point and write its trajectory.",
         "replay": "Run one point of a results file again, with its trajectory.",
-        "branches": "Follow motions along a number of the study, stable or not: branches and "
-        "bifurcations.",
+        "branches": "Follow motions along a number of the study, stable or not: branches and bifurcations.",
     },
     "Look": {
         "show": "Say what is in a file of results, a trace or branches, in words and numbers.",

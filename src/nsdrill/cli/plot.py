@@ -43,9 +43,7 @@ if TYPE_CHECKING:
     help="What to draw; --list says what fits FILE. Default: its first.",
 )
 @click.option(
-    "--panel",
-    metavar="NAME",
-    help="One panel of the picture alone, by its name or a part of it: --panel radius.",
+    "--panel", metavar="NAME", help="One panel of the picture alone, by its name or a part of it: --panel radius."
 )
 @click.option("--list", "listing", is_flag=True, help="Print the kinds that fit FILE, and stop.")
 @options.units
@@ -54,9 +52,7 @@ if TYPE_CHECKING:
 @options.quantity("--rotary-speed", "rad/s", "Cut at this rotary speed.")
 @options.at
 @options.start
-@click.option(
-    "--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say."
-)
+@click.option("--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say.")
 @options.confidence
 @click.option(
     "--over",
@@ -76,8 +72,7 @@ if TYPE_CHECKING:
 @click.option(
     "--along",
     metavar="KEY",
-    help="With a study and --kind critical-speeds or buckling: the axis, one that the study "
-    "sweeps.",
+    help="With a study and --kind critical-speeds or buckling: the axis, one that the study sweeps.",
 )
 @click.option(
     "--set",
@@ -85,44 +80,22 @@ if TYPE_CHECKING:
     multiple=True,
     type=options.Word(options.changes),
     metavar="KEY=VALUE",
-    help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more "
-    "than once.",
+    help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
 )
-@click.option(
-    "--width",
-    metavar="Q",
-    help="Width of the picture, say 3.3in for a column of a journal. Default: 7in.",
-)
+@click.option("--width", metavar="Q", help="Width of the picture, say 3.3in for a column of a journal. Default: 7in.")
 @click.option("--height", metavar="Q", help="Height of the picture. Default: what the kind needs.")
 @click.option("--font-size", metavar="POINTS", help="Size of the type. Default: 8.")
 @click.option(
-    "--title",
-    metavar="TEXT",
-    help="A title of your own. Default: that of the study and the operating point.",
+    "--title", metavar="TEXT", help="A title of your own. Default: that of the study and the operating point."
 )
-@click.option(
-    "--no-title", is_flag=True, help="No title, and no words over panels: a caption says them."
-)
-@click.option(
-    "--style",
-    metavar="FILE",
-    help="A style file of matplotlib (.mplstyle), or one of its styles by name.",
-)
+@click.option("--no-title", is_flag=True, help="No title, and no words over panels: a caption says them.")
+@click.option("--style", metavar="FILE", help="A style file of matplotlib (.mplstyle), or one of its styles by name.")
 @click.option("--xlim", nargs=2, metavar="Q Q", help="Ends of the x axis: --xlim 3rad/s 6rad/s.")
 @click.option("--ylim", nargs=2, metavar="Q Q", help="Ends of the y axis: --ylim 0mm 80mm.")
 @click.option("--from", "begin", metavar="Q", help="With a trace: draw it from this time on.")
 @click.option("--to", "end", metavar="Q", help="With a trace: draw it up to this time.")
-@click.option(
-    "--animate",
-    is_flag=True,
-    help="With a trace: a film of the collar in the hole, .mp4 (ffmpeg) or .gif.",
-)
-@click.option(
-    "--speed",
-    type=float,
-    metavar="FACTOR",
-    help="With --animate: how much faster than nature. Default: 1.",
-)
+@click.option("--animate", is_flag=True, help="With a trace: a film of the collar in the hole, .mp4 (ffmpeg) or .gif.")
+@click.option("--speed", type=float, metavar="FACTOR", help="With --animate: how much faster than nature. Default: 1.")
 @options.overwrite
 def command(
     file: str,
@@ -198,10 +171,7 @@ def command(
     assert units is not None
     for option, study_value in (("--along", along), ("--set", overrides)):
         if study_value:
-            raise InputError(
-                f"{option}: found with {file}; allowed: with a study, a file that "
-                f"ends in .yaml or .yml."
-            )
+            raise InputError(f"{option}: found with {file}; allowed: with a study, a file that ends in .yaml or .yml.")
     if not listing:
         output = _require_output(output)
         if animate:
@@ -262,11 +232,7 @@ def _list_kinds(data: Any) -> None:
     for name in names:
         click.echo(f"{name:<24} {all_kinds()[name].words}")
     for name in names:
-        panels = [
-            part.name
-            for part in all_kinds().values()
-            if part.part_of == name and part.place(data) is not None
-        ]
+        panels = [part.name for part in all_kinds().values() if part.part_of == name and part.place(data) is not None]
         if panels:
             text = f"{name} --panel: {', '.join(panels)}"
             click.echo(textwrap.fill(text, 100, subsequent_indent="  "))
@@ -283,19 +249,11 @@ def _refuse(unused: Mapping[str, Any]) -> None:
     """InputError for an option with a value, for which a chart has no use."""
     for option, value in unused.items():
         if value not in (None, ()):
-            raise InputError(
-                f"{option}: found with a study; allowed: with results. --set changes keys of the "
-                f"study"
-            )
+            raise InputError(f"{option}: found with a study; allowed: with results. --set changes keys of the study")
 
 
 def _draw_animation(
-    trace: Results | Trace,
-    output: str,
-    units: str,
-    look: Look,
-    speed: float | None,
-    overwrite: bool,
+    trace: Results | Trace, output: str, units: str, look: Look, speed: float | None, overwrite: bool
 ) -> int:
     """Draw the animation of a trace; without ffmpeg a GIF in place of an MP4, with the
     file name of a GIF."""
@@ -304,10 +262,7 @@ def _draw_animation(
 
     name = film_name(output)
     if name != output:
-        click.echo(
-            f"There is no ffmpeg here, which MP4 needs: a GIF is written in place of {output}.",
-            err=True,
-        )
+        click.echo(f"There is no ffmpeg here, which MP4 needs: a GIF is written in place of {output}.", err=True)
     claim_file(name, overwrite)
     frames, seconds = animate(
         trace,  # type: ignore[arg-type]
@@ -322,12 +277,7 @@ def _draw_animation(
 
 
 def _overlay(
-    figure: Figure,
-    field: str,
-    data: Results | Trace,
-    point: dict[str, float],
-    start: int | None,
-    units: str,
+    figure: Figure, field: str, data: Results | Trace, point: dict[str, float], start: int | None, units: str
 ) -> None:
     """Draw the measurements in the file ``field`` over the figure."""
     import json
@@ -351,9 +301,7 @@ def _overlay(
         f"settings, or have no "
         "value that it shows"
     )
-    click.echo(
-        f"{field}: {count(drawn, 'measurement')}{beyond if rest > 0 else ''} drawn.", err=True
-    )
+    click.echo(f"{field}: {count(drawn, 'measurement')}{beyond if rest > 0 else ''} drawn.", err=True)
 
 
 def _draw_chart(
@@ -381,11 +329,7 @@ def _draw_chart(
     from nsdrill.app.charts import draw_chart
 
     study = load(file, overrides)
-    save(
-        draw_chart(study, kind, along, units=units or study.units, look=look),
-        output,
-        overwrite=overwrite,
-    )
+    save(draw_chart(study, kind, along, units=units or study.units, look=look), output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0
 
@@ -430,7 +374,5 @@ def _read_sweep(file: str, trace: Trace) -> Results:
     if isinstance(data, Trace):
         raise InputError(f"{file}: this is a trace; --over takes the results of a sweep.")
     if missing := [name for name in peaks if name not in data.variables]:
-        raise InputError(
-            f"{file}: found no {', '.join(missing)}; allowed: a sweep with record.peaks above 0."
-        )
+        raise InputError(f"{file}: found no {', '.join(missing)}; allowed: a sweep with record.peaks above 0.")
     return data

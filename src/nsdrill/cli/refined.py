@@ -13,7 +13,4 @@ def refinement_text(refinement: Mapping[str, Any], units: str = "si") -> str:
     run, points = refinement["points_run"], refinement["points_run"] + refinement["points_inferred"]
     steps = refinement["border_spacing"].items()
     spacing = " and ".join(value_text(key, step, units) for key, step in steps)
-    return (
-        f"{run:,} of {points:,} points run, {100 * (points - run) / points:.0f} % saved; borders "
-        f"known to {spacing}"
-    )
+    return f"{run:,} of {points:,} points run, {100 * (points - run) / points:.0f} % saved; borders known to {spacing}"

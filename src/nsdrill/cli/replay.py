@@ -26,9 +26,7 @@ from nsdrill.cli.simulate import finish
     "Rotary speed of the point.",
 )
 @click.option(
-    "--procedure",
-    type=click.Choice(["same", "up", "down"]),
-    help="Which sweep. Needed where the file has up and down.",
+    "--procedure", type=click.Choice(["same", "up", "down"]), help="Which sweep. Needed where the file has up and down."
 )
 @options.start
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
@@ -66,20 +64,12 @@ def command(
     requested = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     with telling_compiling(lambda text: click.echo(text, err=True)):
         result = replay(
-            results,
-            at=requested,
-            procedure=procedure,
-            start=start,
-            sample=DEFAULT_SAMPLE if sample is None else sample,
+            results, at=requested, procedure=procedure, start=start, sample=DEFAULT_SAMPLE if sample is None else sample
         )
     attrs = result.trace.attrs
     further = {key: as_value(key, word) for key, word in json.loads(attrs.get("at", "{}")).items()}
     point = {name: attrs[name] for name in ("depth", "wob", "rotary_speed")} | further
-    is_nearest = any(
-        abs(value - point[name]) > 1e-3 * abs(value)
-        for name, value in requested.items()
-        if name in point
-    )
+    is_nearest = any(abs(value - point[name]) > 1e-3 * abs(value) for name, value in requested.items() if name in point)
     which = "" if start is None else f", start {start}"
     which += f", sample {attrs[SAMPLE]}" if SAMPLE in attrs else ""
     shown = {name: in_unit_of(name, float(value), requested) for name, value in point.items()}

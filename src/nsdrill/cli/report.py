@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 @click.command(
     "report",
     epilog=options.examples(
-        "report out.h5 -o report.html",
-        "report up.h5 down.h5 -o report.html --units field --motions 6",
+        "report out.h5 -o report.html", "report up.h5 down.h5 -o report.html --units field --motions 6"
     ),
 )
 @click.argument("results", type=options.FileName(), nargs=-1, required=True)
@@ -100,9 +99,7 @@ def _summaries(
     if session.branches is not None and session.results is None:
         return []
     if session.results is None:
-        raise InputError(
-            f"{session.path}: found a study; allowed: results. Run it first: nsdrill run."
-        )
+        raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
     if confidence is not None:
         check_samples(session.results, f"{session.path}: --confidence")
     check_severity(session.results, severity, session.path)

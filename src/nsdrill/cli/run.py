@@ -22,9 +22,7 @@ from nsdrill.cli.overview import EXIT_CODES
     ),
 )
 @options.study_argument
-@options.output(
-    "Results file to write (HDF5). While the run goes on, its points are in FILE.part.", hdf5=True
-)
+@options.output("Results file to write (HDF5). While the run goes on, its points are in FILE.part.", hdf5=True)
 @options.workers
 @click.option(
     "--engine",
@@ -36,15 +34,10 @@ from nsdrill.cli.overview import EXIT_CODES
 @click.option(
     "--scheduler",
     metavar="ADDR",
-    help="With --engine dask: address of a running scheduler, tcp://host:8786 say. Default: a "
-    "cluster on this machine.",
+    help="With --engine dask: address of a running scheduler, tcp://host:8786 say. Default: a cluster on this machine.",
 )
 @options.settings
-@click.option(
-    "--resume",
-    is_flag=True,
-    help="Go on with an interrupted run; only the points that are missing are run.",
-)
+@click.option("--resume", is_flag=True, help="Go on with an interrupted run; only the points that are missing are run.")
 @click.option(
     "--retry-failed",
     is_flag=True,
@@ -127,14 +120,8 @@ def _print_outcome(outcome: Any, units: str) -> None:
         text += f", {outcome.steps:,} steps in {outcome.seconds:.1f} s"
     text += "."
     if outcome.failed:
-        failed = (
-            f"{count(outcome.failed, 'point')} failed and "
-            f"{'is' if outcome.failed == 1 else 'are'} marked"
-        )
-        text += (
-            f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill replay` runs one "
-            f"again."
-        )
+        failed = f"{count(outcome.failed, 'point')} failed and {'is' if outcome.failed == 1 else 'are'} marked"
+        text += f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill replay` runs one again."
     if outcome.advice:
         text += f" Where the limit of steps was reached: {outcome.advice}."
     click.echo(text, err=True)

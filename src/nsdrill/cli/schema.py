@@ -8,9 +8,7 @@ from nsdrill.cli import options
 
 
 @click.command("schema", epilog=options.examples("schema -o study.schema.json", "schema | less"))
-@options.output(
-    "Schema file to write. Default, and -: standard output.", required=False, stream=True
-)
+@options.output("Schema file to write. Default, and -: standard output.", required=False, stream=True)
 @options.model
 @options.overwrite
 def command(output: str | None, model: str | None, overwrite: bool) -> int:
@@ -22,8 +20,6 @@ def command(output: str | None, model: str | None, overwrite: bool) -> int:
     options.write(output, f"{text}\n", overwrite)
     if output not in (None, "-"):
         click.echo(
-            f"{output}: written. A study names it in its first line: # yaml-language-server: "
-            f"$schema={output}",
-            err=True,
+            f"{output}: written. A study names it in its first line: # yaml-language-server: $schema={output}", err=True
         )
     return 0

@@ -63,10 +63,7 @@ def command(
 
     chosen = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if "sample" in chosen:
-        raise InputError(
-            "--at sample: found one sample; allowed: axes of the sweep, as all "
-            "samples are compared."
-        )
+        raise InputError("--at sample: found one sample; allowed: axes of the sweep, as all samples are compared.")
     data = cut(read_for_sensitivity(results, severity), chosen or None)
     summary = sensitivity(data, severity)
     if as_json:
@@ -90,19 +87,10 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.quantity import quantity
 
     where = point_text(summary["at"], units)
-    points = (
-        f"{count(summary['points'], 'operating point')} over "
-        f"{' and '.join(map(label_of, summary['swept']))}"
-    )
-    yield (
-        f"  {summary['samples']} samples, at "
-        f"{', '.join(filter(None, (where, points if summary['swept'] else '')))}"
-    )
+    points = f"{count(summary['points'], 'operating point')} over {' and '.join(map(label_of, summary['swept']))}"
+    yield (f"  {summary['samples']} samples, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}")
     if summary["overrides"]:
-        yield (
-            f"  overrides "
-            f"{'; '.join(f'{key} = {value}' for key, value in summary['overrides'].items())}"
-        )
+        yield (f"  overrides {'; '.join(f'{key} = {value}' for key, value in summary['overrides'].items())}")
     if summary["histories"] > 1:
         yield "  safe in every procedure; of the other answers the greatest of the procedures"
     exact = summary["design"] == "saltelli"
@@ -115,9 +103,7 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
         percent = answer["units"] == "1"
 
         def answer_text(value: float | None, percent: bool = percent) -> str:
-            return (
-                "none" if value is None else f"{100 * value:.1f} %" if percent else f"{value:.4g} %"
-            )
+            return "none" if value is None else f"{100 * value:.1f} %" if percent else f"{value:.4g} %"
 
         if answer["deviation"] is None:
             yield f"{name}: {answer_text(mean)} in every sample, whatever the unknowns are."
@@ -151,9 +137,7 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
             f"the doubt about a safe run{also}."
         )
     if not exact:
-        reason = (
-            "the unknowns depend on each other" if summary["dependent"] else "between these bounds"
-        )
+        reason = "the unknowns depend on each other" if summary["dependent"] else "between these bounds"
         yield f"Total: {reason}; with uncertain.design: saltelli it is estimated."
 
 
@@ -165,10 +149,7 @@ def _undecided(summary: dict[str, Any]) -> str:
     rows = [row for row in summary["answers"][0]["unknowns"] if row["first"] is not None]
     best = max(rows, key=lambda row: float(row["first"]), default=None)
     if best is None or best["first"] < MIN_INDEX:
-        return (
-            "No unknown by itself tells whether a run is safe: what counts is how they come "
-            "together."
-        )
+        return "No unknown by itself tells whether a run is safe: what counts is how they come together."
     index = _index(best["first"], best["first_error"])
     return (
         f"{summary['samples']} samples cannot tell which unknown to measure first: the largest "

@@ -30,21 +30,10 @@ MAX_POINTS = 24
     ),
 )
 @options.file_argument("file")
-@click.option(
-    "--json", "as_json", is_flag=True, help="The same for programs, with every failed point."
-)
+@click.option("--json", "as_json", is_flag=True, help="The same for programs, with every failed point.")
 @options.units
-@click.option(
-    "--all",
-    "everything",
-    is_flag=True,
-    help="Of branches every special point, also where the list is long.",
-)
-@click.option(
-    "--study",
-    is_flag=True,
-    help="Print the study as it was run, overrides applied, as a study file.",
-)
+@click.option("--all", "everything", is_flag=True, help="Of branches every special point, also where the list is long.")
+@click.option("--study", is_flag=True, help="Print the study as it was run, overrides applied, as a study file.")
 def command(file: str, as_json: bool, units: str, everything: bool, study: bool) -> int:
     """Say what is in FILE: a results file, the .part file of unfinished work, a
     trace, or branches, with a sentence on every special point."""
@@ -89,9 +78,7 @@ def _summary(file: str) -> dict[str, Any]:
     return summarize(read(file, needed(file if is_sweep else None)))
 
 
-def lines(
-    name: str, summary: dict[str, Any], units: str, everything: bool = False
-) -> Iterator[str]:
+def lines(name: str, summary: dict[str, Any], units: str, everything: bool = False) -> Iterator[str]:
     """A summary of the file or data called ``name``, in words."""
     if summary["kind"] == "branches":
         from nsdrill.cli.branches import lines as branch_lines
@@ -115,11 +102,7 @@ def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.cli.words import label_of, point_text, value_text
 
     # A .part file may hold every point already, before the results file is written.
-    kind = (
-        "results of a sweep"
-        if s["finished"] and not file.endswith(".part")
-        else "an unfinished sweep"
-    )
+    kind = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     yield printable(f"{file}: {kind}. {s['title']}".rstrip())
     yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
     yield from _override_lines(s["overrides"])
@@ -153,28 +136,18 @@ def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         total = sum(counts.values())
         if total:
             runs = s["points"] // len(s["procedures"])
-            known = (
-                f", of the {total} of {number_of(runs, 'point')} that are known"
-                if total < runs
-                else ""
-            )
+            known = f", of the {total} of {number_of(runs, 'point')} that are known" if total < runs else ""
             yield f"\nResponses, {procedure}{known}:"
         for word, count in counts.items():
             yield f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %"
         if kinds := s["whirl_kinds"].get(procedure):
-            yield "  whirl: " + ", ".join(
-                f"{count} {in_words(word)}" for word, count in kinds.items()
-            )
+            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
         if motions := s.get("motions", {}).get(procedure):
-            yield "  motion: " + ", ".join(
-                f"{count} {in_words(word)}" for word, count in motions.items()
-            )
+            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
         for name, grades in s["severities"][procedure].items():
             if set(grades) - {"none"}:
                 response = in_words(name).removesuffix(" severity")
-                counts_text = ", ".join(
-                    f"{count} {in_words(word)}" for word, count in grades.items()
-                )
+                counts_text = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
                 yield f"  severity, {response}: {counts_text}"
     if intervals := s.get("intervals"):
         yield from _interval_lines(intervals, units)
@@ -195,9 +168,7 @@ def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
         for point in failed[:MAX_FAILED]:
             where = point_text({name: point[name] for name in s["axes"]}, units)
-            where += "".join(
-                f", {name} {point[name]}" for name in ("sample", "start") if name in point
-            )
+            where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
             yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
         if len(failed) > MAX_FAILED:
             yield f"  and {len(failed) - MAX_FAILED} more (all with --json)"
@@ -209,10 +180,7 @@ def _unknown_lines(s: dict[str, Any], units: str) -> Iterator[str]:
 
     if "unknowns" not in s:
         return
-    yield (
-        f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine "
-        f"in ten lie in"
-    )
+    yield (f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine in ten lie in")
     for key, values in s["unknowns"].items():
         low, high = (quantity(key).text(values[end], units, 4) for end in ("from", "to"))
         yield f"    {label_of(key):26s} {low} to {high}"
@@ -237,13 +205,10 @@ def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
         for row in _evenly_spaced(history_rows):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
-            yield f"  {where:30s}" + "".join(
-                f"{_probability_text(row[name]):>22s}" for name in names
-            )
+            yield f"  {where:30s}" + "".join(f"{_probability_text(row[name]):>22s}" for name in names)
         if len(history_rows) > MAX_POINTS:
             yield (
-                f"  ({MAX_POINTS} of {len(history_rows)} points; all with --json, or nsdrill plot "
-                "--kind probability)"
+                f"  ({MAX_POINTS} of {len(history_rows)} points; all with --json, or nsdrill plot --kind probability)"
             )
 
 
@@ -276,10 +241,7 @@ def _string_lines(s: dict[str, Any]) -> Iterator[str]:
 def _method_lines(method: str) -> Iterator[str]:
     """How friction was integrated, unless explicitly."""
     if method != "explicit":
-        yield (
-            f"  friction       integrated "
-            f"{' and '.join(f'{word}ly' for word in method.split(' and '))}"
-        )
+        yield (f"  friction       integrated {' and '.join(f'{word}ly' for word in method.split(' and '))}")
 
 
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
@@ -288,15 +250,8 @@ CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 def _trust_lines(trust: dict[str, Any]) -> Iterator[str]:
     from nsdrill.cli.words import count as number_of
 
-    checked = (
-        trust["agree"]
-        + trust["features_differ"]
-        + trust["response_differs"]
-        + trust["check_failed"]
-    )
-    failed_checks = (
-        f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
-    )
+    checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
+    failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
     yield (
         f"  checked        {number_of(checked, 'point')}: {trust['agree']} agree, "
         f"{trust['features_differ']} keep "
@@ -310,19 +265,12 @@ def _trust_lines(trust: dict[str, Any]) -> Iterator[str]:
         change = f"{in_words(row['from'])} -> {in_words(row['to'])}"
         yield f"    {CHECKS[row['check']]:18s}{row['points']:6d}  {change}"
     if len(trust["changed"]) > MAX_CHANGED:
-        yield (
-            f"    and {len(trust['changed']) - MAX_CHANGED} more kinds of change (all with --json)"
-        )
+        yield (f"    and {len(trust['changed']) - MAX_CHANGED} more kinds of change (all with --json)")
 
 
 def in_words(flag: str) -> str:
     """A flag in words: ``bit_bounce+stick_slip`` is bit-bounce + stick-slip."""
-    for name, word in (
-        ("bit_bounce", "bit-bounce"),
-        ("stick_slip", "stick-slip"),
-        ("quasi_", "quasi-"),
-        ("_", " "),
-    ):
+    for name, word in (("bit_bounce", "bit-bounce"), ("stick_slip", "stick-slip"), ("quasi_", "quasi-"), ("_", " ")):
         flag = flag.replace(name, word)
     return flag.replace("+", " + ")
 
@@ -353,8 +301,7 @@ def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) 
     previous = None
     for row in rows[:MAX_INTERVALS]:
         place = ", ".join(
-            f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units)
-            for name in held
+            f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units) for name in held
         )
         if place and place != previous:
             yield f"  at {place}"
@@ -388,8 +335,7 @@ def _range_lines(ranges: dict[str, Any], units: str) -> Iterator[str]:
         scale = 100.0 if name.endswith("_fraction") else 1.0
         # Adding zero turns -0 into 0.
         low, high = (
-            scale * (from_si(r[end], unit) if unit not in ("", "percent") else r[end]) + 0.0
-            for end in ("min", "max")
+            scale * (from_si(r[end], unit) if unit not in ("", "percent") else r[end]) + 0.0 for end in ("min", "max")
         )
         # a terminal may know ASCII only
         sign_shown = "%" if name.endswith("_fraction") else sign(unit).replace("²", "^2")
@@ -415,10 +361,7 @@ def _trace_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         elif name in s:
             yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
     for key, value in s.get("at", {}).items():
-        yield (
-            f"  {label_of(key):14s} "
-            f"{value if isinstance(value, str) else value_text(key, value, units)}"
-        )
+        yield (f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}")
     yield from _string_lines(s)
     yield from _method_lines(s.get("method", "explicit"))
     if "procedure" in s:

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     epilog=options.examples(
         "simulate study.yaml -o trace.h5",
         "simulate study.yaml -o orbit.h5 --orbit branches.h5 --point 120",
-        "simulate study.yaml -o trace.h5 --depth 3000m --wob '10 klbf' --rotary-speed 120rpm "
-        "--duration 60s",
+        "simulate study.yaml -o trace.h5 --depth 3000m --wob '10 klbf' --rotary-speed 120rpm --duration 60s",
     ),
 )
 @options.study_argument
@@ -33,9 +32,7 @@ if TYPE_CHECKING:
 )
 @options.start
 @options.quantity(
-    "--duration",
-    "s",
-    "Simulated time. Default: the study's transient and observed time; with a ramp, its last knot.",
+    "--duration", "s", "Simulated time. Default: the study's transient and observed time; with a ramp, its last knot."
 )
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
 @click.option(
@@ -45,10 +42,7 @@ if TYPE_CHECKING:
     help="Run the motion of one point of this file of branches, stable or not, over one period.",
 )
 @click.option(
-    "--point",
-    type=int,
-    metavar="N",
-    help="With --orbit: the number of the point, as nsdrill show prints it.",
+    "--point", type=int, metavar="N", help="With --orbit: the number of the point, as nsdrill show prints it."
 )
 @options.settings
 @options.units
@@ -85,15 +79,11 @@ def command(
             "--at": at or None,
             "--start": start,
         }
-        return _simulate_orbit(
-            study, output, orbit, point, point_options, duration, sample, overrides, overwrite
-        )
+        return _simulate_orbit(study, output, orbit, point, point_options, duration, sample, overrides, overwrite)
     requested = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     # A value of a key outside of `operation` overrides the study, which checks it.
     study_values = [
-        text
-        for text in at
-        if text.partition("=")[0].strip() in requested and "." in text.partition("=")[0]
+        text for text in at if text.partition("=")[0].strip() in requested and "." in text.partition("=")[0]
     ]
     loaded = load(study, [*overrides, *study_values])
     units = units or loaded.units
@@ -116,9 +106,7 @@ def command(
             sample=DEFAULT_SAMPLE if sample is None else sample,
         )
     click.echo(
-        f"Point: {_point_text(result.trace.attrs, requested, units)}"
-        f"{_sample_text(loaded, requested, units)}.",
-        err=True,
+        f"Point: {_point_text(result.trace.attrs, requested, units)}{_sample_text(loaded, requested, units)}.", err=True
     )
     code = finish(result, output, overwrite)
     if loaded.record.exponent:
@@ -151,9 +139,7 @@ def _simulate_orbit(
         raise InputError(f"{option}: found without {missing}; allowed: with it.")
     for option, value in point_options.items():
         if value is not None:
-            raise InputError(
-                f"{option}: found with --orbit, whose point has its own; allowed: without --orbit."
-            )
+            raise InputError(f"{option}: found with --orbit, whose point has its own; allowed: without --orbit.")
     loaded = load(study, overrides)
     options.check_not_input(study, output)
     options.check_not_input(orbit, output)
@@ -165,17 +151,9 @@ def _simulate_orbit(
 
     claim_file(output, overwrite)
     result, branch_point = trace_of(
-        loaded,
-        lambda texts: load(study, [*overrides, *texts]),
-        orbit,
-        point,
-        duration=duration,
-        sample=sample,
+        loaded, lambda texts: load(study, [*overrides, *texts]), orbit, point, duration=duration, sample=sample
     )
-    numbers = ", ".join(
-        quantity(dimension_of(key)).text(value, "si", 10)
-        for key, value in branch_point.values.items()
-    )
+    numbers = ", ".join(quantity(dimension_of(key)).text(value, "si", 10) for key, value in branch_point.values.items())
     stable = (
         "stable"
         if branch_point.unstable == 0
@@ -191,13 +169,8 @@ def _point_text(attrs: Mapping[str, Any], requested: Mapping[str, float], units:
     from nsdrill.variables import AXES
 
     ramps = json.loads(attrs.get("ramps", "{}"))
-    fixed = {
-        name: in_unit_of(name, float(attrs[name]), requested) for name in AXES if name not in ramps
-    }
-    moving = [
-        f"{label_of(name)} {knots_text(name, times, values, units)}"
-        for name, (times, values) in ramps.items()
-    ]
+    fixed = {name: in_unit_of(name, float(attrs[name]), requested) for name in AXES if name not in ramps}
+    moving = [f"{label_of(name)} {knots_text(name, times, values, units)}" for name, (times, values) in ramps.items()]
     return "; ".join(part for part in (point_text(fixed, units), *moving) if part)
 
 
@@ -226,15 +199,10 @@ def finish(result: Trajectory, output: str, overwrite: bool) -> int:
 
     write_trace(output, result.trace, overwrite=overwrite)
     time = result.trace.time
-    click.echo(
-        f"{output}: {count(len(time), 'sample')} over {time[-1] if len(time) else 0:g} s.", err=True
-    )
+    click.echo(f"{output}: {count(len(time), 'sample')} over {time[-1] if len(time) else 0:g} s.", err=True)
     if result.status == OK:
         return 0
     status = str(result.trace.attrs["status"])
     words = ENDINGS.get(status, status) + (f"; {result.advice}" if result.advice else "")
-    click.echo(
-        f"The run ended early ({status}): {words}. The trace holds what was computed before.",
-        err=True,
-    )
+    click.echo(f"The run ended early ({status}): {words}. The trace holds what was computed before.", err=True)
     return 3

@@ -10,15 +10,11 @@ from nsdrill.cli import options
 @click.command(
     "view",
     epilog=options.examples(
-        "view out.h5",
-        "view study.yaml --set 'operation.wob=30 kN'",
-        "view out.h5 --no-browser --port 8123",
+        "view out.h5", "view study.yaml --set 'operation.wob=30 kN'", "view out.h5 --no-browser --port 8123"
     ),
 )
 @options.file_argument("file")
-@click.option(
-    "--port", type=int, default=0, metavar="N", help="Port to listen on. Default: any that is free."
-)
+@click.option("--port", type=int, default=0, metavar="N", help="Port to listen on. Default: any that is free.")
 @click.option("--no-browser", is_flag=True, help="Print the address only; open no browser.")
 @click.option(
     "--set",
@@ -26,23 +22,14 @@ from nsdrill.cli import options
     multiple=True,
     type=options.Word(options.changes),
     metavar="KEY=VALUE",
-    help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more "
-    "than once.",
+    help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
 )
 @click.option(
-    "--over",
-    type=options.FileName(),
-    metavar="BRANCHES.h5",
-    help="With results: draw these branches over their peaks.",
+    "--over", type=options.FileName(), metavar="BRANCHES.h5", help="With results: draw these branches over their peaks."
 )
 @options.units
 def command(
-    file: str,
-    port: int,
-    no_browser: bool,
-    overrides: tuple[str, ...],
-    over: str | None,
-    units: str | None,
+    file: str, port: int, no_browser: bool, overrides: tuple[str, ...], over: str | None, units: str | None
 ) -> int:
     """Explore FILE in the browser: results, the .part file of a run that goes on,
     branches, or a study.

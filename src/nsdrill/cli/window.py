@@ -21,9 +21,7 @@ from nsdrill.cli import options
 @options.file_argument("results")
 @click.argument("other", type=options.FileName(), required=False)
 @options.units
-@click.option(
-    "--json", "as_json", is_flag=True, help="The same for programs, with every map and region."
-)
+@click.option("--json", "as_json", is_flag=True, help="The same for programs, with every map and region.")
 @options.picture("Picture to write as well: .png, .pdf or .svg.")
 @options.severity
 @options.confidence
@@ -74,11 +72,7 @@ def command(
     if output is not None:
         from nsdrill.plot import draw, save
 
-        save(
-            draw(data, "window", units=units, severity=severity, confidence=probability),
-            output,
-            overwrite=overwrite,
-        )
+        save(draw(data, "window", units=units, severity=severity, confidence=probability), output, overwrite=overwrite)
         click.echo(f"{output}: drawn.", err=True)
     return 0
 
@@ -103,10 +97,7 @@ def _compare(
     if as_json:
         click.echo(json_text(in_units(found, units), indent=2))
     else:
-        names = [
-            f"{file}: {window['title']}"
-            for file, window in zip(files, found["windows"], strict=True)
-        ]
+        names = [f"{file}: {window['title']}" for file, window in zip(files, found["windows"], strict=True)]
         for line in contrast_lines(found, units, names):
             click.echo(printable(line))
     if picture is not None:
@@ -115,10 +106,6 @@ def _compare(
         from nsdrill.plot.two_windows import draw_two
 
         data = [read_for_window(file, severity) for file in files]
-        save(
-            draw_two(data[0], data[1], files, units, severity, confidence),
-            picture,
-            overwrite=overwrite,
-        )
+        save(draw_two(data[0], data[1], files, units, severity, confidence), picture, overwrite=overwrite)
         click.echo(f"{picture}: drawn.", err=True)
     return 0

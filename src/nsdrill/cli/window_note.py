@@ -11,18 +11,7 @@ from nsdrill.analysis.window import unknown_words
 from nsdrill.app import contrast as app
 from nsdrill.cli.words import aligned, count, samples_text
 from nsdrill.cli.words import label_of as name_of
-from nsdrill.plot.answer import (
-    ORDER,
-    Formatter,
-    answer,
-    drilling,
-    in_order,
-    is_hint,
-    limit,
-    percent,
-    warnings,
-    why,
-)
+from nsdrill.plot.answer import ORDER, Formatter, answer, drilling, in_order, is_hint, limit, percent, warnings, why
 
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
@@ -65,10 +54,7 @@ def number_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     if several:
         yield ""
         third = summary["third"]
-        yield (
-            f"Safe at every {name_of(third)} of the file: {plane['safe']} of "
-            f"{count(plane['points'], 'point')}."
-        )
+        yield (f"Safe at every {name_of(third)} of the file: {plane['safe']} of {count(plane['points'], 'point')}.")
     if plane["safe"]:
         yield ""
         yield from _map_lines(summary, plane, fmt)
@@ -82,9 +68,7 @@ def _confidence_cost(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
     yield ""
     yield "What the confidence costs:"
     for row in summary["price"]:
-        text = (
-            f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
-        )
+        text = f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
         if best := row["fastest"]:
             axes = in_order((*summary["axes"], summary["third"]))
             where = ", ".join(fmt.value(axis, best[axis]) for axis in axes)
@@ -104,28 +88,18 @@ def _by_procedure(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
         if best:
             at = ", ".join(fmt.value(axis, best[axis]) for axis in in_order(summary["axes"]))
             where = f"; best at {at}, safe with {percent(best)}"
-        yield (
-            f"By itself, {row['procedure']}: {row['safe']} safe ({100 * row['share']['safe']:.1f} "
-            f"%){where}."
-        )
+        yield (f"By itself, {row['procedure']}: {row['safe']} safe ({100 * row['share']['safe']:.1f} %){where}.")
 
 
 def _basis_lines(summary: dict[str, Any]) -> Iterator[str]:
     """The meaning of the classes of points."""
     if summary["overrides"]:
-        yield (
-            f"  overrides "
-            f"{'; '.join(f'{key} = {value}' for key, value in summary['overrides'].items())}"
-        )
+        yield (f"  overrides {'; '.join(f'{key} = {value}' for key, value in summary['overrides'].items())}")
     condition = "without a critical response"
     if summary["severity"] is not None:
         condition = f"with no severity above {summary['severity']}"
     if summary["confidence"] is not None:
-        by = (
-            f" in every procedure, {' and '.join(summary['procedures'])},"
-            if summary["history_examined"]
-            else ""
-        )
+        by = f" in every procedure, {' and '.join(summary['procedures'])}," if summary["history_examined"] else ""
         samples = samples_text(summary["counted"], summary["effective"])
         yield (
             f"  safe      {100 * summary['confidence']:g} % or more of {samples} of the uncertain "
@@ -144,26 +118,15 @@ def _basis_lines(summary: dict[str, Any]) -> Iterator[str]:
     if summary["confidence"] is None:
         yield "  critical  no run of the point was safe"
     if summary["unknown"]:
-        yield (
-            "  unknown   a run failed or has no severity, and the others leave it open; no window "
-            "goes there"
-        )
+        yield ("  unknown   a run failed or has no severity, and the others leave it open; no window goes there")
 
 
 def _shares(summary: dict[str, Any]) -> str:
-    words = tuple(
-        word
-        for word in _columns({**summary, "unknown": 0})
-        if word != "rim" or summary["history_examined"]
-    )
-    parts = [
-        f"{summary[word]} {CLASS_LABELS.get(word, word)} ({100 * summary['share'][word]:.1f} %)"
-        for word in words
-    ]
+    words = tuple(word for word in _columns({**summary, "unknown": 0}) if word != "rim" or summary["history_examined"])
+    parts = [f"{summary[word]} {CLASS_LABELS.get(word, word)} ({100 * summary['share'][word]:.1f} %)" for word in words]
     if summary["unknown"]:
         parts.append(
-            f"{summary['unknown']} unknown ({unknown_words(summary)}, "
-            f"{100 * summary['share']['unknown']:.1f} %)"
+            f"{summary['unknown']} unknown ({unknown_words(summary)}, {100 * summary['share']['unknown']:.1f} %)"
         )
     return f"of {count(summary['points'], 'point')} {', '.join(parts)}"
 
@@ -172,11 +135,7 @@ def _columns(summary: dict[str, Any]) -> tuple[str, ...]:
     """The classes of points in the tables of this summary."""
     if summary["confidence"] is not None:
         return ("safe", "critical", "unknown") if summary["unknown"] else ("safe", "critical")
-    return (
-        ("safe", "rim", "critical", "unknown")
-        if summary["unknown"]
-        else ("safe", "rim", "critical")
-    )
+    return ("safe", "rim", "critical", "unknown") if summary["unknown"] else ("safe", "rim", "critical")
 
 
 def _headings(summary: dict[str, Any]) -> str:
@@ -184,9 +143,7 @@ def _headings(summary: dict[str, Any]) -> str:
 
 
 def _row(summary: dict[str, Any], counts: dict[str, Any]) -> str:
-    return "".join(
-        f"{100 * counts['share'][word]:{_width(word) - 2}.1f} %" for word in _columns(summary)
-    )
+    return "".join(f"{100 * counts['share'][word]:{_width(word) - 2}.1f} %" for word in _columns(summary))
 
 
 def _width(word: str) -> int:
@@ -195,9 +152,7 @@ def _width(word: str) -> int:
 
 
 def _no_window(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
-    obstacles = [
-        f"{_words(name)} at {count}" for name, count in summary["obstacles"].items() if count
-    ]
+    obstacles = [f"{_words(name)} at {count}" for name, count in summary["obstacles"].items() if count]
     noun = "point" if summary["points"] == 1 else "points"
     result, subject = "There is no safe point.", "Critical responses, in any history"
     if summary["confidence"] is not None:
@@ -282,21 +237,16 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
     )
     if "probability" in best:
         yield (
-            f"  safe with a probability of {percent(best)}; in brackets the 95 % interval from "
-            f"the number of samples"
+            f"  safe with a probability of {percent(best)}; in brackets the 95 % interval from the number of samples"
         )
     for axis in axes:
-        other = (
-            "" if len(axes) == 1 else f", the {name_of(next(a for a in axes if a != axis))} held"
-        )
+        other = "" if len(axes) == 1 else f", the {name_of(next(a for a in axes if a != axis))} held"
         yield f"  {name_of(axis)}{other}:"
         for side, word in (SIDES_OF_DEPTH if axis == "depth" else SIDES).items():
             border = best["margins"][axis][side]
             yield f"    {word} {_limit_text(axis, border, fmt)}"
             if text := why(axis, border, best, fmt):
-                yield from textwrap.wrap(
-                    text, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT
-                )
+                yield from textwrap.wrap(text, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
     fastest = plane["fastest"]
     if fastest is not None and any(fastest[axis] != best[axis] for axis in axes):
         where = ", ".join(fmt.value(axis, fastest[axis]) for axis in axes)
@@ -338,11 +288,7 @@ def _over_depth(summary: dict[str, Any], fmt: Formatter, table: bool) -> Iterato
         return
     first = depth["open"][0][0]
     sentence = "Going down, the window "
-    sentence += (
-        "is open from the first depth"
-        if first == rows[0]["depth"]
-        else f"opens at {fmt.value('depth', first)}"
-    )
+    sentence += "is open from the first depth" if first == rows[0]["depth"] else f"opens at {fmt.value('depth', first)}"
     if depth["closes"] is None:
         yield f"{sentence} and stays open to the last, {fmt.value('depth', rows[-1]['depth'])}."
         return
@@ -351,15 +297,10 @@ def _over_depth(summary: dict[str, Any], fmt: Formatter, table: bool) -> Iterato
         yield f"{sentence} for good, as far as the file reaches."
         return
     spans = ", ".join(
-        f"{fmt.number('depth', a)} to {fmt.number('depth', b)}"
-        if a != b
-        else fmt.number("depth", a)
+        f"{fmt.number('depth', a)} to {fmt.number('depth', b)}" if a != b else fmt.number("depth", a)
         for a, b in depth["open"]
     )
-    yield (
-        f"{sentence}; it reopens at {fmt.value('depth', depth['reopens'])}. Open at {spans} "
-        f"{fmt.unit('depth')}."
-    )
+    yield (f"{sentence}; it reopens at {fmt.value('depth', depth['reopens'])}. Open at {spans} {fmt.unit('depth')}.")
 
 
 def _words(flag: str) -> str:

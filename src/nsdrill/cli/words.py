@@ -52,9 +52,7 @@ def point_text(point: Mapping[str, float | str], units: str = "si") -> str:
     """An operating point, ``5000 m, 22.24 kN, 3 rad/s``; the values of further axes
     have their names before them."""
     return ", ".join(
-        value_text(name, value, units)
-        if name in AXES
-        else f"{label_of(name)} {value_text(name, value, units)}"
+        value_text(name, value, units) if name in AXES else f"{label_of(name)} {value_text(name, value, units)}"
         for name, value in point.items()
     )
 
@@ -66,15 +64,10 @@ def in_unit_of(name: str, value: float, requested: Mapping[str, float]) -> float
     return WithUnit(value, other.unit) if isinstance(other, WithUnit) else value
 
 
-def knots_text(
-    name: str, times: Sequence[float], values: Sequence[float], units: str = "si"
-) -> str:
+def knots_text(name: str, times: Sequence[float], values: Sequence[float], units: str = "si") -> str:
     """The knots of a ramp in words: ``3 rad/s at 0 s, 8 rad/s at 600 s``; of many only
     the first and the last."""
-    texts = [
-        f"{value_text(name, value, units)} at {time:g} s"
-        for time, value in zip(times, values, strict=True)
-    ]
+    texts = [f"{value_text(name, value, units)} at {time:g} s" for time, value in zip(times, values, strict=True)]
     if len(texts) > MAX_KNOTS:
         half = MAX_KNOTS // 2
         texts = [*texts[:half], f"... {len(texts) - 2 * half} knots more ...", *texts[-half:]]
@@ -90,19 +83,13 @@ def aligned(table: Sequence[tuple[str, ...]]) -> Iterator[str]:
     """The rows of a table with its columns aligned."""
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     for row in table:
-        yield (
-            "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        ).rstrip()
+        yield ("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip()
 
 
 def samples_text(number: int, effective: float) -> str:
     """``32 samples``, and the number of independent ones that they are worth where some
     are the same."""
-    worth = (
-        f" (some the same, worth {effective:.0f} independent ones)"
-        if effective < number - 0.5
-        else ""
-    )
+    worth = f" (some the same, worth {effective:.0f} independent ones)" if effective < number - 0.5 else ""
     return f"{count(number, 'sample')}{worth}"
 
 
@@ -135,12 +122,7 @@ def _converted(node: Any, key: str | None, name: str | None, units: dict[str, st
         about = node.get("axis", node.get("name", name))
         return {k: _converted(v, k, k if find(str(k)) else about, units) for k, v in node.items()}
     known = find(name) if name is not None else None
-    if (
-        not isinstance(node, float)
-        or known is None
-        or name is None
-        or not (key == name or key in _VALUE_KEYS)
-    ):
+    if not isinstance(node, float) or known is None or name is None or not (key == name or key in _VALUE_KEYS):
         return node
     number, unit = _in_field(node, known.units, name)
     if unit != known.units:

@@ -93,9 +93,7 @@ INSTEAD_OF_EXPRESSIONS: dict[type, str] = {
     ast.Lambda: "a function with a name",
     ast.NamedExpr: "an assignment before it",
 }
-EXPRESSIONS = (
-    "numbers, names, arithmetic, comparisons, a if c else b, tuples, elements of buffers and calls"
-)
+EXPRESSIONS = "numbers, names, arithmetic, comparisons, a if c else b, tuples, elements of buffers and calls"
 CALLS = (
     "arithmetic, np.sqrt, np.floor, np.rint, min, max, abs, the functions of nsdrill.elementary and plain "
     "functions of this language; of scalars also sin, cos, exp, log, atan2, hypot and fmod of math"
@@ -140,11 +138,7 @@ class Expressions:
                     f"{KINDS[v.kind]} stands where {KINDS[kind]} is needed; allowed: "
                     f"{ {'d': 'float(x)', 'i': 'int(x)', 'b': 'a comparison, such as x != 0'}[kind] }"
                 )
-            return (
-                self.text.widened(v, self.lane_count)
-                if wide and self.lane_count and not v.lanes
-                else v
-            )
+            return self.text.widened(v, self.lane_count) if wide and self.lane_count and not v.lanes else v
         v = plain(v)
         if not is_number(v):
             raise Refusal(f"{_described(v)} stands where a number is needed")
@@ -187,9 +181,7 @@ class Expressions:
             if found.reason:
                 raise Refusal(found.reason)
             if found.pointer is None:
-                raise Refusal(
-                    f"{name} has no value here; allowed: a name that is assigned on every way here"
-                )
+                raise Refusal(f"{name} has no value here; allowed: a name that is assigned on every way here")
             return self.text.load(found.pointer, found.kind, found.lanes)
         if isinstance(found, Unassigned):
             raise Refusal(found.reason)
@@ -241,11 +233,7 @@ class Expressions:
             if found is not None:
                 return found
         if isinstance(a, Bits) and op is ast.LShift and isinstance(b, int):
-            return (
-                replace(a, shift=a.shift + b)
-                if a.weight is None
-                else replace(a, weight=a.weight << b)
-            )
+            return replace(a, shift=a.shift + b) if a.weight is None else replace(a, weight=a.weight << b)
         if "b" not in OPERATIONS.get(op, {}):
             for truth, node, other in zip((a, b), nodes, (b, a), strict=False):
                 _check_no_truth(truth, node, other)
@@ -316,18 +304,14 @@ class Expressions:
         is_and, result = isinstance(node.op, ast.And), None
         for number, part in enumerate(node.values):
             if result is not None and not result.lanes and not self.lane_count and _acts(part):
-                rest = (
-                    ast.BoolOp(node.op, node.values[number:]) if node.values[number + 1 :] else part
-                )
+                rest = ast.BoolOp(node.op, node.values[number:]) if node.values[number + 1 :] else part
                 return self._short_circuit(is_and, result, rest, scope)
             truth = self.truth(self.eval(part, scope))
             if isinstance(truth, bool):
                 if truth != is_and:
                     return truth
             else:
-                result = (
-                    truth if result is None else self.both(result, truth, "and" if is_and else "or")
-                )
+                result = truth if result is None else self.both(result, truth, "and" if is_and else "or")
         return is_and if result is None else result
 
     def both(self, a: Any, b: Any, joined: str = "and") -> Any:
@@ -433,17 +417,13 @@ class Expressions:
         return self.element(array, self.eval(node.slice, scope))
 
     def _slice(self, array: Any, part: ast.Slice, scope: Scope) -> Any:
-        lower, upper = (
-            None if at is None else self.eval(at, scope) for at in (part.lower, part.upper)
-        )
+        lower, upper = (None if at is None else self.eval(at, scope) for at in (part.lower, part.upper))
         if not isinstance(array, Array):
             if isinstance(lower, RUNTIME) or isinstance(upper, RUNTIME):
                 raise Refusal("a part of a constant has ends that are known")
             return array[lower:upper]
         if part.step is not None or lower is None:
-            raise Refusal(
-                "a part of a buffer has a first place and no step; allowed: b[first:] or b[first:stop]"
-            )
+            raise Refusal("a part of a buffer has a first place and no step; allowed: b[first:] or b[first:stop]")
         for end in (lower, upper):
             if isinstance(end, int) and end < 0:
                 raise Refusal(BEFORE)
@@ -461,9 +441,7 @@ class Expressions:
         parts = index if isinstance(index, tuple) else (index,)
         if not any(isinstance(part, RUNTIME) for part in parts):
             return plain(array[index])
-        table = (
-            np.asarray(array) if not any(isinstance(x, (RUNTIME, tuple)) for x in array) else None
-        )
+        table = np.asarray(array) if not any(isinstance(x, (RUNTIME, tuple)) for x in array) else None
         if table is None or table.dtype.kind not in "fib" or table.ndim != len(parts):
             raise Refusal(
                 "a tuple of values is indexed by a number that is not known; allowed: a loop of at most "
@@ -475,9 +453,7 @@ class Expressions:
         where = self.value(flat, "i", wide=False)
         if where.lanes:
             raise Refusal("a table is indexed by another number in every lane; allowed: a scalar")
-        found = self.text.table(
-            table.ravel().tolist(), "d" if table.dtype.kind == "f" else "i", where
-        )
+        found = self.text.table(table.ravel().tolist(), "d" if table.dtype.kind == "f" else "i", where)
         if table.dtype.kind == "b":
             return self.text.comparison("ne", found, self.text.constant(0, "i"))
         return found
@@ -581,21 +557,14 @@ class Expressions:
         best = arguments[0]
         for other in arguments[1:]:
             other, best = self.pair(other, best)
-            best = self.text.selection(
-                self.text.comparison(COMPARISONS[op][best.kind], other, best), other, best
-            )
+            best = self.text.selection(self.text.comparison(COMPARISONS[op][best.kind], other, best), other, best)
         return best
 
     def _converted(self, v: Any, kind: str) -> Value:
         made = self.value(v, wide=False)
         if made.kind == kind:
             return made
-        name = {
-            ("i", "d"): "sitofp",
-            ("b", "d"): "uitofp",
-            ("d", "i"): "fptosi",
-            ("b", "i"): "zext",
-        }
+        name = {("i", "d"): "sitofp", ("b", "d"): "uitofp", ("d", "i"): "fptosi", ("b", "i"): "zext"}
         return self.text.conversion(name[made.kind, kind], made, kind)
 
 
@@ -608,9 +577,7 @@ def _acts(node: ast.expr) -> bool:
 
 
 def _has_runtime(v: Any) -> bool:
-    return isinstance(v, RUNTIME) or (
-        isinstance(v, tuple) and any(_has_runtime(part) for part in v)
-    )
+    return isinstance(v, RUNTIME) or (isinstance(v, tuple) and any(_has_runtime(part) for part in v))
 
 
 def _is_integer(v: Any) -> bool:
@@ -628,15 +595,9 @@ def _hashable(f: Any) -> bool:
 def _check_no_truth(v: Any, node: ast.expr, other: Any) -> None:
     """Refuse a truth, written as ``node``, in arithmetic with the number ``other``."""
     kind = other.kind if isinstance(other, Value) else "i" if _is_integer(other) else "d"
-    if (
-        isinstance(v, Value)
-        and v.kind == "b" != kind
-        and (isinstance(other, Value) or is_number(other))
-    ):
+    if isinstance(v, Value) and v.kind == "b" != kind and (isinstance(other, Value) or is_number(other)):
         number = "int" if kind == "i" else "float"
-        raise Refusal(
-            f"{KINDS[kind]} and a truth meet in one operation; allowed: {number}({ast.unparse(node)})"
-        )
+        raise Refusal(f"{KINDS[kind]} and a truth meet in one operation; allowed: {number}({ast.unparse(node)})")
 
 
 def _instead_of_power(exponent: Any) -> str:

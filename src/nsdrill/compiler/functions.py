@@ -224,15 +224,11 @@ def _compiler_digest() -> str:
 def identity(function: FunctionType) -> str:
     """A digest of the code of ``function`` and of all that it refers to."""
     if function in _identified:
-        raise InputError(
-            f"{function.__name__} calls itself through another function; allowed: a loop."
-        )
+        raise InputError(f"{function.__name__} calls itself through another function; allowed: a loop.")
     _identified.append(function)
     try:
         names = _names(function.__code__)
-        referred = {
-            name: function.__globals__[name] for name in names if name in function.__globals__
-        }
+        referred = {name: function.__globals__[name] for name in names if name in function.__globals__}
         cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
         referred |= {name: cell.cell_contents for name, cell in cells}
         found = (

@@ -91,11 +91,7 @@ class Text:
         """The scalar ``a`` in every lane."""
         t = type_of(a.kind, lanes)
         first = self.emit(f"insertelement {t} poison, {TYPE[a.kind]} {a.ref}, i64 0", a.kind, lanes)
-        return self.emit(
-            f"shufflevector {t} {first.ref}, {t} poison, <{lanes} x i32> zeroinitializer",
-            a.kind,
-            lanes,
-        )
+        return self.emit(f"shufflevector {t} {first.ref}, {t} poison, <{lanes} x i32> zeroinitializer", a.kind, lanes)
 
     def operation(self, name: str, *operands: Value) -> Value:
         """An instruction whose operands and result have one type."""
@@ -105,22 +101,14 @@ class Text:
 
     def comparison(self, name: str, a: Value, b: Value) -> Value:
         instruction = "fcmp" if a.kind == "d" else "icmp"
-        return self.emit(
-            f"{instruction} {name} {type_of(a.kind, a.lanes)} {a.ref}, {b.ref}", "b", a.lanes
-        )
+        return self.emit(f"{instruction} {name} {type_of(a.kind, a.lanes)} {a.ref}, {b.ref}", "b", a.lanes)
 
     def selection(self, mask: Value, a: Value, b: Value) -> Value:
         t = type_of(a.kind, a.lanes)
-        return self.emit(
-            f"select {type_of('b', mask.lanes)} {mask.ref}, {t} {a.ref}, {t} {b.ref}",
-            a.kind,
-            a.lanes,
-        )
+        return self.emit(f"select {type_of('b', mask.lanes)} {mask.ref}, {t} {a.ref}, {t} {b.ref}", a.kind, a.lanes)
 
     def conversion(self, name: str, a: Value, kind: str) -> Value:
-        return self.emit(
-            f"{name} {type_of(a.kind, a.lanes)} {a.ref} to {type_of(kind, a.lanes)}", kind, a.lanes
-        )
+        return self.emit(f"{name} {type_of(a.kind, a.lanes)} {a.ref} to {type_of(kind, a.lanes)}", kind, a.lanes)
 
     def intrinsic(self, name: str, *operands: Value) -> Value:
         """An operation of LLVM's that is written as a call."""
@@ -136,9 +124,7 @@ class Text:
 
     def library(self, name: str, *operands: Value) -> Value:
         """A call of the C library, of scalars."""
-        self.declared[f"@{name}"] = (
-            f"declare double @{name}({', '.join(['double'] * len(operands))})"
-        )
+        self.declared[f"@{name}"] = f"declare double @{name}({', '.join(['double'] * len(operands))})"
         given = ", ".join(f"double {operand.ref}" for operand in operands)
         return self.emit(f"call double @{name}({given})", "d")
 
@@ -172,9 +158,7 @@ class Text:
 
     def address(self, pointer: str, index: Value, kind: str) -> Pointer:
         t = TYPE[kind]
-        where = self.emit(
-            f"getelementptr inbounds {t}, {pointer_to(t)} {pointer}, i64 {index.ref}", "p"
-        )
+        where = self.emit(f"getelementptr inbounds {t}, {pointer_to(t)} {pointer}, i64 {index.ref}", "p")
         return Pointer(where.ref, t)
 
     def _place(self, pointer: Pointer, t: str) -> str:
@@ -184,9 +168,7 @@ class Text:
 
     def load(self, pointer: Pointer, kind: str, lanes: int = 0) -> Value:
         t = type_of(kind, lanes)
-        return self.emit(
-            f"load {t}, {self._place(pointer, t)}, align {8 if kind != 'b' else 1}", kind, lanes
-        )
+        return self.emit(f"load {t}, {self._place(pointer, t)}, align {8 if kind != 'b' else 1}", kind, lanes)
 
     def store(self, value: Value, pointer: Pointer) -> None:
         t = type_of(value.kind, value.lanes)
@@ -198,9 +180,7 @@ class Text:
         t = f"[{len(numbers)} x {TYPE[kind]}]"
         content = f"{t} [{', '.join(f'{TYPE[kind]} {_constant(x, kind)}' for x in numbers)}]"
         name = self.tables.setdefault(content, f"@table{len(self.tables)}")
-        where = self.emit(
-            f"getelementptr inbounds {t}, {pointer_to(t)} {name}, i64 0, i64 {index.ref}", "p"
-        )
+        where = self.emit(f"getelementptr inbounds {t}, {pointer_to(t)} {name}, i64 0, i64 {index.ref}", "p")
         return self.load(Pointer(where.ref, TYPE[kind]), kind)
 
     # Control.

@@ -209,28 +209,20 @@ def _same_code(node: ast.FunctionDef, function: FunctionType) -> bool:
         return False
     tree = ast.Expression(ast.copy_location(ast.Lambda(node.args, returned.value), node))
     code, mine = eval(compile(tree, "", "eval"), {}).__code__, function.__code__
-    return bool(
-        (code.co_code, code.co_consts, code.co_names)
-        == (mine.co_code, mine.co_consts, mine.co_names)
-    )
+    return bool((code.co_code, code.co_consts, code.co_names) == (mine.co_code, mine.co_consts, mine.co_names))
 
 
 @lru_cache(maxsize=4096)
 def free_names(function: FunctionType) -> dict[str, Any]:
     """What the names of the function's closure stand for."""
     cells = function.__closure__ or ()
-    return {
-        name: cell.cell_contents
-        for name, cell in zip(function.__code__.co_freevars, cells, strict=True)
-    }
+    return {name: cell.cell_contents for name, cell in zip(function.__code__.co_freevars, cells, strict=True)}
 
 
 def constant_of(function: FunctionType, name: str) -> Any:
     """What a name that the function does not assign stands for."""
     if name in function.__code__.co_varnames or name in function.__code__.co_cellvars:
-        raise Refusal(
-            f"{name} has no value here; allowed: a name that is assigned on every way here"
-        )
+        raise Refusal(f"{name} has no value here; allowed: a name that is assigned on every way here")
     if name in (free := free_names(function)):
         return free[name]
     if name in function.__globals__:
@@ -267,9 +259,7 @@ def carried(body: list[ast.stmt]) -> set[str]:
     found: set[str] = set()
 
     def read(node: ast.AST) -> None:
-        names = {
-            n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)
-        }
+        names = {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
         found.update(names - new)
 
     for node in body:
@@ -292,9 +282,7 @@ def carried(body: list[ast.stmt]) -> set[str]:
 
 def is_over_lanes(node: ast.For) -> bool:
     head = node.iter
-    return (
-        isinstance(head, ast.Call) and isinstance(head.func, ast.Name) and head.func.id == "packed"
-    )
+    return isinstance(head, ast.Call) and isinstance(head.func, ast.Name) and head.func.id == "packed"
 
 
 def targets(node: ast.expr) -> Iterator[str]:

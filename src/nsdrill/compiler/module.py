@@ -39,9 +39,7 @@ class Module:
         """The text of the whole module, whose entry is ``function`` under the name
         ``symbol``."""
         self._define(function, kinds, symbol, "")
-        constants = [
-            f"{name} = internal constant {content}" for content, name in self.tables.items()
-        ]
+        constants = [f"{name} = internal constant {content}" for content, name in self.tables.items()]
         return "\n".join([*constants, *self.declared.values(), *self.parts])
 
     def _define(self, function: FunctionType, kinds: str, symbol: str, linkage: str) -> None:
@@ -61,9 +59,7 @@ class Module:
             for number, kind in enumerate(kinds)
             for name, t in zip("an", PASSED[kind], strict=False)
         )
-        self.parts.append(
-            f"define {linkage}i64 @{symbol}({parameters}) nounwind {{\n{text.body()}\n}}\n"
-        )
+        self.parts.append(f"define {linkage}i64 @{symbol}({parameters}) nounwind {{\n{text.body()}\n}}\n")
 
     def call_internal(self, text: Text, function: Any, kinds: str, given: list[str]) -> Value:
         """Call a compiled function, which becomes a part of this module."""
@@ -77,7 +73,6 @@ class Module:
         """Call the function at an address."""
         signature = f"i64 ({', '.join(t for kind in kinds for t in PASSED[kind])})"
         pointer = text.emit(
-            f"inttoptr i64 {address.ref} to {signature + '*' if pointer_to('double') != 'ptr' else 'ptr'}",
-            "p",
+            f"inttoptr i64 {address.ref} to {signature + '*' if pointer_to('double') != 'ptr' else 'ptr'}", "p"
         )
         return text.emit(f"call {signature} {pointer.ref}({', '.join(given)})", "i")

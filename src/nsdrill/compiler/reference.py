@@ -36,10 +36,7 @@ class Compiled(CPUDispatcher):
 
     @cached_property
     def address(self) -> int:
-        names = [
-            (f"a{k}", f"n{k}") if kind in BUFFERS else (f"a{k}",)
-            for k, kind in enumerate(self.kinds)
-        ]
+        names = [(f"a{k}", f"n{k}") if kind in BUFFERS else (f"a{k}",) for k, kind in enumerate(self.kinds)]
         given = [f"carray({', '.join(pair)})" if len(pair) == 2 else pair[0] for pair in names]
         returns = "" if self.nopython_signatures[0].return_type == types.void else "result = "
         text = (

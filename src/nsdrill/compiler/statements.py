@@ -76,9 +76,7 @@ class Body(Expressions):
         self.outermost, self.loops = outermost, loops
         return result.value if result is not None else None
 
-    def _entered(
-        self, function: FunctionType, arguments: list[Any], named: dict[str, Any]
-    ) -> Returned | None:
+    def _entered(self, function: FunctionType, arguments: list[Any], named: dict[str, Any]) -> Returned | None:
         scope = Scope(function)
         try:
             bound = _signature(function).bind(*arguments, **named)
@@ -98,9 +96,7 @@ class Body(Expressions):
 
     def call_compiled(self, function: Any, arguments: list[Any]) -> Value:
         if self.lane_count:
-            raise Refusal(
-                f"{function.__name__} is called in a loop over lanes, where helpers are inlined"
-            )
+            raise Refusal(f"{function.__name__} is called in a loop over lanes, where helpers are inlined")
         kinds, given = self._passed(arguments, function)
         return self.module.call_internal(self.text, function, kinds, given)
 
@@ -108,9 +104,7 @@ class Body(Expressions):
         """Arguments of a call: their kinds, and their text."""
         wanted = getattr(function, "kinds", "?" * len(arguments))
         if len(wanted) != len(arguments):
-            raise Refusal(
-                f"{function.__name__} takes {len(wanted)} arguments and is given {len(arguments)}"
-            )
+            raise Refusal(f"{function.__name__} takes {len(wanted)} arguments and is given {len(arguments)}")
         kinds, given = "", []
         for argument, kind in zip(arguments, wanted, strict=True):
             if isinstance(argument, Array):
@@ -123,14 +117,9 @@ class Body(Expressions):
                 value = self.value(argument, kind if kind in (INTEGER, FLOAT) else "", wide=False)
                 if value.kind == "b":
                     raise Refusal("a truth is no argument of a function; allowed: int(x)")
-                found, texts = (
-                    value.kind,
-                    [f"{'double' if value.kind == 'd' else 'i64'} {value.ref}"],
-                )
+                found, texts = (value.kind, [f"{'double' if value.kind == 'd' else 'i64'} {value.ref}"])
             if kind != "?" and found != kind:
-                raise Refusal(
-                    f"{function.__name__} is called with another kind of argument than it has"
-                )
+                raise Refusal(f"{function.__name__} is called with another kind of argument than it has")
             kinds += found
             given += texts
         return kinds, given
@@ -148,14 +137,7 @@ class Body(Expressions):
                 result = method(statement, scope)
             except Refusal as refusal:
                 raise _placed(refusal, statement, scope) from None
-            except (
-                TypeError,
-                ValueError,
-                IndexError,
-                AttributeError,
-                KeyError,
-                ZeroDivisionError,
-            ) as error:
+            except (TypeError, ValueError, IndexError, AttributeError, KeyError, ZeroDivisionError) as error:
                 raise _placed(error, statement, scope) from error
             if result is not None:
                 return result
@@ -191,9 +173,7 @@ class Body(Expressions):
             self._assign(target.id, value, scope, bool(self.lane_count))
         elif isinstance(target, ast.Tuple):
             if not isinstance(value, tuple) or len(value) != len(target.elts):
-                raise Refusal(
-                    f"one value, or another number of values, for {len(target.elts)} names"
-                )
+                raise Refusal(f"one value, or another number of values, for {len(target.elts)} names")
             for part, single in zip(target.elts, value, strict=True):
                 self._bind(part, single, scope)
         elif isinstance(target, ast.Subscript):
@@ -205,9 +185,7 @@ class Body(Expressions):
         """Assign to a name of ``scope``; ``wide`` if it has a value in every lane."""
         found = scope.names.get(name)
         if isinstance(found, Fixed):
-            raise Refusal(
-                f"{name} is not a number and changes in a branch or loop; allowed: numbers, each with a name"
-            )
+            raise Refusal(f"{name} is not a number and changes in a branch or loop; allowed: numbers, each with a name")
         if not isinstance(found, Slot):
             scope.names[name] = value
             check_not_carried(name, scope)
@@ -257,9 +235,7 @@ class Body(Expressions):
         value = self.eval(node.value, scope)
         if holder is not scope:  # a set of lanes
             if op is not ast.BitOr:
-                raise Refusal(
-                    "lanes accumulate only sets: s |= (1 << i) if c else 0, or a row of the buffer"
-                )
+                raise Refusal("lanes accumulate only sets: s |= (1 << i) if c else 0, or a row of the buffer")
             scope.summed.add(target.id)
             if target.id in scope.read:
                 check_not_carried(target.id, scope)
@@ -278,9 +254,7 @@ class Body(Expressions):
         if value.weight is None:
             return self.binary(ast.LShift, bits, value.shift) if value.shift else bits
         some = self.text.comparison("ne", bits, self.text.constant(0, "i"))
-        return self.text.selection(
-            some, self.text.constant(value.weight, "i"), self.text.constant(0, "i")
-        )
+        return self.text.selection(some, self.text.constant(value.weight, "i"), self.text.constant(0, "i"))
 
     # Branches.
     def open(self, names: Any, scope: Scope) -> dict[str, Slot]:
@@ -294,9 +268,7 @@ class Body(Expressions):
                 continue
             if found is None or isinstance(found, Unassigned):
                 holder.names[name] = Slot()
-            elif isinstance(found, (Array, FunctionArgument)) or not (
-                isinstance(found, RUNTIME) or is_number(found)
-            ):
+            elif isinstance(found, (Array, FunctionArgument)) or not (isinstance(found, RUNTIME) or is_number(found)):
                 holder.names[name] = Fixed(found)
             else:
                 holder.names[name] = Slot()
@@ -313,9 +285,7 @@ class Body(Expressions):
         if isinstance(test, bool):
             return self.run(node.body if test else node.orelse, scope)
         if self.lane_count:
-            raise Refusal(
-                "a branch in a loop over lanes; allowed: x = a if c else b, or a branch around the loop"
-            )
+            raise Refusal("a branch in a loop over lanes; allowed: x = a if c else b, or a branch around the loop")
         text = self.text
         without = self.open(assigned([*node.body, *node.orelse]), scope)
         then, after = text.block("then"), text.block("after")
@@ -402,9 +372,7 @@ class Body(Expressions):
                 known = not any(isinstance(limit, RUNTIME) for limit in limits)
                 if function is words.packed:
                     if not known or self.lane_count or not is_over_lanes(node):
-                        raise Refusal(
-                            "packed(W) has a number that is known, in no other loop over lanes"
-                        )
+                        raise Refusal("packed(W) has a number that is known, in no other loop over lanes")
                     self._over_lanes(node, words.packed(*limits), scope)
                     return None
                 return self._over_range(node, limits, known, scope)
@@ -442,15 +410,9 @@ class Body(Expressions):
                 raise Refusal("a return in a loop over lanes")
             at += self.lane_count
         self.lane_count = 0
-        _release(
-            {name: scope.names.get(name) for name in inner.names},
-            scope,
-            "assigned in a loop over lanes",
-        )
+        _release({name: scope.names.get(name) for name in inner.names}, scope, "assigned in a loop over lanes")
 
-    def _over_range(
-        self, node: ast.For, limits: list[Any], known: bool, scope: Scope
-    ) -> Returned | None:
+    def _over_range(self, node: ast.For, limits: list[Any], known: bool, scope: Scope) -> Returned | None:
         items = range(*limits) if known else range(0)
         if known and len(items) <= UNROLLED and (self.lane_count or not leaves_loop(node.body)):
             return self._written_out(node, items, scope)
@@ -461,9 +423,7 @@ class Body(Expressions):
         self._looped(node, node.target.id, limits, bool(items), scope)
         return None
 
-    def _looped(
-        self, node: ast.For, name: str, limits: list[Any], turns: bool, scope: Scope
-    ) -> None:
+    def _looped(self, node: ast.For, name: str, limits: list[Any], turns: bool, scope: Scope) -> None:
         """A loop over a range, as a loop: inside a loop over lanes, its variables are
         vectors. ``turns`` if it is known to have one."""
         text = self.text
@@ -501,20 +461,14 @@ class Body(Expressions):
 
 def _numbers(scope: Scope) -> set[str]:
     """The names of the scope that are numbers with a value."""
-    return {
-        name
-        for name, found in scope.names.items()
-        if isinstance(found, (Value, Slot)) or is_number(found)
-    }
+    return {name for name, found in scope.names.items() if isinstance(found, (Value, Slot)) or is_number(found)}
 
 
 def _hold(target: ast.expr, item: Any, scope: Scope) -> None:
     """Let the names of a loop stand for one of its items, which is known."""
     if isinstance(target, ast.Name):
         scope.names[target.id] = item
-    elif (
-        isinstance(target, ast.Tuple) and isinstance(item, tuple) and len(target.elts) == len(item)
-    ):
+    elif isinstance(target, ast.Tuple) and isinstance(item, tuple) and len(target.elts) == len(item):
         for part, single in zip(target.elts, item, strict=True):
             _hold(part, plain(single), scope)
     else:
@@ -524,9 +478,7 @@ def _hold(target: ast.expr, item: Any, scope: Scope) -> None:
 def _forget(slots: dict[str, Slot]) -> None:
     """These names have no value here, as they are assigned on some ways only."""
     for name, slot in slots.items():
-        slot.reason = slot.reason or (
-            f"{name} has no value here; allowed: a name that is assigned on every way here"
-        )
+        slot.reason = slot.reason or (f"{name} has no value here; allowed: a name that is assigned on every way here")
 
 
 def _release(before: dict[str, Any], scope: Scope, what: str) -> None:

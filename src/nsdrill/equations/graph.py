@@ -40,9 +40,7 @@ class Node:
 
     __slots__ = ("args", "extra", "graph", "id", "needs", "op", "region", "settled")
 
-    def __init__(
-        self, graph: Graph, op: str, args: tuple[Node, ...], extra: Any, region: int
-    ) -> None:
+    def __init__(self, graph: Graph, op: str, args: tuple[Node, ...], extra: Any, region: int) -> None:
         self.graph, self.op, self.args, self.extra, self.region = graph, op, args, extra, region
         self.id, self.settled = len(graph.nodes), False
         self.needs: frozenset[int] = graph.needs(args, region)
@@ -70,9 +68,7 @@ class Node:
 
     def __pow__(self, exponent: int) -> Node:
         if not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
-            raise TypeError(
-                f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x"
-            )
+            raise TypeError(f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x")
         value = self
         for _ in range(int(exponent) - 1):
             value = value * self
@@ -295,9 +291,7 @@ class Graph:
                                                   "neg": self.neg, "abs": self.abs, "select": self.select}  # fmt: skip
         return simple[op](*args) if op in simple else self.make(op, *args, extra=extra)
 
-    def substituted(
-        self, wanted: Iterable[Node], given: Mapping[Node, Number], regions: dict[int, int]
-    ) -> list[Node]:
+    def substituted(self, wanted: Iterable[Node], given: Mapping[Node, Number], regions: dict[int, int]) -> list[Node]:
         """The nodes ``wanted`` with other values in place of those ``given``; what does
         not depend on these is shared. A region of what does is made again, as its
         values may depend on what comes after it; ``regions`` remembers which."""
@@ -320,9 +314,7 @@ class Graph:
 
 
 def rewritten(
-    graph: Graph,
-    outputs: Mapping[str, Node],
-    change: Callable[[Graph, Callable[[Node], Node], Node], Node],
+    graph: Graph, outputs: Mapping[str, Node], change: Callable[[Graph, Callable[[Node], Node], Node], Node]
 ) -> tuple[Graph, dict[str, Node]]:
     """A copy of what ``outputs`` need, in which ``change(new, of, node)`` stands for
     each node; ``of`` gives the new node of an old one."""

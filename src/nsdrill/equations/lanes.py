@@ -52,9 +52,7 @@ class Block:
     following: Piece | None = None  # of a loop: the variables take their next values
 
 
-def lane_code(
-    name: str, graph: Graph, outputs: Mapping[str, Node], place: Mapping[str, int], lanes: int
-) -> Any:
+def lane_code(name: str, graph: Graph, outputs: Mapping[str, Node], place: Mapping[str, int], lanes: int) -> Any:
     """The function ``name(b)`` that computes ``outputs`` from the inputs of the graph;
     ``place`` gives the row of each by its name."""
     return _Writer(graph, outputs, place, lanes).function(name)
@@ -116,9 +114,7 @@ def _schedule(graph: Graph, outputs: Mapping[str, Node]) -> list[Any]:
 
 
 class _Writer:
-    def __init__(
-        self, graph: Graph, outputs: Mapping[str, Node], place: Mapping[str, int], lanes: int
-    ) -> None:
+    def __init__(self, graph: Graph, outputs: Mapping[str, Node], place: Mapping[str, int], lanes: int) -> None:
         self.graph, self.outputs, self.place, self.lanes = graph, outputs, place, lanes
         self.size = max(LEAST_PIECE, PIECE * 16 // lanes)
         self.functions: dict[str, Any] = {}
@@ -169,9 +165,7 @@ class _Writer:
                 if loop is not None:
                     before.copies += [(node, node.args[0]) for node in loop.variables]
                     _last(block.inside).flag = loop.unfinished
-                    block.following = Piece(
-                        copies=list(zip(loop.variables, loop.following, strict=True))
-                    )
+                    block.following = Piece(copies=list(zip(loop.variables, loop.following, strict=True)))
                 elif (condition := self.graph.condition[it.region]) not in self.found:
                     before.flag = condition
                     self.found.add(condition)
@@ -213,8 +207,7 @@ class _Writer:
             places = [
                 j
                 for j in range(cuts[-1] + 1, len(items))
-                if abs(reached[j] - target) <= WINDOW * self.size
-                and not _one_call(items[j - 1], items[j])
+                if abs(reached[j] - target) <= WINDOW * self.size and not _one_call(items[j - 1], items[j])
             ]
             if places:
                 cuts.append(min(places, key=lambda j: (crossing[j], abs(reached[j] - target))))
@@ -265,9 +258,7 @@ class _Writer:
 
         visit(self.program)
         crossing = [
-            node
-            for node, number in made.items()
-            if last.get(node, -1) > number and self._own_row(node) is None
+            node for node, number in made.items() if last.get(node, -1) > number and self._own_row(node) is None
         ]
         for begin, end in loops:
             for node in crossing:  # what a loop reads, its next turn reads as well
@@ -318,11 +309,7 @@ class _Writer:
         other = ["else:", *self._text(block.other, 1)] if block.other else []
         condition = self.graph.condition[block.region]
         assert condition is not None
-        return [
-            f"if {_flag(condition)} != 0:",
-            *(self._text(block.inside, 1) or ["    pass"]),
-            *other,
-        ]
+        return [f"if {_flag(condition)} != 0:", *(self._text(block.inside, 1) or ["    pass"]), *other]
 
     def _piece(self, piece: Piece) -> list[str]:
         self.known: dict[Node, str] = {}
@@ -434,10 +421,7 @@ def _last(program: list[Any]) -> Piece:
 
 
 def _one_call(one: Node, other: Node) -> bool:
-    return one.op == other.op == "result" and (one.extra[0], one.args) == (
-        other.extra[0],
-        other.args,
-    )
+    return one.op == other.op == "result" and (one.extra[0], one.args) == (other.extra[0], other.args)
 
 
 def _together(nodes: list[Node]) -> list[Node]:

@@ -141,9 +141,7 @@ def _slip_slopes(args: Sequence[Any], results: Sequence[Any]) -> Any:
     )  # fmt: skip
 
 
-_slip_factors = Library(
-    "slip_factors", elementary.slip_factors, _slip_factors_of_arrays, 3, 45, _slip_slopes, 4
-)
+_slip_factors = Library("slip_factors", elementary.slip_factors, _slip_factors_of_arrays, 3, 45, _slip_slopes, 4)
 sincos = Library(
     "sincos",
     elementary.sincos,
@@ -160,9 +158,7 @@ direction = Library(
     35,
     lambda args, results: ((TWO_OVER_PI * (1.0 / fma(args[0], args[0], 1.0)),),),
 )
-expm1 = Library(
-    "expm1", elementary.expm1, np.expm1, 1, 30, lambda args, results: ((1.0 + results[0],),)
-)
+expm1 = Library("expm1", elementary.expm1, np.expm1, 1, 30, lambda args, results: ((1.0 + results[0],),))
 # The square root of the first argument; its derivative is that of a root of at least the
 # second, so that it is bounded.
 bounded_root = Library(
@@ -173,12 +169,5 @@ bounded_root = Library(
     1,
     lambda args, results: ((0.5 / greater(results[0], args[1]), None),),
 )
-tanh = Library(
-    "tanh",
-    elementary.tanh,
-    np.tanh,
-    1,
-    30,
-    lambda args, results: ((fma(-results[0], results[0], 1.0),),),
-)
+tanh = Library("tanh", elementary.tanh, np.tanh, 1, 30, lambda args, results: ((fma(-results[0], results[0], 1.0),),))
 FUNCTIONS = ("sqrt", "sincos", "direction", "exp2", "expm1", "tanh", "fma")  # of every model

@@ -75,21 +75,15 @@ class Motion:
 
         def make() -> Any:
             graph, outputs, instead = self._graph(self.sides)
-            seeds: dict[Node, Any] = {
-                graph.input(f"s.{name}"): graph.input(f"d.{name}") for name in self.states
-            }
+            seeds: dict[Node, Any] = {graph.input(f"s.{name}"): graph.input(f"d.{name}") for name in self.states}
             followed = {
-                name: node
-                for name, node in outputs.items()
-                if name.partition(".")[0] in ("slope", "push", "moved")
+                name: node for name, node in outputs.items() if name.partition(".")[0] in ("slope", "push", "moved")
             }
             changes = Tangents(graph, seeds, self.sides, instead).of(followed)
             outputs = outputs | {f"d{name}": node for name, node in changes.items()}
             graph, outputs = settled(graph, outputs)
             where = self._place(rows)
-            where |= {
-                closed(name): rows.observer + place + RATES * k for k, name in enumerate(self.sides)
-            }
+            where |= {closed(name): rows.observer + place + RATES * k for k, name in enumerate(self.sides)}
             return lane_code("tangent", graph, outputs, where, lanes)
 
         return generated("tangent", RIGHT_HAND_SIDE, (*self._key(rows, lanes), place), make)
@@ -126,16 +120,7 @@ class Motion:
 
     def _key(self, rows: Rows, lanes: int) -> tuple[Any, ...]:
         solved = self.solved and identity(self.solved)
-        names = (
-            self.states,
-            self.parameters,
-            self.slopes,
-            self.aux,
-            self.pushed,
-            self.sides,
-            self.quick,
-            self.course,
-        )
+        names = (self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides, self.quick, self.course)
         return identity(self.equations), solved, self.options, names, rows, lanes
 
     @lru_cache  # noqa: B019  # motions live as long as the process
@@ -145,12 +130,7 @@ class Motion:
         closed."""
         implicit = bool(self.pushed)
         graph, slopes, outputs = traced(
-            self.equations,
-            self.states,
-            self.parameters,
-            self.options,
-            self.course,
-            with_slopes=implicit,
+            self.equations, self.states, self.parameters, self.options, self.course, with_slopes=implicit
         )
         wanted = {f"slope.{name}": node for name, node in slopes.items()}
         wanted |= {f"aux.{name}": node for name, node in outputs.items()}
@@ -165,9 +145,7 @@ class Motion:
         instead = {found[f"0.{k}"]: found[f"1.{k}"] for k in range(len(pairs))}
         return graph, {name: found[name] for name in wanted}, instead
 
-    def _further(
-        self, stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]
-    ) -> Mapping[str, Node]:
+    def _further(self, stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -> Mapping[str, Node]:
         found = {} if self.solved is None else self.solved(stage, slips, steps)
         return {f"aux.{name}": node for name, node in found.items()}
 

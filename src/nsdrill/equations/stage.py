@@ -89,12 +89,7 @@ class Stage:
     contacts: one of each, or two of a slip in a plane."""
 
     def __init__(
-        self,
-        graph: Graph,
-        values: Mapping[str, Node],
-        pushed: Sequence[str],
-        sides: Sequence[str] = (),
-        quick: int = 2,
+        self, graph: Graph, values: Mapping[str, Node], pushed: Sequence[str], sides: Sequence[str] = (), quick: int = 2
     ) -> None:
         self.quick = quick
         self.graph, self.pushed, self.sides = graph, tuple(pushed), tuple(sides)
@@ -113,10 +108,7 @@ class Stage:
         self.normal = self._normals(given)
         # Where a normal load depends on no other, its product with what it pushes is taken
         # once: the load is then that of a unit.
-        factors = [
-            None if set(self.loads) & set(graph.live([normal])) else normal
-            for normal in self.normal
-        ]
+        factors = [None if set(self.loads) & set(graph.live([normal])) else normal for normal in self.normal]
         for factor, own in zip(factors, self.own, strict=True):
             if factor is not None:
                 given |= {every[k]: self.loads[k] * factor for k in own}
@@ -137,9 +129,7 @@ class Stage:
     def _normals(self, given: Mapping[Node, Any]) -> list[Node]:
         wanted = [contact.normal for contact in self.contacts]
         found = self.graph.substituted(wanted, given, {})
-        return [
-            self._outside(node, contact) for node, contact in zip(found, self.contacts, strict=True)
-        ]
+        return [self._outside(node, contact) for node, contact in zip(found, self.contacts, strict=True)]
 
     def _couple(self, these: Sequence[int]) -> None:
         """What the components ``these`` need, made in the present region."""
@@ -152,9 +142,7 @@ class Stage:
                 self.slip[k] = self._outside(slip, contact)
                 self.unit[k] = Tangents(graph, {self.loads[k]: 1.0}).of(pushes)
                 self._along[k] = {
-                    name: Tangents(graph, {graph.input(f"s.{name}"): 1.0}).of({"": self.slip[k]})[
-                        ""
-                    ]
+                    name: Tangents(graph, {graph.input(f"s.{name}"): 1.0}).of({"": self.slip[k]})[""]
                     for name in self.pushed
                 }
         for k, along in self._along.items():
@@ -227,29 +215,20 @@ class Stage:
         named = {f"load.{k}": load for k, load in loads.items()}
         named |= {f"slip.{k}": slip for k, slip in slips.items()}
         slope = {
-            m: {
-                name: graph.fixed(change)
-                for name, change in Tangents(graph, {unknowns[m]: 1.0}).of(named).items()
-            }
+            m: {name: graph.fixed(change) for name, change in Tangents(graph, {unknowns[m]: 1.0}).of(named).items()}
             for m in these
         }
-        residual = [
-            self.slip[k] - slips[k] - self._dot((self.relaxed[k, i], loads[i]) for i in these)
-            for k in these
-        ]
+        residual = [self.slip[k] - slips[k] - self._dot((self.relaxed[k, i], loads[i]) for i in these) for k in these]
         matrix = [
             [
-                self._dot((self.relaxed[k, i], slope[m][f"load.{i}"]) for i in these)
-                + slope[m][f"slip.{k}"]
+                self._dot((self.relaxed[k, i], slope[m][f"load.{i}"]) for i in these) + slope[m][f"slip.{k}"]
                 for m in these
             ]
             for k in these
         ]
         matrix = [[graph.fixed(entry) for entry in row] for row in matrix]
         steps = dict(zip(these, solved(matrix, residual), strict=True))
-        after = {
-            i: loads[i] + self._dot((slope[m][f"load.{i}"], steps[m]) for m in these) for i in these
-        }
+        after = {i: loads[i] + self._dot((slope[m][f"load.{i}"], steps[m]) for m in these) for i in these}
         # The loads of the solution change with what they slow down, and with their normal
         # loads.
         for k, r in zip(these, residual, strict=True):
@@ -294,8 +273,7 @@ class Stage:
                     continue
                 loads = self.contacts[other].loads_at(tuple(at), self.at_rest(other))
                 free = [
-                    f
-                    - self._dot((self.relaxed[k, o], v) for o, v in zip(theirs, loads, strict=True))
+                    f - self._dot((self.relaxed[k, o], v) for o, v in zip(theirs, loads, strict=True))
                     for k, f in zip(own, free, strict=True)
                 ]
             found |= dict(zip(own, self._guess(number, free), strict=True))
@@ -349,9 +327,7 @@ class Stage:
                 K = self.K[own[0], own[0]]
                 for k in own[1:]:
                     K = greater(K, self.K[k, k])
-                growths.append(
-                    K * self.at_rest(number) * contact.law.steepest_fall(contact.numbers)
-                )
+                growths.append(K * self.at_rest(number) * contact.law.steepest_fall(contact.numbers))
         return {
             **loads,
             **{
@@ -361,16 +337,12 @@ class Stage:
             "falling": self.graph.sum(growths),
         }
 
-    def _leaving(
-        self, conditions: Sequence[Any], found: Mapping[Any, Node], outside: bool = False
-    ) -> dict[Any, Node]:
+    def _leaving(self, conditions: Sequence[Any], found: Mapping[Any, Node], outside: bool = False) -> dict[Any, Node]:
         """The values that leave regions with these ``conditions`` with the loads of the
         solution, where the moved velocities do not change them; ``outside`` where no
         lane needs the regions."""
         graph = self.graph
-        given: dict[Node, Any] = {
-            load: found.get(k, self.zero) for k, load in enumerate(self.loads)
-        }
+        given: dict[Node, Any] = {load: found.get(k, self.zero) for k, load in enumerate(self.loads)}
         moved = {graph.input(f"s.{name}") for name in self.pushed}
         here = dict.fromkeys(range(len(graph.parent)), graph.region)
         depends: dict[Node, tuple[bool, bool]] = {}
@@ -397,9 +369,7 @@ class Stage:
         if len(always) == self.count:
             found = self.solve(always, further)
         else:
-            conditions = dict.fromkeys(
-                graph.condition[contact.region] for contact in self.contacts if contact.region
-            )
+            conditions = dict.fromkeys(graph.condition[contact.region] for contact in self.contacts if contact.region)
             some: Any = None
             conditions |= {graph.input(closed(side)) > 0.0: None for side in self.sides}
             for condition in conditions:
@@ -418,9 +388,7 @@ class Stage:
                 for name, value in touching.items()
             }
         loads = {self.loads[k]: found.pop(k) for k in every}
-        moved = {
-            name: fma(c, found[f"push.{name}"], graph.input(f"s.{name}")) for name in self.pushed
-        }
+        moved = {name: fma(c, found[f"push.{name}"], graph.input(f"s.{name}")) for name in self.pushed}
         given: dict[Node, Any] = {graph.input(f"s.{name}"): v for name, v in moved.items()}
         given |= loads
         given |= {node: found.pop(node) for node in [*found] if isinstance(node, Node)}

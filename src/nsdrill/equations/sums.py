@@ -46,11 +46,7 @@ def settled(graph: Graph, outputs: Mapping[str, Node]) -> tuple[Graph, dict[str,
         return [
             term
             for sign, part in parts
-            for term in (
-                terms(part, sign, region)
-                if alone(part, ("add", "sub", "neg"), region)
-                else [(sign, part)]
-            )
+            for term in (terms(part, sign, region) if alone(part, ("add", "sub", "neg"), region) else [(sign, part)])
         ]
 
     def total(new: Graph, of: Callable[[Node], Node], node: Node) -> tuple[Node, int]:
@@ -60,9 +56,7 @@ def settled(graph: Graph, outputs: Mapping[str, Node]) -> tuple[Graph, dict[str,
             made = [of(operand) for operand in operands]
             parts.append((max(ready[factor] for factor in made), place, sign, made))
         parts.sort(key=lambda part: part[:2])
-        first = next(
-            (k for k, part in enumerate(parts[:2]) if len(part[3]) == 1 and part[2] > 0), 0
-        )
+        first = next((k for k, part in enumerate(parts[:2]) if len(part[3]) == 1 and part[2] > 0), 0)
         time, _, sign, factors = parts.pop(first)
         time += OTHERS * (len(factors) - 1)
         value = factors[0] if len(factors) == 1 else new.mul(*factors)

@@ -104,9 +104,7 @@ def _nodes(graph: Graph, found: Any, function: Any) -> dict[str, Node]:
         )
     for name, value in found.items():
         if not isinstance(value, (Node, Real)):
-            raise LanguageError(
-                f"{place_of(function)}: found {value!r} as {name}; allowed: a number or a value."
-            )
+            raise LanguageError(f"{place_of(function)}: found {value!r} as {name}; allowed: a number or a value.")
     return {name: graph.node(value) for name, value in found.items()}
 
 
@@ -121,18 +119,14 @@ def _placed(error: Exception, function: Any) -> str:
     that is not the compiler's."""
     here = str(Path(__file__).parent)
     places = [
-        place
-        for place in traceback.extract_tb(error.__traceback__)
-        if not place.filename.startswith((here, "<"))
+        place for place in traceback.extract_tb(error.__traceback__) if not place.filename.startswith((here, "<"))
     ]
     text = str(error) or type(error).__name__
     if not places:
         return f"{place_of(function)}: {text}."
     last = places[-1]
     if "'Absent'" in text:
-        text = (
-            "found a name that only one side of an `if` on a value assigns; allowed: a value before"
-        )
+        text = "found a name that only one side of an `if` on a value assigns; allowed: a value before"
     elif isinstance(error, TypeError) and "allowed:" not in text:
         text += (
             "; allowed on values: + - * / **, comparisons, abs, max, min, and of "
@@ -204,9 +198,7 @@ class _Changes(ast.NodeTransformer):
 
     def visit_Assign(self, node: ast.Assign) -> Any:
         self.generic_visit(node)
-        remembered = [
-            ast.Expr(_call("_remember", ast.Constant(n), _name(n))) for n in _stored([node])
-        ]
+        remembered = [ast.Expr(_call("_remember", ast.Constant(n), _name(n))) for n in _stored([node])]
         return [node, *remembered] if self.remember else node
 
     def visit_If(self, node: ast.If) -> Any:
@@ -268,15 +260,11 @@ def _select(condition: Any, a: Callable[[], Any], b: Callable[[], Any]) -> Any:
         return a() if condition else b()
     one, two = a(), b()
     if isinstance(one, tuple):
-        return tuple(
-            condition.graph.select(condition, *pair) for pair in zip(one, two, strict=True)
-        )
+        return tuple(condition.graph.select(condition, *pair) for pair in zip(one, two, strict=True))
     return condition.graph.select(condition, one, two)
 
 
-def _branch(
-    condition: Any, side: Any, other: Any, names: tuple[str, ...], scope: Mapping[str, Any]
-) -> tuple[Any, ...]:
+def _branch(condition: Any, side: Any, other: Any, names: tuple[str, ...], scope: Mapping[str, Any]) -> tuple[Any, ...]:
     """The values of ``names`` after an ``if``."""
     before = {name: scope.get(name, ABSENT) for name in names}
     if not isinstance(condition, Node):

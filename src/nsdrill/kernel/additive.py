@@ -105,10 +105,7 @@ def _text(pair: Additive, lanes: int, rows: Rows) -> str:
     values = {
         **step_constants(rows, lanes, pair.order),
         **{f"a{k}_": W * (rows.stepper + (k - 2) * width) for k in range(2, stages + 1)},
-        **{
-            f"p{k}_": W * (rows.stepper + (k - 2) * width + rows.slopes)
-            for k in range(2, stages + 1)
-        },
+        **{f"p{k}_": W * (rows.stepper + (k - 2) * width + rows.slopes) for k in range(2, stages + 1)},
         "drift_": W * (rows.stepper + (stages - 1) * width),
         "p1_": W * rows.start_push,
         "push_": W * rows.push,
@@ -162,10 +159,7 @@ def _stage(pair: Additive, rows: Rows, stage: int) -> Iterable[str]:
     stages = len(pair.nodes)
     end = stage > stages
     c = 1.0 if end else pair.nodes[stage - 1]
-    position_weights, position_push_weights = (
-        pair.positions[stage - 2],
-        pair.position_pushes[stage - 2],
-    )
+    position_weights, position_push_weights = (pair.positions[stage - 2], pair.position_pushes[stage - 2])
     if end:
         weights: Sequence[float] = pair.weights
         push_weights: Sequence[float] = (*(0.0,) * (stages - 1), -pair.diagonal)

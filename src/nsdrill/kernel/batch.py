@@ -60,11 +60,7 @@ def choose_lanes(chains: int) -> int:
         return int(configured)
     if chains <= 1:
         return 1
-    return (
-        8
-        if chains <= FEW or not llvmlite.binding.get_host_cpu_features().get("avx512f")
-        else DEFAULT_LANES
-    )
+    return 8 if chains <= FEW or not llvmlite.binding.get_host_cpu_features().get("avx512f") else DEFAULT_LANES
 
 
 def widened(lanes: int, chains: int, rows: Rows) -> int:
@@ -187,13 +183,7 @@ class Batch:
     """
 
     def __init__(
-        self,
-        lanes: int,
-        slots: int,
-        rows: Rows,
-        store: Array,
-        outcome_width: int,
-        simulation: Simulation,
+        self, lanes: int, slots: int, rows: Rows, store: Array, outcome_width: int, simulation: Simulation
     ) -> None:
         self.lanes, self.stepper = lanes, simulation.stepper
         self.rows = rows = self._stepper.rows(rows)
@@ -272,11 +262,7 @@ class Batch:
         if len(job) > self.free:
             raise ValueError(f"{len(job)} runs for {self.free} free slots")
         slots = np.array([self._free.pop() for _ in range(len(job))], dtype=np.int64)
-        settings: dict[str, Any] = {
-            **self.settings,
-            "phase_rate": runs.phase_rate,
-            "first_step": runs.first_step,
-        }
+        settings: dict[str, Any] = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
         if runs.transient is not None and runs.observe is not None:
             settings |= _times(runs.transient, runs.observe)
         columns = np.concatenate([runs.parameters, runs.state_scales, runs.frame_rates], axis=1)

@@ -52,13 +52,5 @@ def decide(  # type: ignore[no-untyped-def]
     log2_factor = min(log2_factor, growth if accepted else -0.1)
     proposed = step * exp2(log2_factor)
     too_small = (not accepted) and proposed < least_step
-    attention = (
-        (UNDERFLOW if finite else NONFINITE) if too_small else (LIMIT if exhausted else NOTHING)
-    )
-    return (
-        accepted,
-        proposed,
-        level if accepted else last_level,
-        GROWTH if accepted else 0.0,
-        attention,
-    )
+    attention = (UNDERFLOW if finite else NONFINITE) if too_small else (LIMIT if exhausted else NOTHING)
+    return (accepted, proposed, level if accepted else last_level, GROWTH if accepted else 0.0, attention)

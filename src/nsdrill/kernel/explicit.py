@@ -63,10 +63,7 @@ class ExplicitPair(TableauStepper):
         """The numbers of a step, in a buffer with these rows."""
         pair, stages = self.tableau, len(self.tableau.matrix)
         zeros = np.zeros((stages, stages))
-        slopes = (
-            rows.start_acceleration,
-            *(rows.stepper + n * rows.slopes for n in range(stages - 1)),
-        )
+        slopes = (rows.start_acceleration, *(rows.stepper + n * rows.slopes for n in range(stages - 1)))
         return Scheme(
             np.array(pair.nodes[1:]),
             square(pair.matrix, stages),
@@ -127,17 +124,9 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
     """The lines of stage ``stage``, counted from 1, in one pass over the states: the
     slope just computed is stored, and the stage values are formed. Where two successive
     stages have the same node, the time is set once."""
-    c, weights, position_weights = (
-        pair.nodes[stage - 1],
-        pair.matrix[stage - 2],
-        pair.positions[stage - 2],
-    )
+    c, weights, position_weights = (pair.nodes[stage - 1], pair.matrix[stage - 2], pair.positions[stage - 2])
     newest = f"a{stage - 1}"
-    head = [
-        "for i in packed(W):",
-        "    h = b[step_ + i]",
-        f"    hh, newest = h * h, h * {weights[-1]!r}",
-    ]
+    head = ["for i in packed(W):", "    h = b[step_ + i]", f"    hh, newest = h * h, h * {weights[-1]!r}"]
     yield from head
     if c != pair.nodes[stage - 2]:
         yield f"    {stage_time(c)}"
@@ -149,10 +138,7 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
             yield f"        b[stage_ + x] = fma(hh, {sum_of_slopes(position_weights)}, {drifted_position(c)})"
         last = "xv"[order - 1]
         rate = sum_of_slopes(weights[:-1])
-        yield (
-            f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + "
-            f"{last}]))"
-        )
+        yield (f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + {last}]))")
     yield "call(right_hand_side, b)"
 
 

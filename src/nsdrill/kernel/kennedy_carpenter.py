@@ -38,8 +38,7 @@ class Additive:
     def error(self) -> tuple[float, ...]:
         """b - b*."""
         return tuple(
-            float(Fraction(b) - Fraction(embedded))
-            for b, embedded in zip(self.weights, self.embedded, strict=True)
+            float(Fraction(b) - Fraction(embedded)) for b, embedded in zip(self.weights, self.embedded, strict=True)
         )
 
     @property
@@ -48,10 +47,7 @@ class Additive:
         of the implicit part of a slope, added to the explicit weights of the whole
         slope."""
         return tuple(
-            tuple(
-                float(Fraction(a) - Fraction(b))
-                for a, b in zip(implicit[:-1], explicit, strict=True)
-            )
+            tuple(float(Fraction(a) - Fraction(b)) for a, b in zip(implicit[:-1], explicit, strict=True))
             for implicit, explicit in zip(self.implicit, self.explicit, strict=True)
         )
 
@@ -70,9 +66,7 @@ class Additive:
         return tuple(
             tuple(
                 float(a - b)
-                for a, b in zip(
-                    self._exact(row, self.implicit), self._exact(row, self.explicit), strict=True
-                )
+                for a, b in zip(self._exact(row, self.implicit), self._exact(row, self.explicit), strict=True)
             )
             for row in (*self.explicit, self.weights)
         )
@@ -95,11 +89,7 @@ class Additive:
         rows = ((), *matrix)
         return tuple(
             sum(
-                (
-                    Fraction(weights[m]) * Fraction(rows[m][j])
-                    for m in range(len(weights))
-                    if j < len(rows[m])
-                ),
+                (Fraction(weights[m]) * Fraction(rows[m][j]) for m in range(len(weights)) if j < len(rows[m])),
                 Fraction(0),
             )
             for j in range(len(weights))
@@ -115,13 +105,7 @@ KENNEDY_CARPENTER = Additive(
         (0.06175, 0.35990537495307723),
         (0.05301658458687121, 0.3594926452932843, -0.07750922988015546),
         (0.0584171594478, -0.16313824817772324, -0.1973209097979841, 0.3770419985279074),
-        (
-            0.538530322708108,
-            -0.4549774689591667,
-            1.256290562342994,
-            -0.47828452721130055,
-            -0.16155888888063494,
-        ),
+        (0.538530322708108, -0.4549774689591667, 1.256290562342994, -0.47828452721130055, -0.16155888888063494),
         (
             0.23221715782277083,
             0.23221715782277083,
@@ -135,13 +119,7 @@ KENNEDY_CARPENTER = Additive(
         (0.1235, 0.1235),
         (0.14907768747653863, 0.14907768747653863, 0.1235),
         (0.12483442871739439, 0.12483442871739439, -0.03816885743478878, 0.1235),
-        (
-            -0.07303194030218091,
-            -0.07303194030218091,
-            -0.2434356871601467,
-            0.3409995677645085,
-            0.1235,
-        ),
+        (-0.07303194030218091, -0.07303194030218091, -0.2434356871601467, 0.3409995677645085, 0.1235),
         (
             -0.15296500088128806,
             -0.15296500088128806,
@@ -150,32 +128,8 @@ KENNEDY_CARPENTER = Additive(
             0.4059180788027232,
             0.1235,
         ),
-        (
-            0.0,
-            0.0,
-            0.5161107283174237,
-            -0.1460635639385708,
-            0.23473048589019332,
-            0.27172234973095377,
-            0.1235,
-        ),
+        (0.0, 0.0, 0.5161107283174237, -0.1460635639385708, 0.23473048589019332, 0.27172234973095377, 0.1235),
     ),
-    weights=(
-        0.0,
-        0.0,
-        0.5161107283174237,
-        -0.1460635639385708,
-        0.23473048589019332,
-        0.27172234973095377,
-        0.1235,
-    ),
-    embedded=(
-        0.0,
-        0.0,
-        0.5175217461593482,
-        -0.15173820706113939,
-        0.23672007870234135,
-        0.2754463821994498,
-        0.12205,
-    ),
+    weights=(0.0, 0.0, 0.5161107283174237, -0.1460635639385708, 0.23473048589019332, 0.27172234973095377, 0.1235),
+    embedded=(0.0, 0.0, 0.5175217461593482, -0.15173820706113939, 0.23672007870234135, 0.2754463821994498, 0.12205),
 )

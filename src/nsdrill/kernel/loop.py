@@ -22,16 +22,7 @@ from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
 # Columns of the slot table after the model's parameters, the natural scales of the
 # states and the positions' frame rates.
-SETTINGS = (
-    "phase_rate",
-    "first_step",
-    "least_step",
-    "per_rtol",
-    "limit",
-    "opens",
-    "halves",
-    "closes",
-)
+SETTINGS = ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens", "halves", "closes")
 # Columns of the outbox before the final state and the observer's.
 RUN_COLUMNS = ("status", "accepted", "rejected")
 # Entries of the counters.
@@ -55,8 +46,7 @@ def commit_step(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_): 
 
 
 _RATE, _FIRST, _LEAST, _PER_RTOL, _LIMIT, _OPENS = (
-    SETTINGS.index(name)
-    for name in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens")
+    SETTINGS.index(name) for name in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens")
 )
 
 
@@ -126,11 +116,7 @@ def places_of(lanes: int, rows: Rows, outbox_columns: int) -> np.ndarray:
             "observing_": rows.observing,
             "scale_": rows.scale,
             "frame_rate_": rows.frame_rate,
-            **{
-                f"{name}_": rows.control + i
-                for i, name in enumerate(CONTROL)
-                if f"{name}_" in Places._fields
-            },
+            **{f"{name}_": rows.control + i for i, name in enumerate(CONTROL) if f"{name}_" in Places._fields},
         }.items()
     }
     setting = rows.parameters + rows.states + rows.slopes

@@ -52,9 +52,7 @@ def loops_over(rows: Rows, *, tangent_states: bool = True) -> list[tuple[str, in
                 joined.append(single)
     heads = []
     for order, count, state, slope, push in joined:
-        indices = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [
-            f"(p + {slope}) * W + i"
-        ]
+        indices = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [f"(p + {slope}) * W + i"]
         names = "x, v, j" if order == 2 else "x, j"
         if push >= 0:
             names, indices = f"{names}, q", [*indices, f"(p + {push}) * W + i"]
@@ -136,16 +134,12 @@ def second_stage(
 
 def stage_time(c: float) -> str:
     """The line that sets the time of a stage at the fraction ``c`` of the step."""
-    return (
-        f"b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
-    )
+    return f"b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
 
 
 def drifted_position(c: float) -> str:
     """A position at the fraction ``c`` of the step if its velocity were constant."""
-    return (
-        "b[drift_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[drift_ + j], b[start_ + x])"
-    )
+    return "b[drift_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[drift_ + j], b[start_ + x])"
 
 
 def error_control(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> Iterable[str]:
@@ -167,10 +161,7 @@ def error_control(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> I
             largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
             yield f"        scale_{state} = b[scale_ + {state}] + {largest}"
         if order == 2:
-            yield (
-                "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * "
-                "scale_v"
-            )
+            yield ("        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v")
             yield "        total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)"
         else:
             yield "        quotient = error_x / scale_x"

@@ -154,18 +154,13 @@ class Model(ABC):
     def sliced(self, points: Values, number: Array) -> dict[str, Array]:
         """The two states that the study's slice varies, at the starts of these
         numbers."""
-        return slice_points(
-            points.initial, self.start_names(self.variant(points.parameters)), number
-        )
+        return slice_points(points.initial, self.start_names(self.variant(points.parameters)), number)
 
     def initial_values(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
         """The states of the study's start by these names, with the natural values where
         the study leaves them open."""
         steady, initial = self.steady(points), points.initial
-        return {
-            name: steady[name] if getattr(initial, name) is None else getattr(initial, name)
-            for name in names
-        }
+        return {name: steady[name] if getattr(initial, name) is None else getattr(initial, name) for name in names}
 
     def _by_name(self, table: Array, variant: Variant) -> dict[str, Array]:
         # Along a ramp the table has more columns than names.
@@ -195,14 +190,7 @@ class Model(ABC):
         drive, after them."""
         return self.names(variant).states
 
-    def rows(
-        self,
-        variant: Variant,
-        observed: int = 0,
-        *,
-        tangent: bool = False,
-        columns: int | None = None,
-    ) -> Rows:
+    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
         """The layout of the lane buffer for an observer with ``observed`` rows, with a
         deviation beside the states if ``tangent``, and with ``columns`` lane parameters
         where there are more than those of the model."""
@@ -273,9 +261,7 @@ class Model(ABC):
         """The lane parameters, shape (n, columns)."""
         values = self.columns(points, thresholds)
         names = self.names(self.variant(points.parameters)).parameters
-        columns = np.broadcast_arrays(
-            *(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names)
-        )
+        columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names))
         return np.stack(columns, axis=1)
 
     def switches(self, parameters: Any) -> float | None:
@@ -300,17 +286,10 @@ class Model(ABC):
         if initial.slice:
             values |= self.sliced(points, number)
         elif initial.starts:
-            values |= self.drawn(
-                points, hypercube(initial.seed, initial.starts, len(names))[number]
-            )
-        complete, names = (
-            self.complete_states(points, values),
-            (*self.states(variant), "drive_angle"),
-        )
+            values |= self.drawn(points, hypercube(initial.seed, initial.starts, len(names))[number])
+        complete, names = (self.complete_states(points, values), (*self.states(variant), "drive_angle"))
         columns = [np.atleast_1d(np.asarray(complete[name], dtype=float)) for name in names]
-        columns_of_points = np.broadcast_arrays(
-            *columns, *(np.atleast_1d(value) for value in points.operation), number
-        )
+        columns_of_points = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
         return np.stack(columns_of_points[: len(names)], axis=1)
 
     def held(self, parameters: Any) -> tuple[str, ...]:
@@ -328,8 +307,7 @@ class Model(ABC):
         """The natural scale of each state, shape (n, states): the absolute tolerance is
         ``rtol`` times this."""
         state_scales = (
-            np.broadcast_to(scale, len(table))
-            for scale in self.natural_scales(self._by_name(table, variant))
+            np.broadcast_to(scale, len(table)) for scale in self.natural_scales(self._by_name(table, variant))
         )
         return np.stack([np.asarray(scale, dtype=float) for scale in state_scales], axis=1)
 
@@ -338,9 +316,7 @@ class Model(ABC):
         names, rows = self.names(variant), self.rows(variant)
         frame_rate = np.zeros((len(table), rows.own_slopes))
         for position, column in self.frames.items():
-            frame_rate[:, names.states.index(position) // 2] = -table[
-                :, names.parameters.index(column)
-            ]
+            frame_rate[:, names.states.index(position) // 2] = -table[:, names.parameters.index(column)]
         return frame_rate
 
     def phase_rate(self, table: Array) -> Array:
@@ -385,17 +361,13 @@ class Model(ABC):
 
         return observed_rows(self.declaration(self.widest))
 
-    def observer(
-        self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0
-    ) -> tuple[Any, Any]:
+    def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
         """The compiled (observer, marker); the buffer has a deviation beside the states
         if ``tangent``, and ``others`` rows of other observers."""
         from nsdrill.observe.declared import make_observer
 
         rows = self.rows(variant, self.observed + others, tangent=tangent)
-        functions: tuple[Any, Any] = make_observer(
-            lanes, rows, self.names(variant), self.declaration(variant)
-        )
+        functions: tuple[Any, Any] = make_observer(lanes, rows, self.names(variant), self.declaration(variant))
         return functions
 
     def section_parts(self, parameters: Any, record: Record) -> int:
@@ -418,9 +390,7 @@ class Model(ABC):
         names, declaration = self.names(variant), self.declaration(variant)
         return outcome_width(names, declaration, record.peaks, record.poincare)
 
-    def features(
-        self, outcome: Array, table: Array, observe: float, variant: Variant
-    ) -> dict[str, Array]:
+    def features(self, outcome: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
         """The features of finished runs by their names, each an array [n]: ``outcome``
         holds the observer's columns, ``table`` the lane parameters, ``observe`` is the
         observation time [s]."""
@@ -428,14 +398,10 @@ class Model(ABC):
         from nsdrill.observe.findings import measured
 
         state_scales = self.state_scales(table, variant)
-        features = measured(
-            self.names(variant), self.declaration(variant), outcome, table, state_scales, observe
-        )
+        features = measured(self.names(variant), self.declaration(variant), outcome, table, state_scales, observe)
         described_features = described(self.name).features
         if missing := [
-            variable.name
-            for variable in described_features
-            if variable.only is None and variable.name not in features
+            variable.name for variable in described_features if variable.only is None and variable.name not in features
         ]:
             raise InputError(
                 f"the model {self.name}: found {', '.join(missing)} among the features of its "
@@ -459,9 +425,7 @@ class Model(ABC):
 
         return peaks_of(self.declaration(variant), outcome, record.peaks)
 
-    def section(
-        self, outcome: Array, record: Record, table: Array, variant: Variant
-    ) -> dict[str, Array]:
+    def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         """The last returns to the Poincare section by the names of their variables,
         arrays [n, returns]: ``outcome`` and ``table`` as for the features."""
         from nsdrill.observe.findings import returns_of
@@ -481,11 +445,7 @@ class Model(ABC):
         return state_scales
 
     def classify(
-        self,
-        features: Mapping[str, Array],
-        status: Array,
-        thresholds: Thresholds,
-        state_scales: Array,
+        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
     ) -> dict[str, Array]:
         """The labels of runs with these features."""
         from nsdrill.observe.labels import motions, severities
@@ -493,23 +453,12 @@ class Model(ABC):
 
         response = self.responses(features, thresholds)
         settled = features["half_difference"] <= thresholds.settled.tolerance
-        labels = {
-            "response": response,
-            **severities(features, response, thresholds),
-            "settled": settled,
-        }
-        labels = {
-            name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()
-        }
+        labels = {"response": response, **severities(features, response, thresholds), "settled": settled}
+        labels = {name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()}
         if any(name.startswith("section_") for name in features):
-            still, scales = (
-                self.still(features, state_scales, thresholds.motion.absolute),
-                self.seen(state_scales),
-            )
+            still, scales = (self.still(features, state_scales, thresholds.motion.absolute), self.seen(state_scales))
             returns = self.returns(features)
-            labels |= motions(
-                features, status, labels["settled"], returns, scales, still, thresholds
-            )
+            labels |= motions(features, status, labels["settled"], returns, scales, still, thresholds)
         return labels
 
     def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
@@ -525,9 +474,7 @@ class Model(ABC):
         columns = self._by_name(table, ())
         return {name: columns[name] for name in described(self.name).compared.values() if name}
 
-    def coordinates(
-        self, features: Mapping[str, Array], table: Array, variant: Variant
-    ) -> tuple[Array, Array]:
+    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
         """The coordinates of starts, each (points, starts, coordinates): the scaled
         features that distinguish the starts of one point, and those by which attractors
         of neighbouring points are matched. ``features`` are arrays (points, starts) at
@@ -541,16 +488,13 @@ class Model(ABC):
         scaled = np.stack(compared, axis=-1)
         return scaled, scaled
 
-    def difference(
-        self, first: Mapping[str, Array], second: Mapping[str, Array], units: Mapping[str, Array]
-    ) -> Array:
+    def difference(self, first: Mapping[str, Array], second: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
         """The largest difference between two runs of each point, over the ``compared``
         features of the description, each in its natural scale (:meth:`scales`, in
         ``units``); NaN where a run did not end well."""
         compared = described(self.name).compared
         parts = [
-            np.abs(first[name] - second[name]) / (units[scale] if scale else 1.0)
-            for name, scale in compared.items()
+            np.abs(first[name] - second[name]) / (units[scale] if scale else 1.0) for name, scale in compared.items()
         ]
         return np.asarray(np.max(parts, axis=0))
 

@@ -55,11 +55,7 @@ class Grazing:
 
 
 STICK_ONSET = Grazing(
-    104,
-    "stick_onset",
-    "bit",
-    "reached",
-    "the bit begins to stick, or ceases to: a threshold and no bifurcation",
+    104, "stick_onset", "bit", "reached", "the bit begins to stick, or ceases to: a threshold and no bifurcation"
 )
 
 
@@ -228,30 +224,16 @@ class Description:
             "shown": (self.shown, names),
             "distinguishing": (self.distinguishing, names),
             "compared": (self.compared, names),
-            "drawn.panels": (
-                (name for panel in drawn.panels for name in (panel.peaks, panel.greatest)),
-                names,
-            ),
+            "drawn.panels": ((name for panel in drawn.panels for name in (panel.peaks, panel.greatest)), names),
             "drawn.panels of a trace": ((panel.trace for panel in drawn.panels), traced),
             "drawn.histories": (drawn.histories, traced),
             "drawn.planes": ((name for plane in drawn.planes for name in plane), traced),
             "drawn.section": (drawn.section, names),
-            "drawn.section_planes": (
-                (name for plane in drawn.section_planes for name in plane),
-                names,
-            ),
+            "drawn.section_planes": ((name for plane in drawn.section_planes for name in plane), names),
             "drawn.summary": (drawn.summary, names),
-            "drawn.attractors": (
-                (name for entry in drawn.attractors for name in entry[:2] if name),
-                names,
-            ),
+            "drawn.attractors": ((name for entry in drawn.attractors for name in entry[:2] if name), names),
         }
-        return [
-            f"{where}: {name}"
-            for where, (used, defined) in uses.items()
-            for name in used
-            if name not in defined
-        ]
+        return [f"{where}: {name}" for where, (used, defined) in uses.items() for name in used if name not in defined]
 
     @property
     def deciding(self) -> frozenset[str]:
@@ -277,9 +259,7 @@ class Description:
     def may_have(self, states: tuple[str, ...]) -> bool:
         """Whether a string of this model may have these states, by their names in
         order."""
-        return states in self.state_sets or (
-            self.states_allowed is not None and self.states_allowed(states)
-        )
+        return states in self.state_sets or (self.states_allowed is not None and self.states_allowed(states))
 
     @property
     def trace(self) -> tuple[Variable, ...]:
@@ -333,22 +313,10 @@ class Description:
             ),
             *self.features,
             *self.derived,
-            feature(
-                "half_difference", "1", "largest disagreement between the halves of the observation"
-            ),
-            feature(
-                "zero_one",
-                "1",
-                "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic",
-                "returns",
-            ),
+            feature("half_difference", "1", "largest disagreement between the halves of the observation"),
+            feature("zero_one", "1", "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic", "returns"),
             feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent"),
-            feature(
-                "lyapunov_error",
-                "s-1",
-                "standard error of the largest Lyapunov exponent",
-                "exponent",
-            ),
+            feature("lyapunov_error", "s-1", "standard error of the largest Lyapunov exponent", "exponent"),
             flag(
                 "trusted",
                 "both checks find the same response and nearly the same features",
@@ -370,17 +338,8 @@ class Description:
             Variable("rejected", "i8", "1", "rejected steps", "run"),
             *self.peaks,
             *self.section,
-            Variable(
-                "initial_state",
-                "f8",
-                "",
-                "state at the start of the run",
-                "states",
-                (*POINT, "state"),
-            ),
-            Variable(
-                "final_state", "f8", "", "state at the end of the run", "states", (*POINT, "state")
-            ),
+            Variable("initial_state", "f8", "", "state at the start of the run", "states", (*POINT, "state")),
+            Variable("final_state", "f8", "", "state at the end of the run", "states", (*POINT, "state")),
         )
 
     def _check(self, name: str) -> tuple[Variable, ...]:

@@ -21,12 +21,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 DRILLED = (
     feature("rate_of_penetration", "m s-1", "rate of penetration at the mean speed", "drilled"),
-    feature(
-        "mechanical_specific_energy",
-        "Pa",
-        "mechanical specific energy, by the torque at the surface",
-        "drilled",
-    ),
+    feature("mechanical_specific_energy", "Pa", "mechanical specific energy, by the torque at the surface", "drilled"),
 )
 
 
@@ -39,12 +34,7 @@ def drilled(torque: Array, speed: Any, cutting: Any, wob: Any, bit_radius: Any) 
     (Teale 1965) with the torque at the surface, as on a rig, which is not only that of
     the bit. It is infinite where the bit does not advance.
     """
-    rate = np.maximum(
-        cutting.c1 * wob * np.sqrt(np.maximum(speed, 0.0)) + cutting.c2, np.zeros(np.shape(torque))
-    )
+    rate = np.maximum(cutting.c1 * wob * np.sqrt(np.maximum(speed, 0.0)) + cutting.c2, np.zeros(np.shape(torque)))
     power = wob * rate + speed * torque
     per_length = np.divide(power, rate, out=np.full(np.shape(rate), np.inf), where=rate > 0.0)
-    return {
-        "rate_of_penetration": rate,
-        "mechanical_specific_energy": per_length / (math.pi * bit_radius * bit_radius),
-    }
+    return {"rate_of_penetration": rate, "mechanical_specific_energy": per_length / (math.pi * bit_radius * bit_radius)}

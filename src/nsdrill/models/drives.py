@@ -79,13 +79,7 @@ def impedance_of(polar: Any, density: Any, shear_modulus: Any) -> Any:
 
 
 def motor_torque(
-    law: Gains,
-    limit: Any,
-    lag: Any,
-    drive_speed: Any,
-    twist: Any,
-    bit_speed: Any,
-    rotary_speed: Any,
+    law: Gains, limit: Any, lag: Any, drive_speed: Any, twist: Any, bit_speed: Any, rotary_speed: Any
 ) -> Any:
     """The torque of the motor [N m] that the controller demands, between 0 and
     ``limit`` [N m] unless that is None."""
@@ -136,20 +130,14 @@ def soft_torque(drive: Any, string: Seen) -> Gains:
     """A controller that is, at one frequency, a damper of ``matching`` impedances
     (O)."""
     inertia = string.top - drive.compensated_inertia
-    rate = (
-        np.sqrt(string.stiffness / string.inertia)
-        if drive.frequency is None
-        else 2 * math.pi * drive.frequency
-    )
+    rate = np.sqrt(string.stiffness / string.inertia) if drive.frequency is None else 2 * math.pi * drive.frequency
     return Gains(inertia, rate * rate * inertia, drive.matching * string.impedance)
 
 
 def equal_damping(drive: Any, string: Seen) -> Gains:
     """Both modes of drive and string have the same frequency and the same damping."""
     return Gains(
-        string.top,
-        string.stiffness * string.top / string.inertia,
-        2.0 * np.sqrt(string.stiffness * string.top),
+        string.top, string.stiffness * string.top / string.inertia, 2.0 * np.sqrt(string.stiffness * string.top)
     )
 
 
@@ -180,8 +168,7 @@ def check_inertia(drive: Any) -> None:
     inconsistent with the ``drive``'s inertia."""
     if drive.torque_limit is not None and drive.kind == "soft_torque" and drive.compensated_inertia:
         raise ValueError(
-            f"torque_limit: found {drive.torque_limit:g} N m with a compensated_inertia, allowed: "
-            f"one of the two"
+            f"torque_limit: found {drive.torque_limit:g} N m with a compensated_inertia, allowed: one of the two"
         )
     if drive.kind == "soft_torque" and not drive.compensated_inertia < drive.inertia:
         raise ValueError(
@@ -200,8 +187,7 @@ def inertia_faults(check: Any) -> Iterator[Fault]:
         return
     if check.ends(compensated)[1] > 0.0:
         allowed = (
-            f"none with {compensated}, which is {check.text(compensated, 1)}: the motor's torque is then "
-            f"another one"
+            f"none with {compensated}, which is {check.text(compensated, 1)}: the motor's torque is then another one"
         )
         if check.axis(limit):
             yield check.fault(f"sweep.{limit}", f"an axis over {limit}", allowed, ("sweep", limit))
@@ -209,9 +195,7 @@ def inertia_faults(check: Any) -> Iterator[Fault]:
             yield check.fault(limit, check.text(limit), allowed)
     if check.ends(compensated)[1] >= check.ends(inertia)[0]:
         yield check.fault(
-            compensated,
-            check.text(compensated, 1),
-            f"below {inertia}, which is {check.text(inertia, 0)}",
+            compensated, check.text(compensated, 1), f"below {inertia}, which is {check.text(inertia, 0)}"
         )
 
 
@@ -230,18 +214,14 @@ def overloaded(pairs: Sequence[tuple[float, float]], format_value: Any) -> str |
     )
 
 
-def swinging(
-    growing: Sequence[tuple[complex, float, str]], several: bool, format_value: Any
-) -> str | None:
+def swinging(growing: Sequence[tuple[complex, float, str]], several: bool, format_value: Any) -> str | None:
     """The warning of a drive that makes the string oscillate by itself, for the worst
     of ``growing`` (eigenvalue [1/s], depth [m], kind), None where there is none; with
     the depth where there are ``several``."""
     if not growing:
         return None
     root, depth, kind = max(growing, key=lambda entry: entry[0].real)
-    swing = (
-        f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
-    )
+    swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
     where = f" at {format_value(depth, 'm', 'm')}" if several else ""
     return (
         f"Unstable: without any friction at the bit the string and its drive{where} do not come "

@@ -42,10 +42,7 @@ class Kept:
         object.__setattr__(self, "states", tuple(self.states) or model.state_sets[0])
         axes = tuple(axis if isinstance(axis, Axis) else Axis(**axis) for axis in self.axes)
         object.__setattr__(self, "axes", axes)
-        unknowns = tuple(
-            unknown if isinstance(unknown, Unknown) else Unknown(**unknown)
-            for unknown in self.unknowns
-        )
+        unknowns = tuple(unknown if isinstance(unknown, Unknown) else Unknown(**unknown) for unknown in self.unknowns)
         object.__setattr__(self, "unknowns", unknowns)
         object.__setattr__(self, "options", tuple(self.options))
 
@@ -67,11 +64,7 @@ class Kept:
     def has(self, variable: Variable) -> bool:
         """Whether ``variable`` is among what is kept."""
         only = variable.only
-        return (
-            only is None
-            or only in (*self.states, *self.options)
-            or bool(getattr(self, only, False))
-        )
+        return only is None or only in (*self.states, *self.options) or bool(getattr(self, only, False))
 
     def length(self, dimension: str) -> int:
         """The length of a dimension that is no axis."""

@@ -48,9 +48,7 @@ def further_axes(model: str) -> dict[str, tuple[str, str]]:
     axes: dict[str, tuple[str, str]] = {}
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
-        number = isinstance(value, float) or (
-            value is None and "units" in meta and "most" not in meta
-        )
+        number = isinstance(value, float) or (value is None and "units" in meta and "most" not in meta)
         if number or "words" in meta or key in description.compiled or key in choices_of(model):
             units = (
                 next(iter(description.units_by[key][1].values()))
@@ -94,9 +92,7 @@ def words_of(key: str) -> tuple[str, ...]:
     for a number. The index of a word among them is its value along an axis."""
     if "." not in key:  # an operating value, known without importing a model
         return ()
-    return tuple(
-        dict.fromkeys(word for _, choices in of_all(choices_of) for word in choices.get(key, ()))
-    )
+    return tuple(dict.fromkeys(word for _, choices in of_all(choices_of) for word in choices.get(key, ())))
 
 
 @lru_cache
@@ -104,9 +100,7 @@ def words_along(name: str) -> tuple[str, ...]:
     """As :func:`words_of`, by the name of the dimension."""
     if name in COORDINATES:  # known without importing a model
         return ()
-    keys = (
-        key for _, choices in of_all(choices_of) for key in choices if dimension_of(key) == name
-    )
+    keys = (key for _, choices in of_all(choices_of) for key in choices if dimension_of(key) == name)
     return next(map(words_of, keys), ())
 
 
@@ -145,9 +139,7 @@ def in_words(data: Any, about: str = "") -> Any:
     if isinstance(data, dict):
         axis = str(data.get("axis", about))
         return {
-            key: in_words(
-                item, str(key) if _choice(str(key)) else axis if key in _RANGE_KEYS else ""
-            )
+            key: in_words(item, str(key) if _choice(str(key)) else axis if key in _RANGE_KEYS else "")
             for key, item in data.items()
         }
     return _choice(about)[int(data)] if isinstance(data, float) and _choice(about) else data
@@ -166,9 +158,7 @@ def is_compiled_in(model: str, key: str) -> bool:
     return key in described(model).compiled or key in choices_of(model)
 
 
-def in_parts(
-    model: str, values: Mapping[str, Any]
-) -> Iterator[tuple[dict[str, Any], Array | slice]]:
+def in_parts(model: str, values: Mapping[str, Any]) -> Iterator[tuple[dict[str, Any], Array | slice]]:
     """The points with these ``values``, arrays [points], in parts in which each axis
     that :func:`is_compiled_in` has one value. Yields those values by key, and the indices of
     the points; without such an axis there is one part with all points."""
@@ -176,14 +166,9 @@ def in_parts(
     if not keys:
         yield {}, slice(None)
         return
-    distinct, part_of = np.unique(
-        [np.atleast_1d(values[key]) for key in keys], axis=1, return_inverse=True
-    )
+    distinct, part_of = np.unique([np.atleast_1d(values[key]) for key in keys], axis=1, return_inverse=True)
     for number, row in enumerate(distinct.T):
-        compiled = {
-            key: float(value) if words_of(key) else int(value)
-            for key, value in zip(keys, row, strict=True)
-        }
+        compiled = {key: float(value) if words_of(key) else int(value) for key, value in zip(keys, row, strict=True)}
         yield compiled, np.flatnonzero(part_of.ravel() == number)
 
 
@@ -199,29 +184,19 @@ def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Va
     read have their defaults."""
     if chosen := {key: value for key, value in values.items() if words_of(key)}:
         parameters, initial, unread = chosen_at(parameters, initial, chosen)
-        values = {
-            key: value for key, value in values.items() if key not in chosen and key not in unread
-        }
+        values = {key: value for key, value in values.items() if key not in chosen and key not in unread}
     further = {key: value for key, value in values.items() if key not in OPERATION}
-    start = {
-        key.removeprefix("initial."): value
-        for key, value in further.items()
-        if key.startswith("initial.")
-    }
+    start = {key.removeprefix("initial."): value for key, value in further.items() if key.startswith("initial.")}
     rest = {key: value for key, value in further.items() if not key.startswith("initial.")}
     depth, wob, rotary_speed = (values[name] for name in OPERATION)
-    return Values(
-        with_values(parameters, rest), with_values(initial, start), (depth, wob, rotary_speed)
-    )
+    return Values(with_values(parameters, rest), with_values(initial, start), (depth, wob, rotary_speed))
 
 
 def part_at(parameters: Any, initial: Starts, compiled: Mapping[str, Any]) -> tuple[Any, Starts]:
     """``parameters`` and ``initial`` of one part (:func:`in_parts`), whose values are
     ``compiled``."""
     chosen = {key: value for key, value in compiled.items() if words_of(key)}
-    parameters = with_values(
-        parameters, {key: value for key, value in compiled.items() if key not in chosen}
-    )
+    parameters = with_values(parameters, {key: value for key, value in compiled.items() if key not in chosen})
     if chosen:
         parameters, initial, _ = chosen_at(parameters, initial, chosen)
     return parameters, initial
@@ -237,20 +212,11 @@ def values_in_parts(
         yield values_at(parameters, initial, here), there
 
 
-def parts_of(
-    model: str, parameters: Any, initial: Starts, axes: Mapping[str, Any]
-) -> list[tuple[Any, Starts]]:
+def parts_of(model: str, parameters: Any, initial: Starts, axes: Mapping[str, Any]) -> list[tuple[Any, Starts]]:
     """The parameters and the start of every part of a sweep of these ``axes``, without
     the values of the other axes."""
-    compiled = {
-        key: np.unique(values).tolist()
-        for key, values in axes.items()
-        if is_compiled_in(model, key)
-    }
-    return [
-        part_at(parameters, initial, dict(zip(compiled, row, strict=True)))
-        for row in product(*compiled.values())
-    ]
+    compiled = {key: np.unique(values).tolist() for key, values in axes.items() if is_compiled_in(model, key)}
+    return [part_at(parameters, initial, dict(zip(compiled, row, strict=True))) for row in product(*compiled.values())]
 
 
 def states_of_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
@@ -260,21 +226,13 @@ def states_of_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     return (*most[:-1], *more, most[-1])
 
 
-def chosen_at(
-    parameters: Any, initial: Starts, chosen: Mapping[str, Any]
-) -> tuple[Any, Starts, frozenset[str]]:
+def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tuple[Any, Starts, frozenset[str]]:
     """``parameters`` and ``initial`` with these words of choices, by key and as
     indices; and the keys that a string with these words does not read, which have their
     defaults in both."""
     words = {key: word_at(key, float(np.unique(index).item())) for key, index in chosen.items()}
-    start = {
-        key.removeprefix("initial."): word
-        for key, word in words.items()
-        if key.startswith("initial.")
-    }
-    parameters = with_values(
-        parameters, {key: word for key, word in words.items() if not key.startswith("initial.")}
-    )
+    start = {key.removeprefix("initial."): word for key, word in words.items() if key.startswith("initial.")}
+    parameters = with_values(parameters, {key: word for key, word in words.items() if not key.startswith("initial.")})
     initial = with_values(initial, start)
     unread = frozenset(getattr(parameters, "unread", ()))
     default, first = type(parameters)(), type(initial)()
@@ -290,9 +248,7 @@ def chosen_at(
 def word_in(parameters: Any, initial: Starts, key: str) -> str:
     """The word of the choice at this key, of the parameters or of the start."""
     start = key.startswith("initial.")
-    word = _value_at(
-        initial if start else parameters, key.removeprefix("initial.") if start else key
-    )
+    word = _value_at(initial if start else parameters, key.removeprefix("initial.") if start else key)
     return str(word).lower() if isinstance(word, bool) else str(word)
 
 

@@ -18,13 +18,11 @@ MEANINGS: dict[str, str] = {
     "drillstring.material.young_modulus": "Young's modulus",
     "drillstring.material.shear_modulus": "Shear modulus",
     "drillstring.eccentricity": "Distance of the collar's mass centre from its axis",
-    "drillstring.eccentric_mass": "Eccentric mass: total, with the added mass of the mud, or "
-    "steel alone",
+    "drillstring.eccentric_mass": "Eccentric mass: total, with the added mass of the mud, or steel alone",
     "drillstring.lateral_softening": "Load that softens the collar: of each moment, weight on bit, none",
     "drillstring.axial_damping": "Axial damping",
     "drillstring.torsional_damping": "Torsional damping",
-    "drillstring.eccentric_weight": "In an inclined hole the weight of the eccentric steel turns "
-    "the string",
+    "drillstring.eccentric_weight": "In an inclined hole the weight of the eccentric steel turns the string",
     "mud": "The drilling fluid",
     "mud.density": "Density",
     "mud.added_mass": "Added-mass coefficient; a larger one lowers the lateral frequency",
@@ -43,19 +41,16 @@ MEANINGS: dict[str, str] = {
     "well.axial_friction": "Friction at wall and stabilisers acts along the hole, too",
     "stabilizer": "The stabilisers at the ends of the span",
     "stabilizer.clearance": "Radial clearance; null: hinges without clearance or friction",
-    "stabilizer.friction": "Friction between stabilisers and wall over slip speed, with a "
-    "clearance",
+    "stabilizer.friction": "Friction between stabilisers and wall over slip speed, with a clearance",
     "stabilizer.friction.static": "Coefficient at rest",
     "stabilizer.friction.dynamic": "Coefficient at high speed",
-    "stabilizer.friction.smoothing": "Steepness of the sign change at zero speed; larger is "
-    "steeper",
+    "stabilizer.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper",
     "stabilizer.friction.decay": "Rate of the fall from static to dynamic; larger falls sooner",
     "bit": "The bit on its lobed surface",
     "bit.lobes": "Lobes per revolution: 3 for a roller cone, 1 for a PDC bit",
     "bit.surface_amplitude": "Amplitude of the lobed surface",
     "bit.rock_stiffness": "Contact stiffness of the rock",
-    "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] "
-    "sqrt(Omega[rad/s]) + c2",
+    "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(Omega[rad/s]) + c2",
     "bit.cutting.zeta": "Factor of the cutting torque",
     "bit.cutting.c1": "Slope of the rate of penetration, in SI units",
     "bit.cutting.c2": "Offset of the rate of penetration, in m/s",
@@ -83,24 +78,19 @@ MEANINGS: dict[str, str] = {
     "drive.speed_gain": "Gain on the bit speed (G_w); kind pi",
     "drive.shaft_damping": "Damping along the string between drive and bit; all kinds but ideal",
     "drive.matching": "Proportional gain in impedances of the pipe; kind soft_torque",
-    "drive.frequency": "Frequency to which the controller is tuned; null: that of the string; "
-    "kind soft_torque",
+    "drive.frequency": "Frequency to which the controller is tuned; null: that of the string; kind soft_torque",
     "drive.compensated_inertia": "Inertia that the controller compensates; kind soft_torque",
     "drive.a": "Softness; larger is softer than a stiff drive; kind z_torque",
     "drive.high_pass": "Time constant of the filter on the torque; kind z_torque",
     "drive.inductance": "Inductance of the armature (L); kind dc_motor",
     "drive.resistance": "Resistance of the armature (R); kind dc_motor",
-    "drive.torque_constant": "Torque over current, voltage over speed at the motor (K_m); kind "
-    "dc_motor",
-    "drive.gains": "Gains K_I, K_1, K_2, K_3, K_4 of the motor's voltage; null: constant "
-    "voltage; kind dc_motor",
+    "drive.torque_constant": "Torque over current, voltage over speed at the motor (K_m); kind dc_motor",
+    "drive.gains": "Gains K_I, K_1, K_2, K_3, K_4 of the motor's voltage; null: constant voltage; kind dc_motor",
     "drive.gear": "Gear ratio: revolutions of the motor for one of the table (n); kind dc_motor",
     "drive.table_inertia": "Inertia of the rotary table; kind dc_motor",
     "drive.motor_inertia": "Inertia at the motor's shaft; kind dc_motor",
-    "drive.on_at": "Time at which nsdrill simulate switches the drive on, ideal before; null: "
-    "the start",
-    "drive.torque_limit": "Torque limit: the motor's torque stays between 0 and this; null: no "
-    "limits",
+    "drive.on_at": "Time at which nsdrill simulate switches the drive on, ideal before; null: the start",
+    "drive.torque_limit": "Torque limit: the motor's torque stays between 0 and this; null: no limits",
     "drive.state_weight": "Weight of the squared states; kind lqr",
     "drive.torque_weight": "Weight of the squared torque; kind lqr",
     "operation": "The operating point; a value may be a ramp, {ramp: [[0 s, VALUE], [60 s, VALUE]]}",
@@ -119,10 +109,8 @@ MEANINGS: dict[str, str] = {
     "initial.lag": "Angle of the drive ahead of the set point; not of an ideal drive",
     "initial.drive_speed": "Speed of the drive; null: the set speed; not of an ideal drive",
     "initial.drive_angle": "Angle of the top drive",
-    "initial.ensemble": "Number of drawn starts of every operating point; 0 or 1: the state "
-    "given here",
+    "initial.ensemble": "Number of drawn starts of every operating point; 0 or 1: the state given here",
     "initial.seed": "Random seed of the starts",
-    "initial.spread": "Scatter of the drawn starts; 1: all that may happen, near 0: about steady "
-    "drilling",
+    "initial.spread": "Scatter of the drawn starts; 1: all that may happen, near 0: about steady drilling",
     "initial.slice": "Grid of starts over two states, each {from, to, points}",
 }

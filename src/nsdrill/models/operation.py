@@ -17,25 +17,11 @@ class Operation(Checked):
     """The operating point."""
 
     depth: float = parameter(
-        5000.0,
-        "m",
-        "P",
-        "certain",
-        low=1e-2,
-        high=1e5,
-        usual="100 to 12 300 m; laboratory rigs 1 m",
+        5000.0, "m", "P", "certain", low=1e-2, high=1e5, usual="100 to 12 300 m; laboratory rigs 1 m"
     )
-    wob: float = parameter(
-        22.24e3, "N", "P (5 klbf)", "certain", high=LARGEST_FORCE, usual="0 to 500 kN"
-    )
+    wob: float = parameter(22.24e3, "N", "P (5 klbf)", "certain", high=LARGEST_FORCE, usual="0 to 500 kN")
     rotary_speed: float = parameter(
-        3.0,
-        "rad/s",
-        "P",
-        "certain",
-        low=1e-9,
-        high=1e3,
-        usual="20 to 300 rpm, with a motor 1000 rpm",
+        3.0, "rad/s", "P", "certain", low=1e-9, high=1e3, usual="20 to 300 rpm, with a motor 1000 rpm"
     )
 
 

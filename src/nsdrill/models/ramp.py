@@ -54,10 +54,7 @@ class Course:
         middle = getattr(p, self.speed)
         time, speed = t + p.segment_start, middle + rate
         states |= {name: states[name] - ahead for name in self.turning}
-        parameters = {
-            name: getattr(p, f"{name}_slope") * t + getattr(p, f"{name}_start")
-            for name in self.names
-        }
+        parameters = {name: getattr(p, f"{name}_slope") * t + getattr(p, f"{name}_start") for name in self.names}
         parameters |= {self.speed: speed, SET_RATE: 2.0 * p.ahead_square}
         phase = phase + ((middle * t + ahead) - speed * time)
         return time, phase, Named(**states), Named(**parameters)
@@ -92,14 +89,10 @@ class Ramps:
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         """The compiled right-hand side."""
         columns = self.columns(variant)
-        motion = replace(
-            self.model.motion(variant), parameters=columns, course=self._course(variant)
-        )
+        motion = replace(self.model.motion(variant), parameters=columns, course=self._course(variant))
         return motion.right_hand_side(lanes, self.model.rows(variant, columns=len(columns)))
 
-    def pack(
-        self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds
-    ) -> Array:
+    def pack(self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
         """Lane parameters of the segments between ``cuts`` [s], shape (segments,
         columns)."""
         point, variant = schedule.at(cuts), self.model.variant(parameters)
@@ -115,9 +108,7 @@ class Ramps:
         ahead = cuts[:-1], 0.5 * slope[:, speed], -0.5 * slope[:, speed] * length
         return np.column_stack([first, ends[:-1, moving], slope[:, moving], *ahead])
 
-    def mend(
-        self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant
-    ) -> None:
+    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
         """Convert, in place, the states that the kernel has sampled at ``time`` [s],
         shape (samples, states), to the true ones."""
         states = self.model.states(variant)

@@ -35,14 +35,8 @@ _LOCATIONS = {
         "nsdrill.models.christoforou_yigit.description:DESCRIPTION",
         "nsdrill.models.christoforou_yigit.model:ChristoforouYigit",
     ),
-    "segments": (
-        "nsdrill.models.segments.description:DESCRIPTION",
-        "nsdrill.models.segments.model:Segments",
-    ),
-    "beam": (
-        "nsdrill.models.beam.description:DESCRIPTION",
-        "nsdrill.models.beam.model:ElasticCollar",
-    ),
+    "segments": ("nsdrill.models.segments.description:DESCRIPTION", "nsdrill.models.segments.model:Segments"),
+    "beam": ("nsdrill.models.beam.description:DESCRIPTION", "nsdrill.models.beam.model:ElasticCollar"),
     "torsion": ("nsdrill.models.torsion:DESCRIPTION", "nsdrill.models.torsion:Torsion"),
 }
 
@@ -108,11 +102,7 @@ def _loaded(name: str, which: int, expected: type) -> Any:
 def _origin(error: BaseException) -> str:
     """The line of another package in which an error was found, for a message."""
     own = ("<frozen importlib", __file__, importlib.__file__)
-    frames = [
-        frame
-        for frame in traceback.extract_tb(error.__traceback__)
-        if not frame.filename.startswith(own)
-    ]
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(own)]
     return f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
 
 
@@ -156,20 +146,12 @@ def _check_meanings(name: str, description: Description) -> None:
     """InputError where a model of another package gives a name another meaning than a
     model of nsdrill does."""
     for attribute in ("variables", "trace_and_states"):
-        built_in = [
-            (model, variable)
-            for model in _BUILT_IN
-            for variable in getattr(described(model), attribute)
-        ]
+        built_in = [(model, variable) for model in _BUILT_IN for variable in getattr(described(model), attribute)]
         for variable in getattr(description, attribute):
             meanings = [
-                (model, other.units, other.long_name)
-                for model, other in built_in
-                if other.name == variable.name
+                (model, other.units, other.long_name) for model, other in built_in if other.name == variable.name
             ]
-            if meanings and not any(
-                tuple(meaning) == (variable.units, variable.long_name) for _, *meaning in meanings
-            ):
+            if meanings and not any(tuple(meaning) == (variable.units, variable.long_name) for _, *meaning in meanings):
                 model, units, words = meanings[0]
                 raise InputError(
                     f"the model {name}: found the variable {variable.name}, {variable.long_name} "
@@ -183,9 +165,7 @@ def other_packages() -> tuple[str, ...]:
     """The models of other packages that this process has imported, for messages: an
     error may be the fault of such a model."""
     return tuple(
-        name
-        for name in NAMES
-        if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
+        name for name in NAMES if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
     )
 
 
@@ -201,11 +181,7 @@ def sources_of(name: str) -> str:
     if spec is None:
         return "unknown"
     roots = [Path(location) for location in spec.submodule_search_locations or ()]
-    files = [
-        (file.relative_to(root).as_posix(), file)
-        for root in roots
-        for file in sorted(root.rglob("*.py"))
-    ]
+    files = [(file.relative_to(root).as_posix(), file) for root in roots for file in sorted(root.rglob("*.py"))]
     if not roots and spec.origin:
         files = [(Path(spec.origin).name, Path(spec.origin))]
     digest = hashlib.sha256()

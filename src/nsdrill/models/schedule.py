@@ -25,11 +25,7 @@ class Ramp:
     def __post_init__(self) -> None:
         if len(self.times) != len(self.values) or len(self.times) < 2:
             raise ValueError("ramp: found fewer than two knots, allowed: two or more")
-        if (
-            self.times[0] != 0.0
-            or not np.all(np.diff(self.times) > 0.0)
-            or not np.all(np.isfinite(self.times))
-        ):
+        if self.times[0] != 0.0 or not np.all(np.diff(self.times) > 0.0) or not np.all(np.isfinite(self.times)):
             raise ValueError("ramp: found times that do not ascend from 0 s")
 
     def at(self, time: Array) -> Array:
@@ -62,9 +58,7 @@ class Schedule:
     @property
     def start(self) -> Operation:
         """The operating point at time zero."""
-        return replace(
-            self.operation, **{name: ramp.values[0] for name, ramp in self.ramps.items()}
-        )
+        return replace(self.operation, **{name: ramp.values[0] for name, ramp in self.ramps.items()})
 
     @property
     def end(self) -> float:
@@ -90,9 +84,7 @@ class Schedule:
         if ramp is None:
             return self.operation.rotary_speed * time
         times, values = np.array(ramp.times), np.array(ramp.values)
-        angle = np.concatenate(
-            [[0.0], np.cumsum(np.diff(times) * 0.5 * (values[1:] + values[:-1]))]
-        )
+        angle = np.concatenate([[0.0], np.cumsum(np.diff(times) * 0.5 * (values[1:] + values[:-1]))])
         leg = np.searchsorted(times, time, side="right") - 1
         within = time - times[leg]
         return angle[leg] + 0.5 * (values[leg] + ramp.at(time)) * within
@@ -114,8 +106,5 @@ class Schedule:
             with np.errstate(over="ignore"):
                 change = np.maximum(change, np.abs(np.diff(values)) / lesser)
         counts = np.clip(np.ceil(np.minimum(change, 1.0) * pieces), 1, pieces).astype(int)
-        parts = [
-            np.linspace(a, b, n, endpoint=False)
-            for a, b, n in zip(times[:-1], times[1:], counts, strict=True)
-        ]
+        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(times[:-1], times[1:], counts, strict=True)]
         return np.unique(np.concatenate([*parts, [duration]]))

@@ -43,9 +43,7 @@ def checked_starts(initial: Starts, number: np.ndarray) -> None:
     """ValueError where one of the start numbers ``number`` is beyond the starts of
     ``initial``."""
     if number.size and (number.min() < 0 or number.max() >= initial.starts):
-        raise ValueError(
-            f"start: found {number.min()} to {number.max()}, allowed: 0 to {initial.starts - 1}"
-        )
+        raise ValueError(f"start: found {number.min()} to {number.max()}, allowed: 0 to {initial.starts - 1}")
 
 
 def hypercube(seed: int, count: int, draws: int) -> np.ndarray:
@@ -60,22 +58,17 @@ def in_the_disc(pairs: np.ndarray) -> np.ndarray:
     """Points of the unit disc [n, 2] from pairs of numbers in [0, 1), computed one by
     one with scalar functions, whose bits do not depend on the length of an array."""
     points = [
-        (math.sqrt(a) * math.cos(2 * math.pi * b), math.sqrt(a) * math.sin(2 * math.pi * b))
-        for a, b in pairs.tolist()
+        (math.sqrt(a) * math.cos(2 * math.pi * b), math.sqrt(a) * math.sin(2 * math.pi * b)) for a, b in pairs.tolist()
     ]
     return np.array(points).reshape(-1, 2)
 
 
-def slice_points(
-    initial: Starts, states: tuple[str, ...], number: np.ndarray
-) -> dict[str, np.ndarray]:
+def slice_points(initial: Starts, states: tuple[str, ...], number: np.ndarray) -> dict[str, np.ndarray]:
     """The two states of a slice, in the order of ``states``, and their values at the
     starts with these numbers."""
     axes = slice_values(initial, states)
     indices = np.unravel_index(number, [len(values) for values in axes.values()])
-    return {
-        name: values[index] for (name, values), index in zip(axes.items(), indices, strict=True)
-    }
+    return {name: values[index] for (name, values), index in zip(axes.items(), indices, strict=True)}
 
 
 def slice_values(initial: Starts, states: tuple[str, ...]) -> dict[str, Any]:

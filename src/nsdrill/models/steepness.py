@@ -31,9 +31,7 @@ def implicit(method: str, model: str, points: Values) -> Array:
     if method == "explicit" or description.explicit_only(points.parameters) is not None:
         return np.zeros(np.broadcast_shapes(*map(np.shape, points.operation)), dtype=bool)
     rates = [np.asarray(rate, dtype=float) for rate in description.friction_rates(points).values()]
-    rate = np.broadcast_arrays(np.max(np.broadcast_arrays(0.0, *rates), axis=0), *points.operation)[
-        0
-    ]
+    rate = np.broadcast_arrays(np.max(np.broadcast_arrays(0.0, *rates), axis=0), *points.operation)[0]
     return np.full(rate.shape, True) if method == "implicit" else rate > STEEP
 
 
@@ -45,13 +43,7 @@ def advice(method: str, model: str, points: Values) -> str:
     key, rate = max(rates.items(), key=lambda item: item[1], default=("", 0.0))
     if rate <= STEEP or method == "implicit":
         return "raise simulation.max_steps"
-    cause = (
-        f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, which bounds the length "
-        f"of explicit steps"
-    )
+    cause = f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, which bounds the length of explicit steps"
     if (reason := description.explicit_only(points.parameters)) is not None:
-        return (
-            f"{cause}; it cannot be integrated implicitly, as {reason}: lower {key}, or raise "
-            f"simulation.max_steps"
-        )
+        return f"{cause}; it cannot be integrated implicitly, as {reason}: lower {key}, or raise simulation.max_steps"
     return f"{cause}; set simulation.method: auto, or raise simulation.max_steps"

@@ -25,16 +25,7 @@ from nsdrill.models.friction import hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
-from nsdrill.observe.channels import (
-    Channel,
-    Declaration,
-    Derived,
-    Extremes,
-    Mean,
-    Names,
-    Section,
-    TimeAbove,
-)
+from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Names, Section, TimeAbove
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.ranges import Checked, parameter
 
@@ -44,25 +35,12 @@ class Drillstring(Checked):
     """A steel pipe with an inertia at its end."""
 
     collar_inertia: float = parameter(
-        415.7,
-        "kg m^2",
-        "9 in by 3 in, 200 m",
-        low=1e-6,
-        high=1e7,
-        meaning="Rotary inertia of the collars",
+        415.7, "kg m^2", "9 in by 3 in, 200 m", low=1e-6, high=1e7, meaning="Rotary inertia of the collars"
     )
-    collar_length: float = parameter(
-        200.0, "m", "J, B", high=1e4, meaning="Length of the collars, which do not twist"
-    )
-    outer_diameter: float = parameter(
-        0.127, "m", "J", low=1e-4, high=10.0, meaning="Outer diameter of the pipe"
-    )
-    inner_diameter: float = parameter(
-        0.1086, "m", "J", high=10.0, meaning="Inner diameter of the pipe"
-    )
-    damping: float = parameter(
-        50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping"
-    )
+    collar_length: float = parameter(200.0, "m", "J, B", high=1e4, meaning="Length of the collars, which do not twist")
+    outer_diameter: float = parameter(0.127, "m", "J", low=1e-4, high=10.0, meaning="Outer diameter of the pipe")
+    inner_diameter: float = parameter(0.1086, "m", "J", high=10.0, meaning="Inner diameter of the pipe")
+    damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping")
 
 
 @dataclass(frozen=True)
@@ -72,9 +50,7 @@ class Friction(Checked):
 
     static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
     dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
-    smoothing: float = parameter(
-        500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad"
-    )
+    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
     decay: float = parameter(3.0, "s/rad", "R", "low", high=1e6, usual="0 to 20 s/rad")
 
 
@@ -82,9 +58,7 @@ class Friction(Checked):
 class Bit(Checked):
     """A disc that rubs on the rock."""
 
-    radius: float = parameter(
-        0.1905, "m", "P (15 in)", "certain", low=1e-4, high=5.0, meaning="Radius of the bit"
-    )
+    radius: float = parameter(0.1905, "m", "P (15 in)", "certain", low=1e-4, high=5.0, meaning="Radius of the bit")
     friction: Friction = field(default_factory=Friction)
 
 
@@ -135,11 +109,7 @@ DECLARATION = Declaration(
     ),
     features=(
         Extremes(
-            "bit speed",
-            greatest="bit_speed_max",
-            least="bit_speed_min",
-            peaks="bit_speed_peaks",
-            slip="drive_speed",
+            "bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks", slip="drive_speed"
         ),
         Extremes("twist", greatest="twist_max", least="twist_min"),
         TimeAbove("bit speed", "slipping"),
@@ -164,10 +134,7 @@ DECLARATION = Declaration(
 def pipe(string: Drillstring, depth: Any) -> tuple[Any, Any]:
     """Rotary inertia [kg m^2] and torsional stiffness [N m/rad] of the pipe above the
     collars."""
-    polar, length = (
-        math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4),
-        depth - string.collar_length,
-    )
+    polar, length = (math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4), depth - string.collar_length)
     return 7850.0 * polar * length, 79.6e9 * polar / length
 
 
@@ -180,9 +147,7 @@ def torque(bit: Bit, wob: Any, speed: Any) -> Any:
 
 def equations(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     """The slope of the bit speed."""
-    rock = friction(
-        "bit", slip=s.bit_speed, normal=p.torque, law=hyperbolic, numbers=numbers_of(p, "bit")
-    )
+    rock = friction("bit", slip=s.bit_speed, normal=p.torque, law=hyperbolic, numbers=numbers_of(p, "bit"))
     return {"bit_speed": (-p.damping * s.bit_speed - p.stiffness * s.twist - rock) / p.inertia}
 
 
@@ -209,31 +174,11 @@ class Torsion(Model):
         return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
-        string, bit, (depth, wob, speed) = (
-            points.parameters.drillstring,
-            points.parameters.bit,
-            points.operation,
-        )
-        law, stuck, (inertia, stiffness) = (
-            bit.friction,
-            thresholds.stuck_below,
-            pipe(string, depth),
-        )
-        others = (
-            string.damping,
-            speed,
-            wob * 2 / 3 * bit.radius * law.static,
-            law.smoothing,
-            law.decay,
-        )
+        string, bit, (depth, wob, speed) = (points.parameters.drillstring, points.parameters.bit, points.operation)
+        law, stuck, (inertia, stiffness) = (bit.friction, thresholds.stuck_below, pipe(string, depth))
+        others = (string.damping, speed, wob * 2 / 3 * bit.radius * law.static, law.smoothing, law.decay)
         inertia, share = string.collar_inertia + inertia / 3, law.dynamic / law.static
-        return dict(
-            zip(
-                NAMES.parameters,
-                (inertia, stiffness, *others, 1 - share, share, stuck),
-                strict=True,
-            )
-        )
+        return dict(zip(NAMES.parameters, (inertia, stiffness, *others, 1 - share, share, stuck), strict=True))
 
     def natural_scales(self, table: Mapping[str, Any]) -> Any:
         return 0.1, 0.1 * table["drive_speed"]
@@ -255,45 +200,25 @@ class Torsion(Model):
             "bit_speed": points.operation[2] * (1 + q * (2 * shape[:, 1] - 1)),
         }
 
-    def outputs(
-        self, parameters: Parameters, point: Any, state: Mapping[str, Any]
-    ) -> dict[str, Any]:
+    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Any]) -> dict[str, Any]:
         rock = torque(parameters.bit, point.wob, state["bit_speed"])
-        return {
-            "bit_torque": rock,
-            "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"],
-        }
+        return {"bit_torque": rock, "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"]}
 
 
 def friction_rates(points: Values) -> Mapping[str, Any]:
     """The rate at which friction at rest brakes the bit [1/s]: (2/pi) eps times the
     torque at rest over the inertia."""
     table = Torsion().columns(points, Thresholds())
-    return {
-        "bit.friction.smoothing": 2
-        / math.pi
-        * table["bit_smoothing"]
-        * table["torque"]
-        / table["inertia"]
-    }
+    return {"bit.friction.smoothing": 2 / math.pi * table["bit_smoothing"] * table["torque"] / table["inertia"]}
 
 
-FEATURES = (
-    "bit_speed_min",
-    "bit_speed_max",
-    "bit_speed_mean",
-    "stick_slip_index",
-    "stuck_fraction",
-)
+FEATURES = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
 DESCRIPTION = Description(
     name="torsion",
     title="A string that only twists, with friction at the bit: stick-slip and nothing else",
     parameters=Parameters,
     initial=Initial,
-    meanings={
-        "drillstring": "The string: a pipe with an inertia at its end",
-        "bit": "A disc that rubs on the rock",
-    },
+    meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
     states=lambda parameters: STATES,
     friction_rates=friction_rates,
     explicit_only=lambda parameters: None,
@@ -303,9 +228,7 @@ DESCRIPTION = Description(
     labels=(BY_NAME["stick_slip_severity"],),
     # A name means the same in every model that has it, so known variables are taken
     # from the other models.
-    features=tuple(
-        BY_NAME[name] for name in (*FEATURES, "surface_torque_min", "surface_torque_max")
-    ),
+    features=tuple(BY_NAME[name] for name in (*FEATURES, "surface_torque_min", "surface_torque_max")),
     peaks=(BY_NAME["bit_speed_peaks"],),
     section=(BY_NAME["section_twist"], BY_NAME["section_bit_speed"]),
     own_trace=tuple(IN_TRACE[name] for name in (*STATES, "bit_torque", "surface_torque")),
@@ -318,8 +241,7 @@ DESCRIPTION = Description(
         Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
     ),
     example_axis=("bit.friction.static", "0.2", "0.8"),
-    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: "
-    "9 rad/s, points: 9}}",
+    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
     drawn=Drawn(
         panels=(Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),),
         histories=("twist", "bit_speed", "bit_torque"),
@@ -327,9 +249,6 @@ DESCRIPTION = Description(
         section=("section_twist", "section_bit_speed"),
         section_planes=(("section_twist", "section_bit_speed"),),
         summary=("stick_slip_index", "stuck_fraction"),
-        attractors=(
-            ("bit_speed_min", "bit_speed_max", "Swing of the bit"),
-            (None, "stick_slip_index", "Index"),
-        ),
+        attractors=(("bit_speed_min", "bit_speed_max", "Swing of the bit"), (None, "stick_slip_index", "Index")),
     ),
 )

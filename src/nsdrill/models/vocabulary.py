@@ -19,9 +19,7 @@ class _ByName(Mapping[str, Variable]):
 
     def _of(self, model: str) -> dict[str, Variable]:
         if model not in self._by_model:
-            self._by_model[model] = {
-                variable.name: variable for variable in getattr(described(model), self._attribute)
-            }
+            self._by_model[model] = {variable.name: variable for variable in getattr(described(model), self._attribute)}
         return self._by_model[model]
 
     def __getitem__(self, name: str) -> Variable:

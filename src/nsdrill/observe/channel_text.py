@@ -112,9 +112,7 @@ class ChannelText:
         aux = {name: self._row(rows.aux_now + k) for k, name in enumerate(names.aux)}
         self.known = {**self.row_texts[END], **aux}
 
-    def compile(
-        self, name: str, kinds: tuple[str, ...], given: str, lines: list[str], **namespace: Any
-    ) -> Any:
+    def compile(self, name: str, kinds: tuple[str, ...], given: str, lines: list[str], **namespace: Any) -> Any:
         """The compiled function ``name`` of the arguments ``given`` with these lines as
         its body."""
         head = [constants(W=self.lanes), f"def {name}({given}):"]
@@ -152,9 +150,7 @@ class ChannelText:
     def _row_texts(self, when: str) -> dict[str, str]:
         rows, names, outputs = self.rows, self.names, self.declaration.outputs
         first_state, first_slope, stored = (
-            (rows.start, rows.start_acceleration, "before")
-            if when == START
-            else (rows.stage, rows.acceleration, "now")
+            (rows.start, rows.start_acceleration, "before") if when == START else (rows.stage, rows.acceleration, "now")
         )
         time, length = self._row(rows.time), self._row(rows.step)
         return {
@@ -256,10 +252,7 @@ class ChannelText:
             return f"fma({self._frame(base)}, h, g1_{j} - g0_{j})"
         if channel.curvature is None:
             return f"h * fma(h * (1.0 / 12.0), d0_{k} - d1_{k}, 0.5 * (g0_{k} + g1_{k}))"
-        return (
-            f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), "
-            f"0.5 * (g0_{k} + g1_{k}))"
-        )
+        return f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), 0.5 * (g0_{k} + g1_{k}))"
 
     def _scale_text(self, channel: Channel) -> str:
         scale = scale_of(channel, self.names)
@@ -269,11 +262,7 @@ class ChannelText:
 
     def _spacing(self) -> str:
         section = self.declaration.section
-        return (
-            f"{self._code(section.spacing, self.row_texts[MARK])} / store[PARTS]"
-            if section
-            else "0.0"
-        )
+        return f"{self._code(section.spacing, self.row_texts[MARK])} / store[PARTS]" if section else "0.0"
 
 
 def coefficients(channel: Channel, k: int) -> str:

@@ -234,12 +234,7 @@ class Declaration:
 
     def channels_of(self, *kinds: type[Any]) -> list[str]:
         """The channels of the features of these kinds, each once, in order."""
-        names = (
-            feature.channel
-            for kind in kinds
-            for feature in self.features
-            if isinstance(feature, kind)
-        )
+        names = (feature.channel for kind in kinds for feature in self.features if isinstance(feature, kind))
         return list(dict.fromkeys(names))
 
     def extremes_of(self, channel: str) -> Extremes | None:
@@ -260,9 +255,7 @@ class Declaration:
     @property
     def channels_with_peaks(self) -> list[str]:
         """The channels whose peaks are recorded."""
-        return list(
-            dict.fromkeys(feature.channel for feature in self.of_kind(Extremes) if feature.peaks)
-        )
+        return list(dict.fromkeys(feature.channel for feature in self.of_kind(Extremes) if feature.peaks))
 
     @property
     def measured_per_half(self) -> list[tuple[str, str]]:
@@ -284,11 +277,7 @@ class Declaration:
         """The names of the feature arrays, each with its feature, in order."""
         pairs: list[tuple[str, Feature]] = []
         for feature in self.features:
-            names = (
-                (feature.greatest, feature.least)
-                if isinstance(feature, Extremes)
-                else (feature.name,)
-            )
+            names = (feature.greatest, feature.least) if isinstance(feature, Extremes) else (feature.name,)
             pairs += [(name, feature) for name in names if name]
         return pairs
 
@@ -298,9 +287,7 @@ def check(names: Names, declaration: Declaration) -> None:
     a model's rows."""
     outputs = declaration.outputs.names if declaration.outputs else ()
     rows = {*names.states, *names.slopes, *names.parameters, *outputs, *ALWAYS}
-    _check_unique(
-        "row", (*names.states, *names.slopes, *names.parameters, *names.aux, *outputs, *ALWAYS)
-    )
+    _check_unique("row", (*names.states, *names.slopes, *names.parameters, *names.aux, *outputs, *ALWAYS))
     _check_unique("channel", [channel.name for channel in declaration.channels])
     peaks = [feature.peaks for feature in declaration.of_kind(Extremes) if feature.peaks]
     features = [name for name, _ in declaration.named_features]
@@ -338,9 +325,7 @@ def check(names: Names, declaration: Declaration) -> None:
             _check_known(f"{where}: rate_of", [channel.rate_of], channels)
             base = channels[channel.rate_of]
             if base.curvature is None or base.rate_of is not None:
-                raise ValueError(
-                    f"{where}: rate_of is {base.name!r}, which must have a curvature and no rate_of"
-                )
+                raise ValueError(f"{where}: rate_of is {base.name!r}, which must have a curvature and no rate_of")
             if (channel.value, channel.slope, channel.curvature, channel.frame) != (
                 base.slope,
                 base.curvature,
@@ -361,12 +346,8 @@ def check(names: Names, declaration: Declaration) -> None:
         elif not isinstance(feature, Derived):
             _check_known(kind, [feature.channel], channels)
         if isinstance(feature, TimeAbove):
-            _check_known(
-                f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters
-            )
-        if isinstance(feature, Passages) or (
-            isinstance(feature, TimeAbove) and feature.level is None
-        ):
+            _check_known(f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters)
+        if isinstance(feature, Passages) or (isinstance(feature, TimeAbove) and feature.level is None):
             _check_level(f"{kind} {feature.name!r}", channels[feature.channel])
         if isinstance(feature, MeanAbove):
             levels = [above.name for above in declaration.of_kind(TimeAbove)]
@@ -376,26 +357,16 @@ def check(names: Names, declaration: Declaration) -> None:
         elif not isinstance(feature, Derived) and any(
             channels[name].inside for name in channels if name in vars(feature).values()
         ):
-            raise ValueError(
-                f"{kind} {feature.name!r}: found a channel with a function inside; allowed: "
-                "Extremes only"
-            )
-    defined = {
-        name for name, feature in declaration.named_features if not isinstance(feature, Derived)
-    }
+            raise ValueError(f"{kind} {feature.name!r}: found a channel with a function inside; allowed: Extremes only")
+    defined = {name for name, feature in declaration.named_features if not isinstance(feature, Derived)}
     for derived in declaration.of_kind(Derived):
-        _check_known(
-            f"Derived {derived.name!r}", arguments(derived.function), {*defined, *names.parameters}
-        )
+        _check_known(f"Derived {derived.name!r}", arguments(derived.function), {*defined, *names.parameters})
         defined.add(derived.name)
     if section := declaration.section:
         _check_known("section: channel", [section.channel], channels)
         _check_known("section: spacing", _reads(section.spacing), names.parameters)
         if not isinstance(section.spacing, str) and not 0.0 < section.spacing < np.inf:
-            raise ValueError(
-                f"section: spacing is {section.spacing}; allowed: a parameter or a "
-                f"positive number [rad]"
-            )
+            raise ValueError(f"section: spacing is {section.spacing}; allowed: a parameter or a positive number [rad]")
 
 
 def _check_extremes(
@@ -414,20 +385,12 @@ def _check_extremes(
     if feature.compared != NATURAL:
         _check_known(f"{where}: compared", _reads(feature.compared), names.parameters)
     first = declaration.extremes_of(channel.name)
-    if first is None or any(
-        getattr(first, how) != getattr(feature, how) for how in ("smooth", "maxima", "unless")
-    ):
-        raise ValueError(
-            f"{where}: found smooth, maxima or unless that differ; allowed: the same for one channel"
-        )
+    if first is None or any(getattr(first, how) != getattr(feature, how) for how in ("smooth", "maxima", "unless")):
+        raise ValueError(f"{where}: found smooth, maxima or unless that differ; allowed: the same for one channel")
     if feature.maxima and feature.least:
-        raise ValueError(
-            f"{where}: found least, {feature.least!r}, with maxima; allowed: one of the two"
-        )
+        raise ValueError(f"{where}: found least, {feature.least!r}, with maxima; allowed: one of the two")
     if channel.inside and not (feature.maxima and feature.smooth and not feature.peaks):
-        raise ValueError(
-            f"{where}: it has a function inside; allowed: smooth and maxima, without peaks"
-        )
+        raise ValueError(f"{where}: it has a function inside; allowed: smooth and maxima, without peaks")
 
 
 def arguments(function: Callable[..., Any]) -> list[str]:
@@ -468,17 +431,13 @@ def _check_name_or_number(where: str, expression: Any) -> None:
 
 def _check_level(where: str, channel: Channel) -> None:
     if channel.level is None:
-        raise ValueError(
-            f"{where}: the channel {channel.name!r} has no level; give it a parameter or a number"
-        )
+        raise ValueError(f"{where}: the channel {channel.name!r} has no level; give it a parameter or a number")
 
 
 def _check_known(where: str, names: Iterable[str], allowed: Iterable[str]) -> None:
     for name in names:
         if name not in allowed:
-            raise ValueError(
-                f"{where}: found {name!r}; allowed: {', '.join(sorted(allowed)) or 'nothing'}"
-            )
+            raise ValueError(f"{where}: found {name!r}; allowed: {', '.join(sorted(allowed)) or 'nothing'}")
 
 
 def _check_unique(what: str, names: Iterable[str]) -> None:

@@ -17,15 +17,7 @@ from typing import Any, NamedTuple
 
 from nsdrill.abi import MARKER, OBSERVER, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER
-from nsdrill.observe.channel_text import (
-    END,
-    ChannelText,
-    centred,
-    indented,
-    noted,
-    observed_rows,
-    with_definitions,
-)
+from nsdrill.observe.channel_text import END, ChannelText, centred, indented, noted, observed_rows, with_definitions
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -53,9 +45,7 @@ class Event(NamedTuple):
 
 
 @lru_cache
-def make_observer(
-    lanes: int, rows: Rows, names: Names, declaration: Declaration
-) -> tuple[Any, Any]:
+def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration) -> tuple[Any, Any]:
     """The compiled (observer, marker) of a declaration for a number of lanes and a row
     layout, whose rows have these ``names``. The observer's own rows are the first of
     ``rows.observed``; the layout may be without the rows of the stepper.
@@ -74,9 +64,7 @@ def make_observer(
         if found != wanted:
             raise ValueError(f"names.{what}: found {found} names for {wanted} rows")
     if rows.observed < (least := observed_rows(declaration)):
-        raise ValueError(
-            f"rows.observed: found {rows.observed}; allowed: at least {least}, see observed_rows"
-        )
+        raise ValueError(f"rows.observed: found {rows.observed}; allowed: at least {least}, see observed_rows")
     marker = MarkerText(lanes, rows, names, declaration)
     return (
         _ObserverText(lanes, rows, names, declaration).make(),
@@ -101,12 +89,8 @@ class _ObserverText(ChannelText):
     def make(self) -> Any:
         """The compiled observer."""
         kinds = (BUFFER, BUFFER, *(INTEGER for _ in self.sets))
-        handle_events = self.compile(
-            "handle_events", kinds, ", ".join(("b, store", *self.sets)), self._event_lines()
-        )
-        return self.compile(
-            "observer", (OBSERVER,), "b, store", self._observer_lines(), handle_events=handle_events
-        )
+        handle_events = self.compile("handle_events", kinds, ", ".join(("b, store", *self.sets)), self._event_lines())
+        return self.compile("observer", (OBSERVER,), "b, store", self._observer_lines(), handle_events=handle_events)
 
     def _events(self) -> list[Event]:
         """The events of the channels, in order; the first of a channel has its extremes
@@ -114,17 +98,12 @@ class _ObserverText(ChannelText):
         events = []
         for channel in self.declaration.channels:
             levels: list[TimeAbove | None] = [
-                above
-                for above in self.declaration.of_kind(TimeAbove)
-                if above.channel == channel.name
+                above for above in self.declaration.of_kind(TimeAbove) if above.channel == channel.name
             ]
             has_extremes = bool(self.declaration.ends_of(channel.name))
             if has_extremes and not levels:
                 levels = [None]
-            events += [
-                Event(channel, above, has_extremes and number == 0)
-                for number, above in enumerate(levels)
-            ]
+            events += [Event(channel, above, has_extremes and number == 0) for number, above in enumerate(levels)]
         return events
 
     def _observer_lines(self) -> list[str]:
@@ -206,21 +185,14 @@ class _ObserverText(ChannelText):
         """The lines that find the events of a channel in all lanes, and update what
         steps without an event add."""
         k, name = self.number_of[channel.name], channel.name
-        sets = [
-            (lanes, e)
-            for lanes, e in zip(self.sets, self.events, strict=False)
-            if e.channel is channel
-        ]
+        sets = [(lanes, e) for lanes, e in zip(self.sets, self.events, strict=False) if e.channel is channel]
         if not sets:
             return []
         first = sets[0][0]
         if channel.inside:
             return self._inside_detection_lines(channel, first)
         found, followed = self.declaration.extremes_of(name), self._is_followed(name)
-        lines = [
-            f"extremum_inside = has_extremum(d0_{k}, d1_{k})"
-            + (f" and {followed}" if followed else "")
-        ]
+        lines = [f"extremum_inside = has_extremum(d0_{k}, d1_{k})" + (f" and {followed}" if followed else "")]
         # what brings a lane into each set
         happens: dict[str, list[str]] = {lanes: [] for lanes, _ in sets}
         if found:
@@ -230,19 +202,14 @@ class _ObserverText(ChannelText):
                 reach = f"h * max(abs(d0_{k}), abs(d1_{k}))"
                 may_exceed = f"max(g0_{k}, g1_{k}) + {reach} > {self._own_row('greatest', name)}"
                 if not found.maxima:
-                    may_exceed += (
-                        f" or min(g0_{k}, g1_{k}) - {reach} < {self._own_row('least', name)}"
-                    )
+                    may_exceed += f" or min(g0_{k}, g1_{k}) - {reach} < {self._own_row('least', name)}"
                 case += f" and ({may_exceed})"
             happens[first].append(case)
         if found and not found.smooth:
             for what, end in (("least", "min"), ("greatest", "max")):
                 if (what, name) in self.row_of:
                     row = self._own_row(what, name)
-                    lines += [
-                        f"{what} = {row}",
-                        f"{row} = {end}({what}, g1_{k}) if is_observed else {what}",
-                    ]
+                    lines += [f"{what} = {row}", f"{row} = {end}({what}, g1_{k}) if is_observed else {what}"]
         if (LOW, name) in self.row_of and found and not found.smooth:
             low, high = self._own_row(LOW, name), self._own_row(HIGH, name)
             lines += [
@@ -271,14 +238,11 @@ class _ObserverText(ChannelText):
             lines += [
                 f"level_{number} = {self._level(channel, event.above)}",
                 f"{above0}, {above1} = g0_{k} > level_{number}, g1_{k} > level_{number}",
-                f"{self._own_row('above', event.above.name)} += "
-                f"observed_h if {above0} and {above1} else 0.0",
+                f"{self._own_row('above', event.above.name)} += observed_h if {above0} and {above1} else 0.0",
             ]
             if gate := self.gates.get(event.above.name):
                 lines.append(noted(gate, f"{above0} and {above1}"))
-        lines += [
-            noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()
-        ]
+        lines += [noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()]
         return lines
 
     def _inside_detection_lines(self, channel: Channel, lanes: str) -> list[str]:
@@ -290,9 +254,7 @@ class _ObserverText(ChannelText):
             f"rises = d0_{k} > 0.0 or (d0_{k} == 0.0 and g1_{k} > g0_{k})",
             f"highest = fma(0.5 * h, max(d0_{k}, -d1_{k}), max(g0_{k}, g1_{k}))",
             noted(
-                lanes,
-                f"rises and d1_{k} <= 0.0 and highest > {greatest}"
-                + (f" and {followed}" if followed else ""),
+                lanes, f"rises and d1_{k} <= 0.0 and highest > {greatest}" + (f" and {followed}" if followed else "")
             ),
         ]
 
@@ -325,9 +287,7 @@ class _ObserverText(ChannelText):
             ends = f"fma(d0_{k}, d0_{k}, {ends})"
         middle = ""
         for k in reversed(numbers):
-            lines.append(
-                f"middle_{k} = fma(1.5 * per_h, g1_{k} - g0_{k}, -0.25 * (d0_{k} + d1_{k}))"
-            )
+            lines.append(f"middle_{k} = fma(1.5 * per_h, g1_{k} - g0_{k}, -0.25 * (d0_{k} + d1_{k}))")
             square = f"middle_{k} * middle_{k}"
             middle = f"fma(middle_{k}, middle_{k}, {middle})" if middle else square
         increment = f"h * (1.0 / 6.0) * fma(4.0, {middle}, {ends})"
@@ -345,18 +305,13 @@ class _ObserverText(ChannelText):
 
     def _accumulation(self, what: str, name: str, increment: str) -> list[str]:
         total = self._own_row(what, name)
-        return [
-            f"total, more = {total}, {increment}",
-            f"{total} = total + more if is_observed else total",
-        ]
+        return [f"total, more = {total}, {increment}", f"{total} = total + more if is_observed else total"]
 
     def _event_lines(self) -> list[str]:
         """The body of ``handle_events``: one event and one lane after the other."""
         lines = ["peaks, returns = int(store[PEAKS]), int(store[RETURNS])"]
         bodies = [
-            self._inside_lines(event.channel)
-            if event.channel.inside
-            else self._measuring_lines(event)
+            self._inside_lines(event.channel) if event.channel.inside else self._measuring_lines(event)
             for event in self.events
         ]
         if self.declaration.section:
@@ -392,8 +347,7 @@ class _ObserverText(ChannelText):
         with_peaks = self.declaration.channels_with_peaks
         has_peaks = has_extremes and name in with_peaks
         least, greatest, low = (
-            self._offset(what, name) if has_extremes else NONE
-            for what in ("least", "greatest", LOW)
+            self._offset(what, name) if has_extremes else NONE for what in ("least", "greatest", LOW)
         )
         passages = self._offset("passages", name) if above and above.level is None else NONE
         ring = with_peaks.index(name) if has_peaks else 0
@@ -412,11 +366,7 @@ class _ObserverText(ChannelText):
 
     def _gated_event_lines(self, event: Event) -> list[str]:
         """The lines that add the integrals over the part of a step above the level."""
-        parts = [
-            part
-            for part in self.declaration.of_kind(MeanAbove)
-            if event.above and part.above == event.above.name
-        ]
+        parts = [part for part in self.declaration.of_kind(MeanAbove) if event.above and part.above == event.above.name]
         if not parts:
             return []
         lines = ["if above0 != above_inside or above1 != above_inside:"]
@@ -441,10 +391,7 @@ class _ObserverText(ChannelText):
         lines, given = [], []
         for number, name in enumerate(channel.of):
             p = [f"q{number}_{power}" for power in range(6)]
-            lines += [
-                *self._polynomial(self._channel(name)),
-                f"{', '.join(p)} = p0, p1, p2, p3, p4, p5",
-            ]
+            lines += [*self._polynomial(self._channel(name)), f"{', '.join(p)} = p0, p1, p2, p3, p4, p5"]
             given += [f"value({', '.join(p)}, theta)", f"slope({', '.join(p[1:])}, theta) / h"]
         names = arguments(channel.inside)[len(given) :]
         given += [self.row_texts[END][name] for name in names]

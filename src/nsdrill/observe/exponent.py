@@ -63,9 +63,7 @@ GROWTH_HEADER = 3
 def growth_header(observe: float) -> Array:
     """The entries of the store, from ``place`` on, for ``observe`` seconds of
     observation."""
-    return np.array(
-        [observe / max(LEAST_RENORMALISATIONS, math.ceil(observe / LONGEST_INTERVAL)), observe]
-    )
+    return np.array([observe / max(LEAST_RENORMALISATIONS, math.ceil(observe / LONGEST_INTERVAL)), observe])
 
 
 def seed_deviation(state_scales: Array) -> Array:
@@ -105,12 +103,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     slope_, slopes = W * (rows.acceleration + rows.own_slopes), rows.own_slopes
     pushes = len(rows.pushed) // 2
     push_ = W * (rows.push + pushes)
-    time_, step_, moves_, observing_ = (
-        W * rows.time,
-        W * rows.step,
-        W * rows.moves,
-        W * rows.observing,
-    )
+    time_, step_, moves_, observing_ = (W * rows.time, W * rows.step, W * rows.moves, W * rows.observing)
     next_time_, log_, last_log_, last_time_, began_, weight_, growth_ = (
         W * (rows.observer + first + i) for i in range(7)
     )
@@ -171,11 +164,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
         for j in range(0, tangent_states * W, W):
             component = b[deviation_ + j + i] / b[scale_ + j + i]
             squared_length += component * component
-        log = (
-            b[log_ + i] + 0.5 * math.log(squared_length)
-            if 0.0 < squared_length < np.inf
-            else np.nan
-        )
+        log = b[log_ + i] + 0.5 * math.log(squared_length) if 0.0 < squared_length < np.inf else np.nan
         if mark == OPENS:
             b[next_time_ + i] = b[time_ + i] + store[place + INTERVAL]
             b[last_log_ + i] = log

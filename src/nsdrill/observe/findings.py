@@ -53,25 +53,15 @@ def outcome_width(names: Names, declaration: Declaration, peaks: int = 0, return
     """The number of columns of the outcome, if the last ``peaks`` maxima of each
     channel with peaks and the last ``returns`` to the section are kept."""
     rings = len(declaration.channels_with_peaks) * (peaks + 1)
-    return (
-        2 * len(declaration.measured_per_half) + rings + section_width(names, declaration, returns)
-    )
+    return 2 * len(declaration.measured_per_half) + rings + section_width(names, declaration, returns)
 
 
 def new_store(
-    lanes: int,
-    names: Names,
-    declaration: Declaration,
-    peaks: int = 0,
-    returns: int = 0,
-    more: int = 0,
-    parts: int = 1,
+    lanes: int, names: Names, declaration: Declaration, peaks: int = 0, returns: int = 0, more: int = 0, parts: int = 1
 ) -> Array:
     """The observer's store, with ``more`` entries for other observers at its end. The
     section returns ``parts`` times in its spacing."""
-    rings = len(declaration.channels_with_peaks) * (peaks + 1) + section_width(
-        names, declaration, returns
-    )
+    rings = len(declaration.channels_with_peaks) * (peaks + 1) + section_width(names, declaration, returns)
     store = aligned_zeros(RINGS + lanes * rings + more)
     store[PEAKS], store[RETURNS], store[PARTS] = peaks, returns, parts
     return store
@@ -102,17 +92,12 @@ def measured(
     second = dict(zip(declaration.measured_per_half, outcome[:, width : 2 * width].T, strict=True))
     by_name = dict(zip(names.parameters, parameters.T, strict=True))
     join = {"least": np.minimum, "greatest": np.maximum}
-    whole = {
-        key: join.get(key[0], np.add)(first[key], second[key])
-        for key in declaration.measured_per_half
-    }
+    whole = {key: join.get(key[0], np.add)(first[key], second[key]) for key in declaration.measured_per_half}
     features: dict[str, Array] = {}
     for name, feature in declaration.named_features:
         if isinstance(feature, Derived):
             arrays = {**by_name, **features}
-            features[name] = feature.function(
-                *(arrays[argument] for argument in arguments(feature.function))
-            )
+            features[name] = feature.function(*(arrays[argument] for argument in arguments(feature.function)))
         elif isinstance(feature, Extremes):
             end = "greatest" if name == feature.greatest else "least"
             features[name] = _root(declaration, feature.channel, whole[end, feature.channel])
@@ -151,18 +136,11 @@ def peaks_of(declaration: Declaration, outcome: Array, peaks: int) -> dict[str, 
     return found
 
 
-def returns_of(
-    names: Names, declaration: Declaration, outcome: Array, peaks: int, returns: int
-) -> Array:
+def returns_of(names: Names, declaration: Declaration, outcome: Array, peaks: int, returns: int) -> Array:
     """The last ``returns`` to the section, oldest first, NaN where there are fewer:
     shape (runs, returns, states + 1), the states and the angle. ``outcome`` as for
     :func:`measured`."""
-    ring = outcome[
-        :,
-        outcome_width(names, declaration, peaks) : outcome_width(
-            names, declaration, peaks, returns
-        ),
-    ]
+    ring = outcome[:, outcome_width(names, declaration, peaks) : outcome_width(names, declaration, peaks, returns)]
     if not ring.shape[1]:
         return np.full((len(outcome), returns, len(names.states) + 1), np.nan)
     return _oldest_first(ring[:, :1], ring[:, 1:].reshape(len(outcome), returns, -1), returns)
@@ -210,8 +188,7 @@ def _half_difference(
         scale = feature.compared
         natural = size(scale_of(channels[name], names) if scale == NATURAL else scale)
         halves = [
-            [_root(declaration, name, half[end, name]) for end in declaration.ends_of(name)]
-            for half in (first, second)
+            [_root(declaration, name, half[end, name]) for end in declaration.ends_of(name)] for half in (first, second)
         ]
         low_1, low_2 = (half[0] if len(half) == 2 else np.zeros(runs) for half in halves)
         high_1, high_2 = (half[-1] for half in halves)
@@ -223,9 +200,7 @@ def _half_difference(
             change = first["integral", mean.channel] - second["integral", mean.channel]
             differences.append(np.abs(change / half_time) / size(mean.compared))
     for above in declaration.of_kind(TimeAbove):
-        differences.append(
-            np.abs(first["above", above.name] - second["above", above.name]) / half_time
-        )
+        differences.append(np.abs(first["above", above.name] - second["above", above.name]) / half_time)
     return np.maximum.reduce(differences) if differences else np.full(runs, np.nan)
 
 

@@ -57,12 +57,7 @@ def next_peak(low, high, top, stuck, slip):  # type: ignore[no-untyped-def]
     sticks, has_stuck = low <= stuck, top < np.inf
     ends = sticks and top > slip
     is_peak = ends if has_stuck else not sticks
-    return (
-        is_peak,
-        top if has_stuck else high,
-        ends and not has_stuck,
-        (high if ends else max(top, high)),
-    )
+    return (is_peak, top if has_stuck else high, ends and not has_stuck, (high if ends else max(top, high)))
 
 
 @inlined
@@ -97,9 +92,7 @@ def update_peaks(b, store, i, W, current, stuck, slip, low_, growth_, ring, peak
     low, high = b[low_ + i], b[low_ + HIGH * W + i]
     margin = fma(b[growth_ + i], abs(current), b[low_ + MARGIN * W + i])
     if high - current > margin:
-        b[low_ + TOP * W + i] = record_maximum(
-            store, ring, peaks, low, high, b[low_ + TOP * W + i], stuck, slip
-        )
+        b[low_ + TOP * W + i] = record_maximum(store, ring, peaks, low, high, b[low_ + TOP * W + i], stuck, slip)
         b[low_ + i] = current
         b[low_ + HIGH * W + i] = -np.inf
     else:
@@ -208,16 +201,12 @@ def measure_events(  # type: ignore[no-untyped-def]
         above_inside = above0
     first, second = theta, 1.0
     if above_ != NONE and (above0 != above_inside or above1 != above_inside):
-        first, second = crossings(
-            p0 - level, p1, p2, p3, p4, p5, theta, above0, above_inside, above1
-        )
+        first, second = crossings(p0 - level, p1, p2, p3, p4, p5, theta, above0, above_inside, above1)
         # an excursion inside the step, which the values at its ends do not show
         if passages_ != NONE and above0 == above1:
             b[passages_ + i] += 1.0
         # The packed loop has added the whole step if both ends are above.
-        b[above_ + i] += h * above(first, second, 1.0, above0, above_inside, above1) - (
-            h if above0 and above1 else 0.0
-        )
+        b[above_ + i] += h * above(first, second, 1.0, above0, above_inside, above1) - (h if above0 and above1 else 0.0)
     return first, second, above0, above_inside, above1
 
 
@@ -292,9 +281,7 @@ def record_returns(  # type: ignore[no-untyped-def]
             store[place + 2 * k + 1] = velocity
         for k in range(singles):
             x, a = (2 * pairs + k) * W + i, (pairs + k) * W + i
-            q0, q1, q2, q3, q4, q5 = cubic(
-                b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a]
-            )
+            q0, q1, q2, q3, q4, q5 = cubic(b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a])
             store[place + 2 * pairs + k] = value(q0, q1, q2, q3, q4, q5, theta)
         store[place + entry - 1] = level
         store[ring] = float(count + 1)

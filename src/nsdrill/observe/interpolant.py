@@ -41,9 +41,7 @@ def value(p0, p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
 @inlined
 def slope(p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
     """The derivative of the polynomial by theta, at theta."""
-    return fma(
-        theta, fma(theta, fma(theta, fma(theta, 5.0 * p5, 4.0 * p4), 3.0 * p3), 2.0 * p2), p1
-    )
+    return fma(theta, fma(theta, fma(theta, fma(theta, 5.0 * p5, 4.0 * p4), 3.0 * p3), 2.0 * p2), p1)
 
 
 @inlined
@@ -146,11 +144,7 @@ def middle_of_quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
 def mean_square(e0, e2, e4, o1, o3, o5):  # type: ignore[no-untyped-def]
     """The mean square over the step of a polynomial about the middle of the step;
     exact."""
-    even = fma(
-        e0,
-        fma(2.0 / 3.0, e2, e0),
-        fma(e2, 0.2 * e2, e4 * fma(0.4, e0, fma(2.0 / 7.0, e2, (1.0 / 9.0) * e4))),
-    )
+    even = fma(e0, fma(2.0 / 3.0, e2, e0), fma(e2, 0.2 * e2, e4 * fma(0.4, e0, fma(2.0 / 7.0, e2, (1.0 / 9.0) * e4))))
     odd = fma(
         o1,
         fma(0.4, o3, (1.0 / 3.0) * o1),
@@ -172,14 +166,7 @@ def middle_of_rate(e2, e4, o1, o3, o5, per_h, frame):  # type: ignore[no-untyped
     """As :func:`middle_of_quintic`, for the rate of a quintic with these coefficients,
     plus ``frame``; ``per_h`` is one over the length of the step."""
     twice = 2.0 * per_h
-    return (
-        fma(twice, o1, frame),
-        twice * (3.0 * o3),
-        twice * (5.0 * o5),
-        twice * (2.0 * e2),
-        twice * (4.0 * e4),
-        0.0,
-    )
+    return (fma(twice, o1, frame), twice * (3.0 * o3), twice * (5.0 * o5), twice * (2.0 * e2), twice * (4.0 * e4), 0.0)
 
 
 @inlined

@@ -47,20 +47,11 @@ def severities(features: Mapping[str, Array], response: Array, t: Thresholds) ->
     if "lift_off_fraction" in features:
         b = t.bit_bounce
         fractions = (b.light_fraction, b.moderate_fraction, b.strong_fraction, b.severe_fraction)
-        labels["bounce_severity"] = grade(
-            features["lift_off_fraction"], fractions, response & BIT_BOUNCE > 0
-        )
+        labels["bounce_severity"] = grade(features["lift_off_fraction"], fractions, response & BIT_BOUNCE > 0)
     if "lateral_acceleration_rms" in features:
         w = t.whirl
-        accelerations = (
-            w.light_acceleration,
-            w.moderate_acceleration,
-            w.strong_acceleration,
-            w.severe_acceleration,
-        )
-        labels["whirl_severity"] = grade(
-            features["lateral_acceleration_rms"], accelerations, response & WHIRL > 0
-        )
+        accelerations = (w.light_acceleration, w.moderate_acceleration, w.strong_acceleration, w.severe_acceleration)
+        labels["whirl_severity"] = grade(features["lateral_acceleration_rms"], accelerations, response & WHIRL > 0)
     return labels
 
 
@@ -68,9 +59,7 @@ def grade(values: Array, bounds: tuple[float, ...], present: Array) -> Array:
     """The band of each value, 0 to 4, where a bound belongs to the band below it. It is
     at least 1 where the response is ``present``, so that no critical response has the
     severity "none", whatever its threshold."""
-    return np.asarray(
-        np.maximum(np.digitize(np.nan_to_num(values, nan=0.0), bounds, right=True), present)
-    )
+    return np.asarray(np.maximum(np.digitize(np.nan_to_num(values, nan=0.0), bounds, right=True), present))
 
 
 def motions(
@@ -88,8 +77,8 @@ def motions(
     count = np.count_nonzero(np.isfinite(returns[..., 0]), axis=-1)
     flat = returns.reshape(-1, *returns.shape[-2:])
     ok = status == OK
-    periods = np.where(
-        ok, period(flat, state_scales.reshape(len(flat), -1), t.motion).reshape(ok.shape), 0
-    ).astype(np.int16)
+    periods = np.where(ok, period(flat, state_scales.reshape(len(flat), -1), t.motion).reshape(ok.shape), 0).astype(
+        np.int16
+    )
     motion = classify_motion(features, status, settled, periods, count, still, t.motion)
     return {"motion": motion, "period": np.where(motion == PERIODIC, periods, 0).astype(np.int16)}

@@ -99,9 +99,7 @@ def make_landing(
     own_pushes = len(rows.pushed) // 2
     # The first state of each slope, and whether it is a position, which its velocity
     # follows.
-    state_of = np.array(
-        [f + o * k for o, count, f, _ in rows.blocks for k in range(count)], np.int64
-    )
+    state_of = np.array([f + o * k for o, count, f, _ in rows.blocks for k in range(count)], np.int64)
     has_velocity = np.array([o == 2 for o, count, _, _ in rows.blocks for _ in range(count)])
 
     @compiled(BUFFER)
@@ -122,9 +120,7 @@ def make_landing(
                         rate += push_rates[n, m] * s[pushes[m] + push_of[p]]
                         position_change += push_positions[n, m] * s[pushes[m] + push_of[p]]
                 if has_velocity[p]:
-                    s[target_] = s[x] + h * (
-                        nodes[n] * (s[v] + s[frame_rate + p]) + h * position_change
-                    )
+                    s[target_] = s[x] + h * (nodes[n] * (s[v] + s[frame_rate + p]) + h * position_change)
                     s[target_ + 1] = s[v] + h * rate
                 else:
                     s[target_] = s[x] + h * rate
@@ -224,9 +220,7 @@ def make_landing(
             for k in range(0, contact_rows * W, RATES * W):
                 g0, d0 = b[at_start * W + k + i], b[(at_start + 1) * W + k + i]
                 g1, d1 = b[at_end * W + k + i], b[(at_end + 1) * W + k + i]
-                needs_correction |= (g0 > 0.0) != (g1 > 0.0) or (
-                    (d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0)
-                )
+                needs_correction |= (g0 > 0.0) != (g1 > 0.0) or ((d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0))
             due |= (1 << i) if needs_correction and b[moves * W + i] != 0.0 else 0
         while due != 0:
             i = lowest_bit(due)

@@ -21,8 +21,7 @@ class MarkerText(ChannelText):
             len(self.names.states),
         )
         first_half = self.lanes * (
-            self.rows.observer
-            + min((self.row_of[key] for key in self.declaration.measured_per_half), default=0)
+            self.rows.observer + min((self.row_of[key] for key in self.declaration.measured_per_half), default=0)
         )
         texts = self.row_texts[MARK]
         lines = [
@@ -36,8 +35,7 @@ class MarkerText(ChannelText):
             "        store[rings + k] = 0.0",
             "    for k in range(section_size):",
             "        store[section + k] = 0.0",
-            f"    tolerances = PROMINENCE / "
-            f"{self._row(self.rows.control + CONTROL.index('per_rtol'))}",
+            f"    tolerances = PROMINENCE / {self._row(self.rows.control + CONTROL.index('per_rtol'))}",
             f"    {self._own_row('growth')} = tolerances",
         ]
         for name in channels_with_peaks:
@@ -78,17 +76,12 @@ class MarkerText(ChannelText):
             lines += [f"{self._own_row(end, name)} = now" for end in self.declaration.ends_of(name)]
         for winding in self.declaration.of_kind(Winding):
             if winding.counted:
-                lines.append(
-                    f"{self._own_row('angle_before', winding.name)} = {self._angle(winding)}"
-                )
+                lines.append(f"{self._own_row('angle_before', winding.name)} = {self._angle(winding)}")
         return lines
 
     def _angle(self, winding: Winding) -> str:
         """The angle of the vector at a mark within its half plane, from 0 to pi."""
-        x, y = (
-            self._code(self._channel(name).value, self.row_texts[MARK])
-            for name in (winding.x, winding.y)
-        )
+        x, y = (self._code(self._channel(name).value, self.row_texts[MARK]) for name in (winding.x, winding.y))
         return f"math.atan2({y}, {x}) + (math.pi if {y} < 0.0 else 0.0)"
 
     def _completing_lines(self) -> list[str]:

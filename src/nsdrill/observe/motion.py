@@ -18,15 +18,7 @@ import numpy as np
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, compiled, inlined
 from nsdrill.compiler.words import packed
 from nsdrill.observe.thresholds import Motion
-from nsdrill.variables import (
-    CHAOTIC,
-    EQUILIBRIUM,
-    OK,
-    PERIODIC,
-    QUASI_PERIODIC,
-    UNDETERMINED,
-    UNSETTLED,
-)
+from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
 
 Array = np.ndarray[Any, np.dtype[Any]]
 LEAST_REPEATS = 3  # of a period among the returns
@@ -129,9 +121,7 @@ def zero_one(returns: Array, state_scales: Array) -> Array:
     over c.
     """
     out = np.full(len(returns), np.nan)
-    frequencies = np.random.Generator(np.random.PCG64(1)).uniform(
-        math.pi / 5, 4 * math.pi / 5, FREQUENCIES
-    )
+    frequencies = np.random.Generator(np.random.PCG64(1)).uniform(math.pi / 5, 4 * math.pi / 5, FREQUENCIES)
     phase = np.outer(np.arange(1, returns.shape[1] + 1), frequencies)
     cosine, sine = np.cos(phase), np.sin(phase)
     displace = _make_displacement()
@@ -143,9 +133,7 @@ def zero_one(returns: Array, state_scales: Array) -> Array:
         scatter = np.maximum(states.std(axis=0), 1e-9 * state_scales[number])
         observable = ((states - states.mean(axis=0)) / scatter).sum(axis=1)
         displacement = np.zeros((lags, FREQUENCIES))
-        p, q = (
-            np.cumsum(observable[:, np.newaxis] * wave[:count], axis=0) for wave in (cosine, sine)
-        )
+        p, q = (np.cumsum(observable[:, np.newaxis] * wave[:count], axis=0) for wave in (cosine, sine))
         displace(np.ravel(p), np.ravel(q), np.ravel(displacement), lags)
         # The mean of the observable is zero, and so is the oscillating part of the
         # displacement.
@@ -154,9 +142,7 @@ def zero_one(returns: Array, state_scales: Array) -> Array:
         norm = np.sqrt(np.sum(growth * growth, axis=0) * np.sum(centred * centred))
         # summed row by row, as the sums of BLAS depend on the processor
         covariance = np.sum(centred[:, np.newaxis] * growth, axis=0)
-        out[number] = np.median(
-            np.divide(covariance, norm, out=np.zeros(len(norm)), where=norm > 0)
-        )
+        out[number] = np.median(np.divide(covariance, norm, out=np.zeros(len(norm)), where=norm > 0))
     return out
 
 
@@ -208,14 +194,7 @@ def classify_motion(
         decaying = np.zeros_like(chaotic)
     settled = settled.astype(bool)
     kind = np.select(
-        [
-            returns < LEAST_REPEATS,
-            (periods == 1) & still,
-            periods > 0,
-            chaotic,
-            ~settled | decaying,
-            regular,
-        ],
+        [returns < LEAST_REPEATS, (periods == 1) & still, periods > 0, chaotic, ~settled | decaying, regular],
         [UNDETERMINED, EQUILIBRIUM, PERIODIC, CHAOTIC, UNSETTLED, QUASI_PERIODIC],
         default=UNDETERMINED,
     )

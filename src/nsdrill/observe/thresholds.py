@@ -20,9 +20,7 @@ class BitBounce(Checked):
     times at the second bound, 1.4 and 2.5 times at the last two.
     """
 
-    lift_off_fraction: float = parameter(
-        0.01, "", "R: one percent of the time", "convention", high=1.0
-    )
+    lift_off_fraction: float = parameter(0.01, "", "R: one percent of the time", "convention", high=1.0)
     light_fraction: float = parameter(0.01, "", "R: as the response", "convention", high=1.0)
     moderate_fraction: float = parameter(0.1, "", "R", "convention", high=1.0)
     strong_fraction: float = parameter(0.3, "", "R", "convention", high=1.0)
@@ -39,9 +37,7 @@ class StickSlip(Checked):
     (mitigate), onset of full stall, severe.
     """
 
-    stick_slip_index: float = parameter(
-        80.0, "percent", "D: onset of full stall", "convention", low=0.01, high=1e5
-    )
+    stick_slip_index: float = parameter(80.0, "percent", "D: onset of full stall", "convention", low=0.01, high=1e5)
     oscillation_index: float = parameter(40.0, "percent", "D", "convention", low=0.01, high=1e5)
     medium_index: float = parameter(60.0, "percent", "D", "convention", low=0.01, high=1e5)
     stall_index: float = parameter(80.0, "percent", "D", "convention", low=0.01, high=1e5)
@@ -64,17 +60,13 @@ class Whirl(Checked):
     table; these four are a convention to be adapted.
     """
 
-    wall_contact_fraction: float = parameter(
-        0.01, "", "R: one percent of the time", "convention", high=1.0
-    )
+    wall_contact_fraction: float = parameter(0.01, "", "R: one percent of the time", "convention", high=1.0)
     rolling_tolerance: float = parameter(0.1, "", "R", "convention", high=100.0)
     rolling_contact: float = parameter(0.5, "", "R", "convention", high=1.0)
     direction: float = parameter(0.1, "", "R", "convention", high=1000.0)
     light_acceleration: float = parameter(2.5, "m/s^2", "R: a quarter of g", "convention", high=1e5)
     moderate_acceleration: float = parameter(5.0, "m/s^2", "R: half of g", "convention", high=1e5)
-    strong_acceleration: float = parameter(
-        7.5, "m/s^2", "R: three quarters of g", "convention", high=1e5
-    )
+    strong_acceleration: float = parameter(7.5, "m/s^2", "R: three quarters of g", "convention", high=1e5)
     severe_acceleration: float = parameter(10.0, "m/s^2", "R: g", "convention", high=1e5)
 
 
@@ -114,12 +106,8 @@ class Motion(Checked):
     longest_period: int = parameter(24, "", "R", "convention", low=1, high=1000)
     exponent: float = parameter(0.002, "1/s", "R", "convention", high=1000.0)
     exponent_error: float = parameter(0.01, "1/s", "R", "convention", high=1000.0)
-    chaotic_above: float = parameter(
-        0.8, "", "Gottwald & Melbourne 2009", "convention", low=0.001, high=1.0
-    )
-    regular_below: float = parameter(
-        0.3, "", "Gottwald & Melbourne 2009", "convention", low=0.001, high=1.0
-    )
+    chaotic_above: float = parameter(0.8, "", "Gottwald & Melbourne 2009", "convention", low=0.001, high=1.0)
+    regular_below: float = parameter(0.3, "", "Gottwald & Melbourne 2009", "convention", low=0.001, high=1.0)
 
 
 @dataclass(frozen=True)
@@ -147,12 +135,7 @@ class Thresholds(Checked):
     motion: Motion = field(default_factory=Motion)
     attractors: Attractors = field(default_factory=Attractors)
     stuck_below: float = parameter(
-        5 * math.pi / 30,
-        "rad/s",
-        "field practice: bit-stuck time below 5 rpm",
-        "high",
-        low=1e-6,
-        high=1e3,
+        5 * math.pi / 30, "rad/s", "field practice: bit-stuck time below 5 rpm", "high", low=1e-6, high=1e3
     )
 
 

@@ -28,9 +28,7 @@ def touch_rows(contacts: int) -> int:
 
 
 @lru_cache
-def make_touches(
-    lanes: int, rows: Rows, first: int, functions: int, contacts: int
-) -> tuple[Any, Any]:
+def make_touches(lanes: int, rows: Rows, first: int, functions: int, contacts: int) -> tuple[Any, Any]:
     """The compiled (observer, marker) for contact functions whose values and rates at
     the start of the step are in the rows from ``functions`` on among those of the
     observer, followed by those at its end; ``first`` is the position of the observer's
@@ -61,12 +59,7 @@ def make_touches(
                     begun = 1.0
                 if (d0 > 0.0) != (d1 > 0.0):
                     p0, p1, p2, p3, p4, p5 = quintic(
-                        g0,
-                        h * d0,
-                        h * h * b[start_ + 2 * W + i],
-                        g1,
-                        h * d1,
-                        h * h * b[end_ + 2 * W + i],
+                        g0, h * d0, h * h * b[start_ + 2 * W + i], g1, h * d1, h * h * b[end_ + 2 * W + i]
                     )
                     at_extremum = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * d1))
                     low, high = min(low, at_extremum), max(high, at_extremum)
@@ -86,9 +79,7 @@ def make_touches(
 
 
 @lru_cache
-def make_levels(
-    lanes: int, rows: Rows, first: int, levels: tuple[tuple[int, int], ...]
-) -> tuple[Any, Any]:
+def make_levels(lanes: int, rows: Rows, first: int, levels: tuple[tuple[int, int], ...]) -> tuple[Any, Any]:
     """The compiled (observer, marker), like those of :func:`make_touches`, for a
     parameter minus a velocity. ``levels`` are pairs: the position of the velocity among
     the states, and that of the parameter among the parameters."""

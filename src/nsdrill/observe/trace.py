@@ -41,14 +41,7 @@ def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
 def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
     W, N, pairs = lanes, rows.own, rows.pairs
     start_, start_rate_, end_, end_rate_, frame_rate_ = (
-        W * r
-        for r in (
-            rows.start,
-            rows.start_acceleration,
-            rows.stage,
-            rows.acceleration,
-            rows.frame_rate,
-        )
+        W * r for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.frame_rate)
     )
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
 
@@ -79,16 +72,10 @@ def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
                 store[sample + 2 * p + 1] = slope(p1, p2, p3, p4, p5, theta) / h - frame_rate
             for k in range(2 * pairs, N):  # states of first order: the cubic through both ends
                 j, a = k * W, (k - pairs) * W
-                rise, d0, d1 = (
-                    b[end_ + j] - b[start_ + j],
-                    h * b[start_rate_ + a],
-                    h * b[end_rate_ + a],
-                )
+                rise, d0, d1 = (b[end_ + j] - b[start_ + j], h * b[start_rate_ + a], h * b[end_rate_ + a])
                 square = fma(-2.0, d0, fma(3.0, rise, -d1))
                 cube = fma(-2.0, rise, d0 + d1)
-                store[sample + k] = fma(
-                    theta, fma(theta, fma(theta, cube, square), d0), b[start_ + j]
-                )
+                store[sample + k] = fma(theta, fma(theta, fma(theta, cube, square), d0), b[start_ + j])
             store[NEXT] += 1.0
 
     @compiled(MARKER)

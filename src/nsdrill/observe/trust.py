@@ -34,13 +34,9 @@ def trust_labels(
         succeeded = checks[f"{check}_status"] == OK
         prefix, other = f"{check}_", (f"{check}_status", f"{check}_difference", f"{check}_response")
         measured = {
-            name.removeprefix(prefix): checks[name]
-            for name in checks
-            if name.startswith(prefix) and name not in other
+            name.removeprefix(prefix): checks[name] for name in checks if name.startswith(prefix) and name not in other
         }
-        labels[f"{check}_response"] = np.where(
-            succeeded, responses(measured, thresholds), 0
-        ).astype(np.int8)
+        labels[f"{check}_response"] = np.where(succeeded, responses(measured, thresholds), 0).astype(np.int8)
         with np.errstate(invalid="ignore"):
             near = checks[f"{check}_difference"] <= thresholds.trust.tolerance
         trusted &= succeeded & near & (labels[f"{check}_response"] == response)
@@ -65,11 +61,7 @@ def verdict(values: ArraysByName) -> Array:
     - :data:`CHECK_FAILED`: a check failed, and no other gave another response.
     """
     shape = np.shape(values["trusted"])
-    checked, succeeded, differs = (
-        np.ones(shape, dtype=bool),
-        np.ones(shape, dtype=bool),
-        np.zeros(shape, dtype=bool),
-    )
+    checked, succeeded, differs = (np.ones(shape, dtype=bool), np.ones(shape, dtype=bool), np.zeros(shape, dtype=bool))
     for check in CHECKS:
         ok = values[f"{check}_status"] == OK
         checked &= values[f"{check}_status"] != PENDING

@@ -108,9 +108,7 @@ def tangent_of(jacobian: Array, reference: Array) -> Array | None:
     return vector / length if np.isfinite(length) and length > 0 else None
 
 
-def newton(
-    problem: Problem, guess: Array, normal: Array
-) -> Task[tuple[Array, Evaluation, int, float] | None]:
+def newton(problem: Problem, guess: Array, normal: Array) -> Task[tuple[Array, Evaluation, int, float] | None]:
     """The zero of ``problem`` in the plane through ``guess`` with this ``normal``, by
     Newton's method: (x, evaluation, iterations, residual). None where it does not
     converge.
@@ -162,15 +160,7 @@ def corrected(
     if tangent is None:
         return None
     s = 0.0 if origin is None else origin.s + float(np.linalg.norm(x - origin.x))
-    return Point(
-        x,
-        tangent,
-        evaluation.solution(),
-        iterations,
-        residual,
-        s,
-        _orientation(evaluation.jacobian, tangent),
-    )
+    return Point(x, tangent, evaluation.solution(), iterations, residual, s, _orientation(evaluation.jacobian, tangent))
 
 
 def _orientation(jacobian: Array, tangent: Array) -> float:
@@ -277,20 +267,15 @@ def follow(
             step += 1
         if nodes[place + 1].point.s - nodes[place].point.s > MIN_STEP:
             stencil = _stencil(nodes, place)
-            searches.append(
-                _instability_interval(*steps[step], *stencil, test_functions, stability)
-            )
+            searches.append(_instability_interval(*steps[step], *stencil, test_functions, stability))
     points = list(half.points)
     for found in (entry for interval in (yield from gather(searches)) for entry in interval):
         if not any(
-            found.label == other.label
-            and np.max(np.abs(found.point.x - other.point.x)) < DUPLICATE_DISTANCE
+            found.label == other.label and np.max(np.abs(found.point.x - other.point.x)) < DUPLICATE_DISTANCE
             for other in points
         ):
             points.append(found)
-    return HalfBranch(
-        sorted(points, key=lambda entry: entry.point.s), half.ended, len(points) - len(half.points)
-    )
+    return HalfBranch(sorted(points, key=lambda entry: entry.point.s), half.ended, len(points) - len(half.points))
 
 
 def _follow_steps(
@@ -308,9 +293,7 @@ def _follow_steps(
 ) -> Task[HalfBranch]:
     """The steps of :func:`follow`. Appends the problem and the point from which each
     sets out to ``steps``."""
-    previous = replace(
-        start, tangent=direction * start.tangent, s=0.0, orientation=direction * start.orientation
-    )
+    previous = replace(start, tangent=direction * start.tangent, s=0.0, orientation=direction * start.orientation)
     origin, points = previous, list[LabelledPoint]()
     steps.append((problem, previous))
     step, has_left = first_step, False
@@ -325,17 +308,12 @@ def _follow_steps(
                 corner = yield from _around_corner(problem, previous, step, has_kink)
                 if corner is not None:
                     edge, current = corner
-                    points += [
-                        LabelledPoint(edge, test.code, test.words)
-                        for test in test_functions(previous, current)
-                    ]
+                    points += [LabelledPoint(edge, test.code, test.words) for test in test_functions(previous, current)]
                     previous = edge
                     steps.append((problem, previous))
             if current is None:
                 step /= 2.0
-        outside = (
-            0 if bounds[0] <= current.x[-1] <= bounds[1] else -1 if current.x[-1] < bounds[0] else 1
-        )
+        outside = 0 if bounds[0] <= current.x[-1] <= bounds[1] else -1 if current.x[-1] < bounds[0] else 1
         if outside:
             bound = bounds[0] if outside < 0 else bounds[1]
             at_bound = yield from _point_at_bound(problem, previous, current, bound)
@@ -369,28 +347,16 @@ def _passes_through(previous: Point, current: Point, origin: Point) -> bool:
     chord = current.x - previous.x
     fraction = float((origin.x - previous.x) @ chord / (chord @ chord))
     offset = np.linalg.norm(origin.x - previous.x - fraction * chord)
-    return (
-        0.0 <= fraction <= 1.0
-        and offset < 0.2 * np.linalg.norm(chord)
-        and float(origin.tangent @ chord) > 0.0
-    )
+    return 0.0 <= fraction <= 1.0 and offset < 0.2 * np.linalg.norm(chord) and float(origin.tangent @ chord) > 0.0
 
 
-def _stepped(
-    problem: Problem, previous: Point, length: float, has_kink: HasKink
-) -> Task[tuple[Point | None, str]]:
+def _stepped(problem: Problem, previous: Point, length: float, has_kink: HasKink) -> Task[tuple[Point | None, str]]:
     current = yield from corrected(
-        problem,
-        previous.x + length * previous.tangent,
-        previous.tangent,
-        previous.tangent,
-        previous,
+        problem, previous.x + length * previous.tangent, previous.tangent, previous.tangent, previous
     )
     if current is None:
         return None, "Newton's method"
-    is_reversed = current.orientation != previous.orientation and has_kink(
-        previous.found, current.found
-    )
+    is_reversed = current.orientation != previous.orientation and has_kink(previous.found, current.found)
     if is_reversed or current.tangent @ previous.tangent < MIN_COSINE:
         return None, "the branch turns too sharply"
     if np.linalg.norm(current.x - previous.x) > 3.0 * length:
@@ -421,17 +387,13 @@ def _around_corner(
     best: Point | None = None
     for step in STEPS_BEYOND_CORNER:
         current = yield from _beyond_corner(problem, edge, step, has_kink)
-        if best is not None and (
-            current is None or current.tangent @ best.tangent < STRAIGHT_COSINE
-        ):
+        if best is not None and (current is None or current.tangent @ best.tangent < STRAIGHT_COSINE):
             break
         best = current
     return None if best is None else (edge, best)
 
 
-def _beyond_corner(
-    problem: Problem, edge: Point, step: float, has_kink: HasKink
-) -> Task[Point | None]:
+def _beyond_corner(problem: Problem, edge: Point, step: float, has_kink: HasKink) -> Task[Point | None]:
     """The point at the distance ``step`` from the last one before a corner, where the
     branch is straight again."""
     tangent_guess = edge.tangent
@@ -443,35 +405,25 @@ def _beyond_corner(
         if tangent is None:
             return None
         tangent_guess = tangent * edge.orientation * _orientation(evaluation.jacobian, tangent)
-        point = yield from corrected(
-            problem, edge.x + step * tangent_guess, tangent_guess, tangent_guess, edge
-        )
+        point = yield from corrected(problem, edge.x + step * tangent_guess, tangent_guess, tangent_guess, edge)
         if point is not None:
             chord = point.x - edge.x
             length = float(np.linalg.norm(chord))
             is_straight = length < 3.0 * step and chord @ point.tangent > STRAIGHT_COSINE * length
             return (
                 point
-                if is_straight
-                and point.orientation == edge.orientation
-                and has_kink(edge.found, point.found)
+                if is_straight and point.orientation == edge.orientation and has_kink(edge.found, point.found)
                 else None
             )
     return None
 
 
-def _point_at_bound(
-    problem: Problem, previous: Point, current: Point, bound: float
-) -> Task[Point | None]:
+def _point_at_bound(problem: Problem, previous: Point, current: Point, bound: float) -> Task[Point | None]:
     fraction = (bound - previous.x[-1]) / (current.x[-1] - previous.x[-1])
     guess = previous.x + fraction * (current.x - previous.x)
     guess[-1] = bound
-    point = yield from corrected(
-        problem, guess, _parameter_normal(len(guess)), previous.tangent, previous
-    )
-    if point is None or np.linalg.norm(point.x - previous.x) > 3.0 * np.linalg.norm(
-        current.x - previous.x
-    ):
+    point = yield from corrected(problem, guess, _parameter_normal(len(guess)), previous.tangent, previous)
+    if point is None or np.linalg.norm(point.x - previous.x) > 3.0 * np.linalg.norm(current.x - previous.x):
         return None
     return point
 
@@ -495,9 +447,7 @@ def special_points(
     return sorted(points, key=lambda entry: entry.point.s)
 
 
-def corrected_between(
-    problem: Problem, previous: Point, a: Point, b: Point, s: float
-) -> Task[Point | None]:
+def corrected_between(problem: Problem, previous: Point, a: Point, b: Point, s: float) -> Task[Point | None]:
     """The point at the distance ``s`` along the tangent of ``previous``, between the
     points ``a`` and ``b``."""
     sa, sb = (float(previous.tangent @ (point.x - previous.x)) for point in (a, b))
@@ -526,12 +476,7 @@ def _stencil(nodes: list[LabelledPoint], place: int) -> tuple[list[Point], int]:
 
 
 def _instability_interval(
-    problem: Problem,
-    base: Point,
-    nodes: list[Point],
-    place: int,
-    test_functions: TestFunctions,
-    stability: Stability,
+    problem: Problem, base: Point, nodes: list[Point], place: int, test_functions: TestFunctions, stability: Stability
 ) -> Task[list[LabelledPoint]]:
     """An interval between the node ``place`` and the next in which another number of
     directions is unstable: a point inside and the special points on both sides; empty
@@ -544,11 +489,7 @@ def _instability_interval(
     """
     ends = nodes[place], nodes[place + 1]
     # a special point has a margin of about zero
-    counts = {
-        int(np.sum(margins > 0.0))
-        for margins in stability.of([*ends])
-        if np.min(np.abs(margins)) > MIN_MARGIN
-    }
+    counts = {int(np.sum(margins > 0.0)) for margins in stability.of([*ends]) if np.min(np.abs(margins)) > MIN_MARGIN}
     if len(counts) != 1:
         return []
     count = counts.pop()
@@ -635,9 +576,7 @@ def _located_zero(
         xi, phi = (sa - sb) / (sc - sb), (fa - fb) / (fc - fb) if fc != fb else 2.0
         fraction = 0.5
         if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
-            fraction = fa / (fb - fa) * fc / (fb - fc) + (sc - sa) / (sb - sa) * fa / (
-                fc - fa
-            ) * fb / (fc - fb)
+            fraction = fa / (fb - fa) * fc / (fb - fc) + (sc - sa) / (sb - sa) * fa / (fc - fa) * fb / (fc - fb)
         least = 0.5 * tolerance / width
         fraction = min(max(fraction, least), 1.0 - least)
     return None if best is None else (best, False)

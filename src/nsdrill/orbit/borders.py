@@ -8,15 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, OWN
-from nsdrill.orbit.arclength import (
-    HalfBranch,
-    LabelledPoint,
-    Point,
-    Task,
-    TestFunction,
-    corrected_at_parameter,
-    follow,
-)
+from nsdrill.orbit.arclength import HalfBranch, LabelledPoint, Point, Task, TestFunction, corrected_at_parameter, follow
 from nsdrill.orbit.branch import Branch
 from nsdrill.orbit.curve import Condition, Curve, CycleFolds
 from nsdrill.orbit.flow import Flow
@@ -101,8 +93,7 @@ def borders(
                 continue
             (
                 later
-                if len(chosen) >= MAX_SIDE_BY_SIDE
-                or any(earlier.kind == special.kind for earlier in chosen)
+                if len(chosen) >= MAX_SIDE_BY_SIDE or any(earlier.kind == special.kind for earlier in chosen)
                 else chosen
             ).append(special)
         remaining = later
@@ -110,13 +101,9 @@ def borders(
         for index, special in enumerate(chosen):
             condition = conditions[special.labelled.label]
             flow = flows(condition)
-            groups.setdefault(flow, {})[index] = _border_points(
-                flow, special, condition, start, bounds, max_points
-            )
+            groups.setdefault(flow, {})[index] = _border_points(flow, special, condition, start, bounds, max_points)
         results = {
-            index: result
-            for flow, tasks in groups.items()
-            for index, result in advance(flow, tasks, poll=poll).items()
+            index: result for flow, tasks in groups.items() for index, result in advance(flow, tasks, poll=poll).items()
         }
         for index, special in enumerate(chosen):
             if results[index] is not None:
@@ -126,15 +113,11 @@ def borders(
                     + [seed]
                     + [entry.point for entry in forward.points]
                 )
-                found.append(
-                    Border(*special.kind, line, (backward.ended, forward.ended), special.number)
-                )
+                found.append(Border(*special.kind, line, (backward.ended, forward.ended), special.number))
     return found
 
 
-def _followable(
-    number: int, branch: Branch, conditions: dict[int, Condition], tolerance: float
-) -> list[_SpecialPoint]:
+def _followable(number: int, branch: Branch, conditions: dict[int, Condition], tolerance: float) -> list[_SpecialPoint]:
     """The special points of a branch that a curve of ``conditions`` can start from."""
     specials = [_SpecialPoint(number, branch, entry) for entry in branch.marked if entry.label]
     grazing = [special.value for special in specials if special.labelled.label > OWN]
@@ -147,9 +130,7 @@ def _followable(
             continue
         if branch.motion == CYCLE and condition.multiplier != 1.0:
             continue
-        if condition.of_monodromy and any(
-            abs(special.value - value) < tolerance for value in grazing
-        ):
+        if condition.of_monodromy and any(abs(special.value - value) < tolerance for value in grazing):
             continue
         followable.append(special)
     return followable
@@ -164,10 +145,7 @@ def _crosses(border: Border, value: float, start: float, tolerance: float) -> bo
     for index in crossings:
         rise = offsets[index + 1] - offsets[index]
         fraction = 0.0 if rise == 0.0 else -offsets[index] / rise
-        if (
-            abs(values[index, 0] + fraction * (values[index + 1, 0] - values[index, 0]) - value)
-            < 10.0 * tolerance
-        ):
+        if abs(values[index, 0] + fraction * (values[index + 1, 0] - values[index, 0]) - value) < 10.0 * tolerance:
             return True
     return False
 
@@ -217,14 +195,6 @@ def _border_points(
     )
     remaining = max_points - len(forward.points)
     backward = yield from follow(
-        problem,
-        seed,
-        -1,
-        second_bounds,
-        remaining,
-        no_test_functions,
-        stop,
-        first_step=FIRST_STEP,
-        max_step=MAX_STEP,
+        problem, seed, -1, second_bounds, remaining, no_test_functions, stop, first_step=FIRST_STEP, max_step=MAX_STEP
     )
     return backward, seed, forward

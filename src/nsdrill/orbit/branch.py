@@ -69,15 +69,9 @@ def assembled(
     begins at the seed."""
     backward_points = [] if backward is None else backward.points[::-1]
     offset = backward_points[0].point.s if backward_points else 0.0
-    marked = [
-        replace(entry, point=replace(entry.point, s=offset - entry.point.s))
-        for entry in backward_points
-    ]
+    marked = [replace(entry, point=replace(entry.point, s=offset - entry.point.s)) for entry in backward_points]
     marked += [replace(seed, point=replace(seed.point, s=offset))]
-    marked += [
-        replace(entry, point=replace(entry.point, s=offset + entry.point.s))
-        for entry in forward.points
-    ]
+    marked += [replace(entry, point=replace(entry.point, s=offset + entry.point.s)) for entry in forward.points]
     ended = ("seed" if backward is None else backward.ended, forward.ended)
     for index, reason in ((0, ended[0]), (-1, ended[1])):
         if marked[index].label == 0 and reason not in ("closed", "seed"):

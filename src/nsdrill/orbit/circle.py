@@ -54,9 +54,7 @@ def shift_matrix(points: int, angle: float) -> tuple[Array, Array]:
     t = angle + 2.0 * math.pi * (np.arange(points)[:, None] - np.arange(points)[None, :]) / points
     k = np.arange(1, points // 2 + 1)
     phase = t[..., None] * k
-    return (1.0 + 2.0 * np.cos(phase).sum(axis=-1)) / points, -2.0 * (k * np.sin(phase)).sum(
-        axis=-1
-    ) / points
+    return (1.0 + 2.0 * np.cos(phase).sum(axis=-1)) / points, -2.0 * (k * np.sin(phase)).sum(axis=-1) / points
 
 
 @dataclass(frozen=True)
@@ -133,21 +131,15 @@ class Circle:
         jacobian = np.zeros((N * n + 1, N * n + 2))
         jacobian[:-1, :-2] = -np.kron(shifted, np.eye(n))
         # R(-theta - rho) M R(theta) at each point
-        transposed = rotated(
-            symmetry, np.swapaxes(ends.monodromy[:N], 1, 2), np.asarray(back_angles[:N, None])
-        )
+        transposed = rotated(symmetry, np.swapaxes(ends.monodromy[:N], 1, 2), np.asarray(back_angles[:N, None]))
         blocks = np.swapaxes(transposed, 1, 2)
         rotations = rotated(symmetry, np.tile(np.eye(flow.states), (N, 1, 1)), self.angles[:, None])
-        blocks = np.einsum("kij,klj->kil", blocks, rotations)[:, free][:, :, free] * (
-            scale / scale[:, None]
-        )
+        blocks = np.einsum("kij,klj->kil", blocks, rotations)[:, free][:, :, free] * (scale / scale[:, None])
         for k in range(N):
             jacobian[k * n : (k + 1) * n, k * n : (k + 1) * n] += blocks[k]
         by_rotation = -rotation_derivative(symmetry, end[:N])[:, free] / scale
         jacobian[:-1, -2] = (by_rotation - shift_by_angle @ flat).ravel()
-        jacobian[:-1, -1] = (
-            (end[N : 2 * N] - end[2 * N :])[:, free] / scale * (flow.scales[-1] / (2 * h))
-        ).ravel()
+        jacobian[:-1, -1] = ((end[N : 2 * N] - end[2 * N :])[:, free] / scale * (flow.scales[-1] / (2 * h))).ravel()
         jacobian[-1, phase_state : N * n : n] = weight / N
         if not np.isfinite(jacobian).all():
             return None
@@ -155,21 +147,14 @@ class Circle:
         if _may_cross(sampled[..., 0]) or _may_cross(-sampled[..., 1]):
             sampled = np.concatenate([sampled, (yield self._between_angles(w, values)).touches])
         touches = np.stack(
-            [
-                sampled[..., 0].min(axis=0),
-                sampled[..., 1].max(axis=0),
-                ends.touches[:N, :, 2].mean(axis=0),
-            ],
-            axis=-1,
+            [sampled[..., 0].min(axis=0), sampled[..., 1].max(axis=0), ends.touches[:N, :, 2].mean(axis=0)], axis=-1
         )
         period = float(ends.duration[0])
         wrapped = math.remainder(rotation, 2.0 * math.pi)
 
         def orbit() -> Orbit:
             multipliers = self._multipliers(blocks, rotation)
-            return Orbit(
-                states[0], values, period, multipliers, touches, 1, None, wrapped, w, tuple(free)
-            )
+            return Orbit(states[0], values, period, multipliers, touches, 1, None, wrapped, w, tuple(free))
 
         return Evaluation(residual, jacobian, orbit)
 
@@ -229,10 +214,7 @@ def harmonic_tail(orbit: Orbit) -> float:
     w = orbit.mesh_states[:, list(orbit.free)]
     amplitudes = np.abs(np.fft.rfft(w - w.mean(axis=0), axis=0)) * 2.0 / len(w)
     return float(
-        np.max(
-            amplitudes[-2:].max(axis=0)
-            / np.maximum(amplitudes.max(axis=0), 1e-4 * np.abs(w).max(axis=0) + 1e-12)
-        )
+        np.max(amplitudes[-2:].max(axis=0) / np.maximum(amplitudes.max(axis=0), 1e-4 * np.abs(w).max(axis=0) + 1e-12))
     )
 
 
@@ -243,15 +225,10 @@ def circle_stop(symmetry: Symmetry) -> Callable[[Point, Point], str]:
     x = symmetry.turned[0][0]
 
     def stop(previous: Point, current: Point) -> str:
-        before, after = (
-            float(point.found.mesh_states[:, x].mean()) for point in (previous, current)
-        )
+        before, after = (float(point.found.mesh_states[:, x].mean()) for point in (previous, current))
         if before * after < 0.0:
             return "shrunk"
-        is_rough = (
-            harmonic_tail(current.found) > 3.0 * MAX_TAIL
-            and harmonic_tail(previous.found) > MAX_TAIL
-        )
+        is_rough = harmonic_tail(current.found) > 3.0 * MAX_TAIL and harmonic_tail(previous.found) > MAX_TAIL
         return "kinks" if is_rough else ""
 
     return stop
@@ -270,13 +247,7 @@ def fitted_circle(
     returns = [state]
     for _ in range(MAX_RETURNS):
         ends = yield Legs(
-            returns[-1][None],
-            np.zeros(1),
-            angle,
-            all_values,
-            np.zeros(1, dtype=bool),
-            TOLERANCE_FACTOR,
-            True,
+            returns[-1][None], np.zeros(1), angle, all_values, np.zeros(1, dtype=bool), TOLERANCE_FACTOR, True
         )
         if not ends.ok[0]:
             return None
@@ -287,15 +258,8 @@ def fitted_circle(
         fit = _fitted(flow, np.stack(returns[::multiple]), values, multiple)
         if fit is not None:
             problem, unknowns = fit
-            image_fits = [
-                _fitted(flow, np.stack(returns[k::multiple]), values, multiple)
-                for k in range(1, multiple)
-            ]
-            return (
-                problem,
-                unknowns,
-                [circle.w(x).mean(axis=0) for circle, x in [fit, *filter(None, image_fits)]],
-            )
+            image_fits = [_fitted(flow, np.stack(returns[k::multiple]), values, multiple) for k in range(1, multiple)]
+            return (problem, unknowns, [circle.w(x).mean(axis=0) for circle, x in [fit, *filter(None, image_fits)]])
     return None
 
 
@@ -346,13 +310,7 @@ def images(problem: Circle, point: Point) -> Task[list[Array]]:
     values = np.tile(orbit.values, (N, 1))
     for _ in range(problem.lobes - 1):
         ends = yield Legs(
-            states,
-            np.zeros(N),
-            np.full(N, fold_angle),
-            values,
-            np.zeros(N, dtype=bool),
-            TOLERANCE_FACTOR,
-            True,
+            states, np.zeros(N), np.full(N, fold_angle), values, np.zeros(N, dtype=bool), TOLERANCE_FACTOR, True
         )
         if not ends.ok.all():
             break
@@ -368,9 +326,7 @@ def _touch_extremum(contact: int, which: int) -> Callable[[Point], float]:
     return lambda point: float(point.found.touches[contact, which])
 
 
-def circle_test_functions(
-    grazes: Mapping[int, Graze],
-) -> Callable[[Point, Point], list[TestFunction]]:
+def circle_test_functions(grazes: Mapping[int, Graze]) -> Callable[[Point, Point], list[TestFunction]]:
     """The function that gives the test functions between two points of a branch of
     circles: of folds, and of the first and last touches."""
 
@@ -379,10 +335,7 @@ def circle_test_functions(
         if (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0):
             functions.append(TestFunction(FOLD, lambda point: float(point.tangent[-1])))
         for contact, graze in grazes.items():
-            (low1, high1, _), (low2, high2, _) = (
-                previous.found.touches[contact],
-                current.found.touches[contact],
-            )
+            (low1, high1, _), (low2, high2, _) = (previous.found.touches[contact], current.found.touches[contact])
             if (high1 <= 0.0) != (high2 <= 0.0) and graze.reached is not None:
                 functions.append(TestFunction(graze.reached, _touch_extremum(contact, 1)))
             elif (low1 > 0.0) != (low2 > 0.0) and graze.lost is not None:

@@ -24,13 +24,7 @@ from nsdrill.orbit.arclength import Evaluation, Task
 from nsdrill.orbit.cycle import Cycle, corotating_rates
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import rotated, rotation_matrix
-from nsdrill.orbit.periodic import (
-    EQUILIBRIUM_FOLDS,
-    Orbit,
-    combined_touches,
-    monodromy_product,
-    shooting_jacobian,
-)
+from nsdrill.orbit.periodic import EQUILIBRIUM_FOLDS, Orbit, combined_touches, monodromy_product, shooting_jacobian
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 DIFFERENCE_STEP = 1e-4  # of central differences, in natural scales
@@ -108,9 +102,7 @@ class Curve:
     def unknowns(self, states: Array, values: Array) -> Array:
         """``x`` from the states at the starts of the segments [segments, states] and
         both parameters."""
-        scaled = states[:, list(self.flow.symmetry.free)] / (
-            self.state_scales * math.sqrt(self.segments)
-        )
+        scaled = states[:, list(self.flow.symmetry.free)] / (self.state_scales * math.sqrt(self.segments))
         return np.concatenate([scaled.ravel(), values / self.flow.scales])
 
     def states(self, x: Array) -> Array:
@@ -144,9 +136,7 @@ class Curve:
                 variant_values.append(shifted)
         all_values = np.repeat(np.stack(variant_values), J, axis=0)
         phases = np.tile(np.arange(J) * self.angle / J, len(variants))
-        tangent = np.arange(len(all_values)) < (
-            len(all_values) if self.condition.of_monodromy else J
-        )
+        tangent = np.arange(len(all_values)) < (len(all_values) if self.condition.of_monodromy else J)
         ends = yield Legs(
             np.concatenate(variants),
             phases,
@@ -182,9 +172,7 @@ class Curve:
             jacobian[:-1, J * n + parameter] = (
                 (end[up] - end[down])[:, free] / scale / (2.0 * DIFFERENCE_STEP)
             ).ravel()
-            difference = self._test_value(blocks[up], touches[up]) - self._test_value(
-                blocks[down], touches[down]
-            )
+            difference = self._test_value(blocks[up], touches[up]) - self._test_value(blocks[down], touches[down])
             jacobian[-1, J * n + parameter] = difference / (2.0 * DIFFERENCE_STEP)
         if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
             return None
@@ -213,9 +201,7 @@ class Curve:
         monodromy = monodromy_product(blocks)
         if self.condition.pair:
             return _log_modulus(monodromy)
-        return _bordered_test(
-            monodromy - self.condition.multiplier * np.eye(len(monodromy)), self.left, self.right
-        )
+        return _bordered_test(monodromy - self.condition.multiplier * np.eye(len(monodromy)), self.left, self.right)
 
     def updated(self, x: Array) -> Curve:
         return self
@@ -315,11 +301,7 @@ class CycleFolds:
         all_values, count = np.repeat(values, J, axis=0), len(variants)
         durations = np.repeat(periods / J, J)
         ends = yield Legs(
-            np.concatenate(variants),
-            np.zeros(count * J),
-            durations,
-            all_values,
-            np.ones(count * J, dtype=bool),
+            np.concatenate(variants), np.zeros(count * J), durations, all_values, np.ones(count * J, dtype=bool)
         )
         if not ends.ok.all():
             return None
@@ -349,12 +331,10 @@ class CycleFolds:
                 jacobian[-1, j * n + index] = (sides[0] - sides[1]) / (2.0 * step)
         for index in range(3):
             up, down = 2 * n + 1 + 2 * index, 2 * n + 2 + 2 * index
-            jacobian[: J * n, J * n + index] = ((end[up] - end[down]) / scale).ravel() / (
+            jacobian[: J * n, J * n + index] = ((end[up] - end[down]) / scale).ravel() / (2.0 * DIFFERENCE_STEP)
+            jacobian[-1, J * n + index] = (test_value(blocks[up], up) - test_value(blocks[down], down)) / (
                 2.0 * DIFFERENCE_STEP
             )
-            jacobian[-1, J * n + index] = (
-                test_value(blocks[up], up) - test_value(blocks[down], down)
-            ) / (2.0 * DIFFERENCE_STEP)
         if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
             return None
         monodromy = monodromy_product(blocks[0])
@@ -374,6 +354,4 @@ class CycleFolds:
 
     def updated(self, x: Array) -> CycleFolds:
         values = x[-2:] * self.flow.scales
-        return replace(
-            self, cycle=self.cycle.with_phase_condition(self.cycle.states(x[:-1])[0], values)
-        )
+        return replace(self, cycle=self.cycle.with_phase_condition(self.cycle.states(x[:-1])[0], values))

@@ -28,9 +28,7 @@ def corotating_rates(flow: Flow, state: Array, values: Array) -> Array:
     ``values`` [parameters], shape (n, states)."""
     all_values = np.tile(values, (len(state), 1))
     phase_rate = flow.phase_rate(np.atleast_2d(values))[0]
-    return flow.state_rates(state, all_values) - phase_rate * rotation_derivative(
-        flow.symmetry, state
-    )
+    return flow.state_rates(state, all_values) - phase_rate * rotation_derivative(flow.symmetry, state)
 
 
 @dataclass(frozen=True)
@@ -52,9 +50,7 @@ class Cycle:
     tolerance_factor = 1.0
 
     @classmethod
-    def at(
-        cls, flow: Flow, period: float, values: Array, state: Array, segments: int = SEGMENTS
-    ) -> Cycle:
+    def at(cls, flow: Flow, period: float, values: Array, state: Array, segments: int = SEGMENTS) -> Cycle:
         """The problem near the cycle of this ``period`` [s] through ``state``
         [states]."""
         free = list(flow.symmetry.free)
@@ -76,26 +72,20 @@ class Cycle:
         free = list(self.flow.symmetry.free)
         normal = corotating_rates(self.flow, state[None], values)[0][free] / self.state_scales
         length = np.linalg.norm(normal)
-        return replace(
-            self, reference=state[free] / self.state_scales, normal=normal / max(length, 1e-300)
-        )
+        return replace(self, reference=state[free] / self.state_scales, normal=normal / max(length, 1e-300))
 
     def unknowns(self, states: Array, period: float, parameter: float) -> Array:
         """``x`` from the states at the starts of the segments [segments, states], the
         period [s] and the continuation parameter."""
         free = list(self.flow.symmetry.free)
         scaled = states[:, free] / (self.state_scales * math.sqrt(self.segments))
-        return np.concatenate(
-            [scaled.ravel(), [period / self.time_scale, parameter / self.flow.scales[-1]]]
-        )
+        return np.concatenate([scaled.ravel(), [period / self.time_scale, parameter / self.flow.scales[-1]]])
 
     def states(self, x: Array) -> Array:
         """The states at the starts of the segments, shape (segments, states)."""
         states = np.tile(self.fixed, (self.segments, 1))
         scaled = x[:-2].reshape(self.segments, -1)
-        states[:, list(self.flow.symmetry.free)] = scaled * (
-            self.state_scales * math.sqrt(self.segments)
-        )
+        states[:, list(self.flow.symmetry.free)] = scaled * (self.state_scales * math.sqrt(self.segments))
         return states
 
     def values_at(self, x: Array) -> Array:
@@ -112,11 +102,7 @@ class Cycle:
         stencil = np.repeat(np.stack([values, values + shift, values - shift]), J, axis=0)
         n_legs = 3 * J
         ends = yield Legs(
-            np.tile(states, (3, 1)),
-            np.zeros(n_legs),
-            np.full(n_legs, period / J),
-            stencil,
-            np.arange(n_legs) < J,
+            np.tile(states, (3, 1)), np.zeros(n_legs), np.full(n_legs, period / J), stencil, np.arange(n_legs) < J
         )
         if not ends.ok.all():
             return None
@@ -137,26 +123,13 @@ class Cycle:
         monodromy = monodromy_product(blocks)
         jacobian[-1, :n] = self.normal * weight
         jacobian[:-1, -2] = by_period.ravel()
-        by_parameter = (
-            (end[J : 2 * J] - end[2 * J :])[:, free] / scale * (flow.scales[-1] / (2.0 * h))
-        )
+        by_parameter = (end[J : 2 * J] - end[2 * J :])[:, free] / scale * (flow.scales[-1] / (2.0 * h))
         jacobian[:-1, -1] = by_parameter.ravel()
         if not np.isfinite(jacobian).all():
             return None
         multipliers = np.linalg.eigvals(monodromy)
         touches = combined_touches(ends.touches[:J])
-        orbit = Orbit(
-            states[0],
-            values,
-            period,
-            multipliers,
-            touches,
-            1,
-            monodromy,
-            math.nan,
-            states,
-            tuple(free),
-        )
+        orbit = Orbit(states[0], values, period, multipliers, touches, 1, monodromy, math.nan, states, tuple(free))
         return Evaluation(residual, jacobian, lambda: orbit)
 
     def updated(self, x: Array) -> Cycle:
@@ -164,12 +137,7 @@ class Cycle:
 
 
 def sampled_cycle(
-    flow: Flow,
-    state: Array,
-    values: Array,
-    interval: float,
-    max_samples: int,
-    segments: int = SEGMENTS,
+    flow: Flow, state: Array, values: Array, interval: float, max_samples: int, segments: int = SEGMENTS
 ) -> Task[tuple[Array, float] | None]:
     """The states at the starts of the segments [segments, states] and the period [s] of
     a settled motion through ``state`` [states], sampled every ``interval`` [s]. None
@@ -180,20 +148,11 @@ def sampled_cycle(
     phase_rate = float(flow.phase_rate(all_values)[0])
     samples, max_distance, has_left = [state], 0.0, False
     for k in range(1, max_samples + 1):
-        ends = yield Legs(
-            samples[-1][None],
-            np.zeros(1),
-            np.array([interval]),
-            all_values,
-            np.zeros(1, dtype=bool),
-        )
+        ends = yield Legs(samples[-1][None], np.zeros(1), np.array([interval]), all_values, np.zeros(1, dtype=bool))
         if not ends.ok[0]:
             return None
         samples.append(rotated(flow.symmetry, ends.state, -phase_rate * interval)[0])
-        distances = [
-            float(np.linalg.norm(((sample - state)[free]) / state_scales))
-            for sample in samples[-3:]
-        ]
+        distances = [float(np.linalg.norm(((sample - state)[free]) / state_scales)) for sample in samples[-3:]]
         max_distance = max(max_distance, distances[-1])
         has_left = has_left or distances[-1] > 0.5 * max_distance > 1e-3
         if (

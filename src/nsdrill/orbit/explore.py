@@ -16,15 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import (
-    BRANCH,
-    CIRCLE,
-    CYCLE,
-    DOUBLING,
-    EQUILIBRIUM,
-    HOPF,
-    PERIODIC,
-)
+from nsdrill.analysis.bifurcations import BRANCH, CIRCLE, CYCLE, DOUBLING, EQUILIBRIUM, HOPF, PERIODIC
 from nsdrill.orbit import circle
 from nsdrill.orbit.arclength import (
     HalfBranch,
@@ -175,13 +167,7 @@ class Explorer:
         poll: Callable[[], None] = lambda: None,
         watch: Callable[[Wave], object] = lambda wave: None,
     ) -> None:
-        self.flow, self.orders, self.stored, self.store, self.poll = (
-            flow,
-            orders,
-            stored or {},
-            store,
-            poll,
-        )
+        self.flow, self.orders, self.stored, self.store, self.poll = (flow, orders, stored or {}, store, poll)
         self.watch = watch
         self.scale = float(flow.scales[-1])
         low, high = orders.bounds
@@ -204,23 +190,17 @@ class Explorer:
         """The branches from ``seeds``, and which seeds were followed."""
         reasons = [""] * len(seeds)
         started = self._at_angle_zero(seeds, reasons)
-        results = self._advance(
-            {number: self._guess(number, seed, reasons) for number, seed in started.items()}
-        )
+        results = self._advance({number: self._guess(number, seed, reasons) for number, seed in started.items()})
         guesses = [results[number] for number in started if results[number] is not None]
         switched: set[tuple[int, int]] = set()
         for _ in range(MAX_WAVES):
             guesses = [
                 guess
                 for guess in guesses
-                if not self._lies_on_branch(
-                    guess.motion, guess.lobes, guess.signatures, RETURN_TOLERANCE
-                )
+                if not self._lies_on_branch(guess.motion, guess.lobes, guess.signatures, RETURN_TOLERANCE)
             ]
             chosen = self._representatives(guesses)
-            candidates = self._advance(
-                {guess.number: self._candidate(guess, reasons) for guess in chosen}
-            )
+            candidates = self._advance({guess.number: self._candidate(guess, reasons) for guess in chosen})
             tried = {guess.number for guess in chosen}
             guesses = [guess for guess in guesses if guess.number not in tried]
             wave = [
@@ -235,9 +215,7 @@ class Explorer:
             elif not guesses and not (self.orders.switch and self._has_untried(switched)):
                 break
         for guess in guesses:
-            if not self._lies_on_branch(
-                guess.motion, guess.lobes, guess.signatures, RETURN_TOLERANCE
-            ):
+            if not self._lies_on_branch(guess.motion, guess.lobes, guess.signatures, RETURN_TOLERANCE):
                 reasons[guess.number] = f"left when {MAX_WAVES} rounds of seeds had been followed"
         return Found(self.branches, [reason or "followed" for reason in reasons])
 
@@ -246,11 +224,7 @@ class Explorer:
         is none."""
         point = yield from corrected_at_parameter(guess.problem, guess.x)
         if point is None or np.linalg.norm(point.x - guess.x) > guess.max_correction:
-            kind = (
-                f"motion of {guess.lobes} lobes"
-                if guess.motion == PERIODIC
-                else guess.motion.replace("_", " ")
-            )
+            kind = f"motion of {guess.lobes} lobes" if guess.motion == PERIODIC else guess.motion.replace("_", " ")
             reasons[guess.number] = f"Newton's method finds no {kind} near the seed"
             return None
         if guess.motion == CIRCLE and circle.harmonic_tail(point.found) > circle.MAX_TAIL:
@@ -261,10 +235,7 @@ class Explorer:
             return (yield from self._with_least_period(candidate))
         if guess.motion == CIRCLE:
             circles = yield from circle.images(guess.problem, point)
-            return replace(
-                candidate,
-                signatures=tuple(self._signature_of_circle(point.found, w) for w in circles),
-            )
+            return replace(candidate, signatures=tuple(self._signature_of_circle(point.found, w) for w in circles))
         return candidate
 
     def _with_least_period(self, candidate: _Candidate) -> Task[_Candidate]:
@@ -327,17 +298,12 @@ class Explorer:
         def guess(lobes: int, max_correction: float) -> _Guess:
             problem = Periodic.at(flow, lobes, seed.values, seed.state)
             x = problem.unknowns(np.stack(states[:lobes]), value)
-            signatures = [
-                np.append((start / state_scales)[free], value / self.scale)
-                for start in starts[:lobes]
-            ]
+            signatures = [np.append((start / state_scales)[free], value / self.scale) for start in starts[:lobes]]
             return _Guess(number, PERIODIC, lobes, problem, x, signatures, max_correction)
 
         for lobes in range(1, max(orders.lobes) + 1) if orders.periodic else ():
             angle = np.array([(lobes - 1) * fold_angle])
-            ends = yield Legs(
-                states[-1][None], angle, duration, seed.values[None], np.zeros(1, dtype=bool)
-            )
+            ends = yield Legs(states[-1][None], angle, duration, seed.values[None], np.zeros(1, dtype=bool))
             if not ends.ok[0]:
                 reasons[number] = "the motion could not be integrated"
                 return None
@@ -346,9 +312,7 @@ class Explorer:
             if seed.steady:
                 return guess(1, MAX_CORRECTION)
             if lobes in orders.lobes:
-                misses[lobes] = float(
-                    np.max(np.abs((starts[-1] - seed.state) / state_scales)[free])
-                )
+                misses[lobes] = float(np.max(np.abs((starts[-1] - seed.state) / state_scales)[free]))
                 if misses[lobes] < RETURN_TOLERANCE:
                     return guess(lobes, 10.0 * RETURN_TOLERANCE)
         if orders.circles and flow.symmetry.turned:
@@ -357,8 +321,7 @@ class Explorer:
                 problem, x, means = fitted
                 rotation = 10.0 * math.remainder(x[-2], 2.0 * math.pi)
                 signatures = [
-                    np.concatenate([[rotation], (mean / state_scales)[free], [value / self.scale]])
-                    for mean in means
+                    np.concatenate([[rotation], (mean / state_scales)[free], [value / self.scale]]) for mean in means
                 ]
                 return _Guess(number, CIRCLE, problem.lobes, problem, x, signatures, 1.0)
         if seed.near and misses and min(misses.values()) < UNSETTLED_TOLERANCE:
@@ -405,9 +368,7 @@ class Explorer:
         starts, period = sampled
         cycle = Cycle.at(flow, period, seed.values, starts[0])
         signature = np.array([10.0 * math.log(period), value / self.scale])
-        return _Guess(
-            number, CYCLE, 1, cycle, cycle.unknowns(starts, period, value), [signature], math.inf
-        )
+        return _Guess(number, CYCLE, 1, cycle, cycle.unknowns(starts, period, value), [signature], math.inf)
 
     # Known branches
 
@@ -423,9 +384,7 @@ class Explorer:
         if motion == CIRCLE:
             return [self._signature_of_circle(orbit, orbit.mesh_states)]
         state_scales = flow.state_scales(orbit.values)[0][list(orbit.free)]
-        return [
-            np.append(start / state_scales, parameter) for start in lobe_starts(orbit, flow, lobes)
-        ]
+        return [np.append(start / state_scales, parameter) for start in lobe_starts(orbit, flow, lobes)]
 
     def _signature_of_circle(self, orbit: Orbit, w: Array) -> Array:
         free = list(orbit.free)
@@ -433,13 +392,9 @@ class Explorer:
         return np.concatenate([[10.0 * orbit.rotation], mean, [orbit.values[-1] / self.scale]])
 
     def _candidate_signatures(self, candidate: _Candidate) -> list[Array]:
-        return [*candidate.signatures] or self._signatures(
-            candidate.motion, candidate.lobes, candidate.point
-        )
+        return [*candidate.signatures] or self._signatures(candidate.motion, candidate.lobes, candidate.point)
 
-    def _lies_on_branch(
-        self, motion: str, lobes: int, signatures: list[Array], tolerance: float = 0.0
-    ) -> bool:
+    def _lies_on_branch(self, motion: str, lobes: int, signatures: list[Array], tolerance: float = 0.0) -> bool:
         """Whether a motion lies on a known branch."""
         return any(
             branch.motion == motion
@@ -453,35 +408,23 @@ class Explorer:
         point twice."""
         if number not in self._branch_lines:
             branch = self.branches[number]
-            signatures = [
-                self._signatures(branch.motion, branch.lobes, entry.point)[0]
-                for entry in branch.marked
-            ]
-            self._branch_lines[number] = np.stack(
-                signatures * 2 if len(signatures) == 1 else signatures
-            )
+            signatures = [self._signatures(branch.motion, branch.lobes, entry.point)[0] for entry in branch.marked]
+            self._branch_lines[number] = np.stack(signatures * 2 if len(signatures) == 1 else signatures)
         return self._branch_lines[number]
 
     def _is_known(self, candidate: _Candidate) -> bool:
-        return self._lies_on_branch(
-            candidate.motion, candidate.lobes, self._candidate_signatures(candidate)
-        )
+        return self._lies_on_branch(candidate.motion, candidate.lobes, self._candidate_signatures(candidate))
 
     def _representatives(self, guesses: list[_Guess]) -> list[_Guess]:
         """The middle guess of every group of neighbours."""
         groups: list[list[_Guess]] = []
-        for guess in sorted(
-            guesses, key=lambda guess: (guess.motion, guess.lobes, guess.x[-1], guess.number)
-        ):
+        for guess in sorted(guesses, key=lambda guess: (guess.motion, guess.lobes, guess.x[-1], guess.number)):
             for group in reversed(groups):
                 last = group[-1]
                 if (last.motion, last.lobes) != (guess.motion, guess.lobes):
                     continue
                 if (
-                    min(
-                        float(np.linalg.norm(signature - last.signatures[0]))
-                        for signature in guess.signatures
-                    )
+                    min(float(np.linalg.norm(signature - last.signatures[0])) for signature in guess.signatures)
                     < GROUP_DISTANCE
                 ):
                     group.append(guess)
@@ -495,10 +438,7 @@ class Explorer:
     def _follow_wave(self, wave: list[_Candidate]) -> None:
         """Follow the branches of a wave side by side; add those that are new."""
         tasks: dict[Any, Any] = {}
-        self._growing_lines, self._rank = (
-            {},
-            {candidate.key: index for index, candidate in enumerate(wave)},
-        )
+        self._growing_lines, self._rank = ({}, {candidate.key: index for index, candidate in enumerate(wave)})
         for candidate in wave:
             if candidate.key in self.stored:
                 continue
@@ -530,37 +470,21 @@ class Explorer:
         for side in running:
             sides[side[:-1]] = sides.get(side[:-1], 0) + 1
         longest = max(map(len, self._growing_lines.values()), default=0)
-        left = max(
-            (max(0, self.orders.points - points.get(key, 0)) // n for key, n in sides.items()),
-            default=0,
-        )
+        left = max((max(0, self.orders.points - points.get(key, 0)) // n for key, n in sides.items()), default=0)
         self.watch(Wave(self._waves, len(points), len(sides), sum(points.values()), longest, left))
 
-    def _branch(
-        self, candidate: _Candidate, forward: HalfBranch, backward: HalfBranch | None
-    ) -> Branch:
+    def _branch(self, candidate: _Candidate, forward: HalfBranch, backward: HalfBranch | None) -> Branch:
         if forward.ended == "closed":
             backward = None
         seed = LabelledPoint(candidate.point)
         if candidate.other is not None and backward is not None:
+            backward = HalfBranch([LabelledPoint(candidate.other), *backward.points], backward.ended)
             backward = HalfBranch(
-                [LabelledPoint(candidate.other), *backward.points], backward.ended
-            )
-            backward = HalfBranch(
-                [
-                    replace(entry, point=replace(entry.point, s=entry.point.s + 0.1))
-                    for entry in backward.points
-                ],
+                [replace(entry, point=replace(entry.point, s=entry.point.s + 0.1)) for entry in backward.points],
                 backward.ended,
             )
         branch = assembled(
-            candidate.motion,
-            candidate.lobes,
-            seed,
-            backward,
-            forward,
-            candidate.parent,
-            candidate.parent_point,
+            candidate.motion, candidate.lobes, seed, backward, forward, candidate.parent, candidate.parent_point
         )
         return replace(branch, ended=("closed", "closed")) if forward.ended == "closed" else branch
 
@@ -573,15 +497,11 @@ class Explorer:
         """One side of a branch. Where Newton's method fails, it continues with twice
         the segments. Touches of circles are located on finer ones."""
         orders, test_functions = self.orders, self._test_functions(candidate)
-        stop = self._side_stop(
-            candidate, direction if candidate.other is None or start is candidate.point else -1
-        )
+        stop = self._side_stop(candidate, direction if candidate.other is None or start is candidate.point else -1)
         problem: Any = candidate.problem
         max_points = orders.points
         # A branch of circles ends where it has a kink.
-        has_kink = kink_predicate(
-            0 if candidate.motion == CIRCLE else len(self.flow.equations.contacts)
-        )
+        has_kink = kink_predicate(0 if candidate.motion == CIRCLE else len(self.flow.equations.contacts))
         # A circle has no monodromy.
         stability = None if candidate.motion == CIRCLE else stability_of(start.found.trivial)
         half = yield from follow(
@@ -601,21 +521,15 @@ class Explorer:
             and problem.segments < MAX_SEGMENTS_PER_LOBE * candidate.lobes
             and len(half.points) - half.inserted < max_points
         ):
-            last = (
-                half.points[-1].point
-                if half.points
-                else replace(start, tangent=direction * start.tangent)
-            )
+            last = half.points[-1].point if half.points else replace(start, tangent=direction * start.tangent)
             problem = replace(problem, segments=2 * problem.segments)
             states = yield from segment_starts(problem, last.found.state, last.found.values)
             if states is None:
                 break
-            restarted = yield from corrected_at_parameter(
-                problem, problem.unknowns(states, last.found.values[-1])
-            )
-            if restarted is None or np.max(
-                np.abs(restarted.found.state - last.found.state)
-            ) > 1e-3 * np.max(np.abs(last.found.state) + 1e-9):
+            restarted = yield from corrected_at_parameter(problem, problem.unknowns(states, last.found.values[-1]))
+            if restarted is None or np.max(np.abs(restarted.found.state - last.found.state)) > 1e-3 * np.max(
+                np.abs(last.found.state) + 1e-9
+            ):
                 continue
             restart_direction = 1 if last.tangent[-1] > 0.0 else -1
             remaining = max_points - len(half.points) + half.inserted
@@ -662,10 +576,7 @@ class Explorer:
             if reason := merging_stop(previous, current):
                 return reason
             # Both sides share the points of a branch.
-            if (
-                sum(len(self._growing_lines.get((*candidate.key, side), ())) for side in (1, -1))
-                > self.orders.points
-            ):
+            if sum(len(self._growing_lines.get((*candidate.key, side), ())) for side in (1, -1)) > self.orders.points:
                 return "points"
             if (
                 candidate.motion == PERIODIC
@@ -674,13 +585,9 @@ class Explorer:
                 return "wild"
             signatures = self._signatures(candidate.motion, candidate.lobes, current)
             # Of several signatures the one that continues the line.
-            line.append(
-                min(signatures, key=lambda signature: float(np.linalg.norm(signature - line[-1])))
-            )
+            line.append(min(signatures, key=lambda signature: float(np.linalg.norm(signature - line[-1]))))
             # The first points lie near the branch from which this one emanates.
-            if len(line) > NEAR_PARENT and self._lies_on_branch(
-                candidate.motion, candidate.lobes, signatures
-            ):
+            if len(line) > NEAR_PARENT and self._lies_on_branch(candidate.motion, candidate.lobes, signatures):
                 return "known"
             for key, other in self._growing_lines.items():
                 if (
@@ -689,11 +596,7 @@ class Explorer:
                     and passes_near(np.stack(other), signatures)
                 ):
                     return "closed"  # the two sides meet
-                if (
-                    self._rank[key[:-1]] >= self._rank[candidate.key]
-                    or self._kinds[key] != kind
-                    or len(other) < 2
-                ):
+                if self._rank[key[:-1]] >= self._rank[candidate.key] or self._kinds[key] != kind or len(other) < 2:
                     continue
                 if passes_near(np.stack(other), [*signatures, *seed]):
                     return "known"
@@ -707,9 +610,7 @@ class Explorer:
         steady motion. A branch of circles also ends where it loses its smoothness."""
         if candidate.motion == CIRCLE:
             return circle.circle_stop(self.flow.symmetry)
-        if candidate.motion == EQUILIBRIUM or (
-            candidate.motion == PERIODIC and candidate.lobes % 2
-        ):
+        if candidate.motion == EQUILIBRIUM or (candidate.motion == PERIODIC and candidate.lobes % 2):
             return lambda previous, current: ""
         reason = "still" if candidate.motion == CYCLE else "half"
 
@@ -718,10 +619,7 @@ class Explorer:
             state_scales = self.flow.state_scales(orbit.values)[0][list(orbit.free)]
             if candidate.motion == CYCLE:
                 half = len(orbit.mesh_states) // 2
-                return np.asarray(
-                    (orbit.mesh_states[half] - orbit.mesh_states[0])[list(orbit.free)]
-                    / state_scales
-                )
+                return np.asarray((orbit.mesh_states[half] - orbit.mesh_states[0])[list(orbit.free)] / state_scales)
             starts = lobe_starts(orbit, self.flow, candidate.lobes)
             return np.asarray((starts[candidate.lobes // 2] - starts[0]) / state_scales)
 
@@ -754,14 +652,10 @@ class Explorer:
                 break
         candidates = self._advance(tasks)
         return [
-            candidate
-            for candidate in candidates.values()
-            if candidate is not None and not self._is_known(candidate)
+            candidate for candidate in candidates.values() if candidate is not None and not self._is_known(candidate)
         ]
 
-    def _switched(
-        self, number: int, index: int, branch: Branch, entry: LabelledPoint
-    ) -> Task[_Candidate | None]:
+    def _switched(self, number: int, index: int, branch: Branch, entry: LabelledPoint) -> Task[_Candidate | None]:
         """The branch that emanates from a special point; None where none is found or
         asked for."""
         flow, orbit = self.flow, entry.point.found
@@ -786,9 +680,7 @@ class Explorer:
             return (
                 None
                 if point is None
-                else _Candidate(
-                    key, CYCLE, 1, doubling[0].updated(point.x), point, number, index, True
-                )
+                else _Candidate(key, CYCLE, 1, doubling[0].updated(point.x), point, number, index, True)
             )
         if branch.motion != PERIODIC:
             return None
@@ -798,14 +690,10 @@ class Explorer:
             return (
                 None
                 if point is None
-                else _Candidate(
-                    key, PERIODIC, 2 * branch.lobes, problem, point, number, index, True
-                )
+                else _Candidate(key, PERIODIC, 2 * branch.lobes, problem, point, number, index, True)
             )
         if entry.label == BRANCH:
-            problem = Periodic.at(
-                flow, branch.lobes, orbit.values, orbit.state, len(orbit.mesh_states)
-            )
+            problem = Periodic.at(flow, branch.lobes, orbit.values, orbit.state, len(orbit.mesh_states))
             forward = yield from switched_at_branch_point(problem, orbit, 1)
             backward = yield from switched_at_branch_point(problem, orbit, -1)
             if forward is None and backward is None:
@@ -813,15 +701,7 @@ class Explorer:
             first, other = (forward, backward) if forward is not None else (backward, None)
             assert first is not None
             return _Candidate(
-                key,
-                PERIODIC,
-                branch.lobes,
-                problem,
-                first,
-                number,
-                index,
-                one_side=other is None,
-                other=other,
+                key, PERIODIC, branch.lobes, problem, first, number, index, one_side=other is None, other=other
             )
         return None
 

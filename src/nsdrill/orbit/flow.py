@@ -83,13 +83,7 @@ class Ends:
     duration: Array
 
     def __getitem__(self, part: slice) -> Ends:
-        return Ends(
-            self.state[part],
-            self.monodromy[part],
-            self.touches[part],
-            self.ok[part],
-            self.duration[part],
-        )
+        return Ends(self.state[part], self.monodromy[part], self.touches[part], self.ok[part], self.duration[part])
 
 
 def joined(parts: list[Legs]) -> Legs:
@@ -98,9 +92,7 @@ def joined(parts: list[Legs]) -> Legs:
     def column(name: str) -> Array:
         return np.concatenate([getattr(part, name) for part in parts])
 
-    tolerance_factor = np.concatenate(
-        [np.broadcast_to(part.tolerance_factor, len(part)) for part in parts]
-    )
+    tolerance_factor = np.concatenate([np.broadcast_to(part.tolerance_factor, len(part)) for part in parts])
     angular = np.concatenate([np.broadcast_to(part.angular, len(part)) for part in parts])
     return Legs(
         column("state"),
@@ -174,9 +166,7 @@ class Flow:
         states)."""
         rows, lanes = self.equations.rows, self.lanes
         right_hand_side = self.equations.parts(lanes).right_hand_side
-        runs = self.equations.runs(
-            values, np.concatenate([state, np.zeros((len(state), 1))], axis=1)
-        )
+        runs = self.equations.runs(values, np.concatenate([state, np.zeros((len(state), 1))], axis=1))
         rates = np.zeros_like(state)
         for first in range(0, len(state), lanes):
             part = slice(first, min(first + lanes, len(state)))
@@ -210,9 +200,7 @@ class Flow:
         first_copies = np.concatenate([[0], np.cumsum(copies)[:-1]])
         direction = np.arange(len(leg)) - first_copies[leg]
         has_tangent = legs.tangent[leg]
-        deviation[has_tangent, direction[has_tangent]] = state_scales[
-            leg[has_tangent], direction[has_tangent]
-        ]
+        deviation[has_tangent, direction[has_tangent]] = state_scales[leg[has_tangent], direction[has_tangent]]
         frame_rates = np.concatenate([runs.frame_rates, np.zeros_like(runs.frame_rates)], axis=1)
         expanded = Runs(
             runs.parameters[leg],
@@ -230,15 +218,10 @@ class Flow:
         columns = final_state[:, states : 2 * states]
         with np.errstate(invalid="ignore", over="ignore"):
             monodromy[leg[has_tangent], :, direction[has_tangent]] = (
-                columns[has_tangent]
-                / state_scales[leg[has_tangent], direction[has_tangent]][:, None]
+                columns[has_tangent] / state_scales[leg[has_tangent], direction[has_tangent]][:, None]
             )
         touches = outcome.reshape(len(leg), -1, len(TOUCHES))[first_copies]
-        succeeded = (
-            is_valid
-            & ok[first_copies]
-            & np.isfinite(final_state[first_copies, : rows.own]).all(axis=1)
-        )
+        succeeded = is_valid & ok[first_copies] & np.isfinite(final_state[first_copies, : rows.own]).all(axis=1)
         return Ends(final_state[first_copies, : rows.own], monodromy, touches, succeeded, duration)
 
     def _run_all(self, runs: Runs, n: int) -> tuple[Array, Array, Array]:
@@ -282,20 +265,14 @@ class Flow:
 
 
 def equations_of(
-    model: Model,
-    fixed: Variant,
-    symmetry: Symmetry,
-    pack: Callable[[Array], Array],
-    scales: tuple[float, ...],
+    model: Model, fixed: Variant, symmetry: Symmetry, pack: Callable[[Array], Array], scales: tuple[float, ...]
 ) -> Equations:
     """The equations of a model: ``pack(values)`` gives the lane parameters at
     ``values`` [n, parameters]. InputError where the model has no tangent dynamics."""
     contacts, levels = len(model.contacts), model.levels(fixed)
     observer_rows = landing_rows(contacts) + touch_rows(contacts + len(levels))
     try:
-        rows = STEPPERS[PAIR].rows(
-            replace(model.rows(fixed, observer_rows, tangent=True), judged=True)
-        )
+        rows = STEPPERS[PAIR].rows(replace(model.rows(fixed, observer_rows, tangent=True), judged=True))
         model.tangent(choose_lanes(FEW), fixed, 0)
     except (NotImplementedError, ValueError) as error:
         raise InputError(
@@ -330,22 +307,13 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     right_hand_side = model.tangent(lanes, fixed, 0)
     touch_row = landing_rows(contacts)
     observe_levels, levels_marker = (
-        make_levels(lanes, rows, touch_row + touch_rows(contacts), levels)
-        if levels
-        else unobserved(lanes)
+        make_levels(lanes, rows, touch_row + touch_rows(contacts), levels) if levels else unobserved(lanes)
     )
     if not contacts:
         return Compiled(right_hand_side, observe_levels, levels_marker)
     contact_functions = model.contact_functions(lanes, fixed, RATES * contacts)
     land = make_landing(
-        lanes,
-        rows,
-        STEPPERS[PAIR].scheme(rows),
-        0,
-        contact_functions,
-        model.tangent(1, fixed, 0),
-        contacts,
-        identity,
+        lanes, rows, STEPPERS[PAIR].scheme(rows), 0, contact_functions, model.tangent(1, fixed, 0), contacts, identity
     )
     observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
     level_column = touch_rows(contacts)

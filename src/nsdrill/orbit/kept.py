@@ -26,9 +26,7 @@ def to_arrays(branches: Mapping[Key, Branch]) -> tuple[dict[str, Array], list[di
     for number, (key, branch) in enumerate(branches.items()):
         parts = [part for entry in branch.marked for part in _parts(entry)]
         arrays[f"numbers_{number}"] = np.concatenate([part.ravel() for part in parts])
-        arrays[f"shapes_{number}"] = np.array(
-            [(*part.shape, *[-1] * (3 - part.ndim)) for part in parts], np.int64
-        )
+        arrays[f"shapes_{number}"] = np.array([(*part.shape, *[-1] * (3 - part.ndim)) for part in parts], np.int64)
         descriptions.append(
             {
                 "key": list(key),
@@ -72,9 +70,7 @@ def _parts(entry: LabelledPoint) -> list[Array]:
     ]
 
 
-def from_arrays(
-    arrays: Mapping[str, Array], descriptions: list[dict[str, Any]]
-) -> dict[Key, Branch]:
+def from_arrays(arrays: Mapping[str, Array], descriptions: list[dict[str, Any]]) -> dict[Key, Branch]:
     """The inverse of :func:`to_arrays`. KeyError, ValueError, TypeError or IndexError
     where the arguments are no output of it."""
     branches = {}

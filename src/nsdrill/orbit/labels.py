@@ -69,9 +69,7 @@ def _signed_distance(shift: float) -> Callable[[Point], float]:
     def value(point: Point) -> float:
         shifted = point.found.nontrivial - shift
         moduli = np.maximum(np.abs(shifted), 1e-300)
-        return float(
-            np.sign(np.prod(shifted / moduli).real) * np.min(moduli) if len(shifted) else 1.0
-        )
+        return float(np.sign(np.prod(shifted / moduli).real) * np.min(moduli) if len(shifted) else 1.0)
 
     return value
 
@@ -82,9 +80,7 @@ def _pair_margin(rank: int) -> Callable[[Point], float]:
 
     def value(point: Point) -> float:
         multipliers = point.found.nontrivial
-        pairs = multipliers[
-            np.abs(multipliers.imag) > REAL_TOLERANCE * np.maximum(np.abs(multipliers), 1.0)
-        ]
+        pairs = multipliers[np.abs(multipliers.imag) > REAL_TOLERANCE * np.maximum(np.abs(multipliers), 1.0)]
         moduli = np.sort(np.abs(pairs))[::-1]
         return float(moduli[rank] - 1.0) if len(moduli) > rank else -1.0
 
@@ -104,18 +100,13 @@ def orbit_test_functions(
         is_fold = (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0)
         if is_fold:
             functions.append(TestFunction(FOLD, lambda point: float(point.tangent[-1])))
-        (above1, below1, out1), (above2, below2, out2) = (
-            multiplier_counts(before),
-            multiplier_counts(after),
-        )
+        (above1, below1, out1), (above2, below2, out2) = (multiplier_counts(before), multiplier_counts(after))
         if below1 != below2 and (below1 + below2) % 2:
             functions.append(TestFunction(DOUBLING, _signed_distance(-1.0)))
         if above1 != above2 and (above1 + above2) % 2 and not is_fold:
             functions.append(TestFunction(BRANCH, _signed_distance(1.0)))
         if out1 != out2 and above1 == above2 and below1 == below2:
-            functions.append(
-                TestFunction(HOPF if equilibrium else TORUS, _pair_margin(min(out1, out2)))
-            )
+            functions.append(TestFunction(HOPF if equilibrium else TORUS, _pair_margin(min(out1, out2))))
         for contact, graze in grazes.items():
             if (function := _grazing(before, after, contact, graze)) is not None:
                 functions.append(function)
@@ -134,19 +125,11 @@ def _grazing(before: Orbit, after: Orbit, contact: int, graze: Graze) -> TestFun
     if always1 != always2 and graze.lost is not None:
         return TestFunction(graze.lost, lambda point: float(point.found.touches[contact, 0]))
     code = graze.reached if graze.reached is not None else graze.lost
-    if (
-        graze.counted
-        and n1 != n2
-        and not (never1 or never2 or always1 or always2)
-        and code is not None
-    ):
+    if graze.counted and n1 != n2 and not (never1 or never2 or always1 or always2) and code is not None:
         level = 0.5 * (n1 + n2)
         words = f"{int(n1)} to {int(n2)} touches a period"
         return TestFunction(
-            code,
-            lambda point: float(np.sign(point.found.touches[contact, 2] - level)),
-            words,
-            jumps=True,
+            code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words, jumps=True
         )
     return None
 
@@ -158,10 +141,7 @@ def kink_predicate(contacts: int) -> Callable[[Orbit, Orbit], bool]:
 
     def has_kink(before: Orbit, after: Orbit) -> bool:
         first, second = before.touches[:contacts], after.touches[:contacts]
-        return bool(
-            np.any(first[:, 2] != second[:, 2])
-            or np.any((first[:, :2] > 0.0) != (second[:, :2] > 0.0))
-        )
+        return bool(np.any(first[:, 2] != second[:, 2]) or np.any((first[:, :2] > 0.0) != (second[:, :2] > 0.0)))
 
     return has_kink
 

@@ -29,9 +29,7 @@ MAX_DIFFERENCE = 1e-6
 BATCH_LEGS = 400  # that make a batch
 
 
-def finer_multipliers(
-    flow: Flow, branches: list[Branch], poll: Callable[[], None] = lambda: None
-) -> list[Array]:
+def finer_multipliers(flow: Flow, branches: list[Branch], poll: Callable[[], None] = lambda: None) -> list[Array]:
     """The multipliers [free states] of all points of all branches, in order. Those of
     circles keep their values, as their interpolation error is larger. ``poll`` is
     called once a batch, and may raise to stop."""
@@ -43,9 +41,7 @@ def finer_multipliers(
         if branch.motion != CIRCLE:
             legs, angles = _segment_legs(flow, branch, orbit)
             batch.append((index, legs, angles))
-        if batch and (
-            index == len(points) - 1 or sum(len(legs) for _, legs, _ in batch) >= BATCH_LEGS
-        ):
+        if batch and (index == len(points) - 1 or sum(len(legs) for _, legs, _ in batch) >= BATCH_LEGS):
             poll()
             _refine(flow, batch, points, multipliers)
             batch = []
@@ -64,16 +60,11 @@ def _segment_legs(flow: Flow, branch: Branch, orbit: Orbit) -> tuple[Legs, Array
         return Legs(states, np.zeros(J), np.full(J, orbit.period / J), all_values, tangent), angles
     angle = 2.0 * math.pi * branch.lobes / (flow.symmetry.folds or EQUILIBRIUM_FOLDS)
     angles = np.where(np.arange(J) == J - 1, angle, 0.0)
-    return Legs(
-        states, np.arange(J) * angle / J, np.full(J, angle / J), all_values, tangent, 1.0, True
-    ), angles
+    return Legs(states, np.arange(J) * angle / J, np.full(J, angle / J), all_values, tangent, 1.0, True), angles
 
 
 def _refine(
-    flow: Flow,
-    batch: list[tuple[int, Legs, Array]],
-    points: list[tuple[Branch, Orbit]],
-    multipliers: list[Array],
+    flow: Flow, batch: list[tuple[int, Legs, Array]], points: list[tuple[Branch, Orbit]], multipliers: list[Array]
 ) -> None:
     """Put the finer multipliers of the points in ``batch`` into ``multipliers``."""
     ends = flow.run(joined([legs for _, legs, _ in batch]))
@@ -87,9 +78,7 @@ def _refine(
         monodromies = np.swapaxes(
             rotated(flow.symmetry, np.swapaxes(ends.monodromy[rows], 1, 2), -angles[:, None]), 1, 2
         )
-        monodromy = monodromy_product(
-            monodromies[:, free][:, :, free] * (state_scales / state_scales[:, None])
-        )
+        monodromy = monodromy_product(monodromies[:, free][:, :, free] * (state_scales / state_scales[:, None]))
         if ends.ok[rows].all() and np.isfinite(monodromy).all():
             finer = np.linalg.eigvals(monodromy)
             if _largest_difference(orbit.multipliers, finer) < MAX_DIFFERENCE:

@@ -59,9 +59,7 @@ class Orbit:
         """The multipliers that decide on stability."""
         if not self.trivial:
             return self.multipliers
-        return np.delete(
-            self.multipliers, np.argsort(np.abs(self.multipliers - 1.0))[: self.trivial]
-        )
+        return np.delete(self.multipliers, np.argsort(np.abs(self.multipliers - 1.0))[: self.trivial])
 
     @property
     def unstable(self) -> int:
@@ -72,10 +70,7 @@ class Orbit:
 def combined_touches(touches: Array) -> Array:
     """The touches of a whole motion [contacts, 3] from those of its segments
     [segments, contacts, 3]."""
-    return np.stack(
-        [touches[..., 0].min(axis=0), touches[..., 1].max(axis=0), touches[..., 2].sum(axis=0)],
-        axis=-1,
-    )
+    return np.stack([touches[..., 0].min(axis=0), touches[..., 1].max(axis=0), touches[..., 2].sum(axis=0)], axis=-1)
 
 
 def shooting_jacobian(blocks: Array) -> Array:
@@ -113,18 +108,11 @@ class Periodic:
     tolerance_factor = 1.0
 
     @classmethod
-    def at(
-        cls, flow: Flow, lobes: int, values: Array, state: Array, segments: int | None = None
-    ) -> Periodic:
+    def at(cls, flow: Flow, lobes: int, values: Array, state: Array, segments: int | None = None) -> Periodic:
         """The problem near ``state`` [states] at ``values`` [parameters]."""
         free = list(flow.symmetry.free)
         return cls(
-            flow,
-            lobes,
-            segments or max(1, lobes),
-            flow.state_scales(values)[0][free],
-            np.array(values),
-            state.copy(),
+            flow, lobes, segments or max(1, lobes), flow.state_scales(values)[0][free], np.array(values), state.copy()
         )
 
     @property
@@ -148,9 +136,7 @@ class Periodic:
         """The states at the starts of the segments, shape (segments, states)."""
         free = list(self.flow.symmetry.free)
         states = np.tile(self.fixed, (self.segments, 1))
-        states[:, free] = x[:-1].reshape(self.segments, -1) * (
-            self.state_scales * math.sqrt(self.segments)
-        )
+        states[:, free] = x[:-1].reshape(self.segments, -1) * (self.state_scales * math.sqrt(self.segments))
         return states
 
     def values_at(self, x: Array) -> Array:
@@ -224,10 +210,7 @@ def lobe_starts(orbit: Orbit, flow: Flow, lobes: int) -> list[Array]:
     step = len(orbit.mesh_states) // lobes
     fold_angle = 2.0 * math.pi / (flow.symmetry.folds or EQUILIBRIUM_FOLDS)
     states = orbit.mesh_states[:: max(step, 1)][:lobes]
-    return [
-        rotated(flow.symmetry, state, -k * fold_angle)[list(orbit.free)]
-        for k, state in enumerate(states)
-    ]
+    return [rotated(flow.symmetry, state, -k * fold_angle)[list(orbit.free)] for k, state in enumerate(states)]
 
 
 def segment_starts(problem: Periodic, state: Array, values: Array) -> Task[Array | None]:
@@ -237,12 +220,7 @@ def segment_starts(problem: Periodic, state: Array, values: Array) -> Task[Array
     angle = np.array([problem.angle / J])
     for j in range(J - 1):
         ends = yield Legs(
-            starts[-1][None],
-            j * angle,
-            angle,
-            np.atleast_2d(values),
-            np.zeros(1, dtype=bool),
-            angular=True,
+            starts[-1][None], j * angle, angle, np.atleast_2d(values), np.zeros(1, dtype=bool), angular=True
         )
         if not ends.ok[0]:
             return None

@@ -34,9 +34,7 @@ def first_point_on(problem: Problem, base: Array, direction: Array) -> Task[Poin
     return None
 
 
-def _critical_direction(
-    problem: Periodic, orbit: Orbit, vector: Array
-) -> Task[tuple[Array, Array] | None]:
+def _critical_direction(problem: Periodic, orbit: Orbit, vector: Array) -> Task[tuple[Array, Array] | None]:
     """The unknowns of ``problem`` on the orbit, and their derivative by a displacement
     of its start along ``vector`` [free]; None where a run fails."""
     states = yield from segment_starts(problem, orbit.state, orbit.values)
@@ -72,13 +70,9 @@ def cycle_doubling_problem(problem: Cycle, orbit: Orbit) -> tuple[Cycle, Array, 
     """The problem of the cycles of twice the period that emanate at a doubling of
     cycles, its unknowns there, and their direction."""
     assert orbit.mesh_states is not None
-    doubled = Cycle.at(
-        problem.flow, 2.0 * orbit.period, orbit.values, orbit.state, 2 * problem.segments
-    )
+    doubled = Cycle.at(problem.flow, 2.0 * orbit.period, orbit.values, orbit.state, 2 * problem.segments)
     vector = critical_vector(orbit, -1.0)
-    base = doubled.unknowns(
-        np.concatenate([orbit.mesh_states] * 2), 2.0 * orbit.period, orbit.values[-1]
-    )
+    base = doubled.unknowns(np.concatenate([orbit.mesh_states] * 2), 2.0 * orbit.period, orbit.values[-1])
     direction = np.zeros(len(base))
     n = len(vector)
     direction[:n] = vector
@@ -100,9 +94,7 @@ def hopf_problem(flow: Any, orbit: Orbit) -> tuple[Cycle, Array, Array] | None:
     period = 2.0 * math.pi / frequency
     cycle = Cycle.at(flow, period, orbit.values, orbit.state, SEGMENTS)
     vector = vectors[:, nearest]
-    states = np.real(
-        vector[None, :] * np.exp(2j * math.pi * np.arange(SEGMENTS) / SEGMENTS)[:, None]
-    )
+    states = np.real(vector[None, :] * np.exp(2j * math.pi * np.arange(SEGMENTS) / SEGMENTS)[:, None])
     base = cycle.unknowns(np.tile(orbit.state, (SEGMENTS, 1)), period, orbit.values[-1])
     direction = np.concatenate([states.ravel() / math.sqrt(SEGMENTS), [0.0, 0.0]])
     # The normal of the phase condition is the flow at the start, which vanishes at an

@@ -19,15 +19,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
 from nsdrill.plot.look import Look, apply_limits, limit_y_axes, look_of
-from nsdrill.plot.registry import (
-    all_kinds,
-    check_options,
-    choose_kind,
-    describe,
-    is_branches,
-    kinds_for,
-    variables_for,
-)
+from nsdrill.plot.registry import all_kinds, check_options, choose_kind, describe, is_branches, kinds_for, variables_for
 from nsdrill.plot.saving import FORMATS, check_suffix, save
 from nsdrill.variables import AXES, INFERRED, OK, has_failed
 
@@ -78,9 +70,7 @@ def draw(
     kind_options = {name: value for name, value in options.items() if value is not None}
     look = look or Look()
     if panel is not None and not isinstance(panel, str):
-        raise InputError(
-            f"panel: found a value of the type {type(panel).__name__}; allowed: the name of one panel."
-        )
+        raise InputError(f"panel: found a value of the type {type(panel).__name__}; allowed: the name of one panel.")
     branches = None
     if isinstance(data, Results) and is_branches(kind_options.get("over")):
         branches = kind_options.pop("over")
@@ -175,8 +165,7 @@ def cut(data: Any, at: Mapping[str, float] | None, start: int | None = None) -> 
     if unknown := set(at) - set(data.axes):
         keys = {dimension_of(key): key for key in values_by_key}
         unknown_keys, allowed = (
-            ", ".join(keys.get(name, name) for name in names)
-            for names in (sorted(unknown), data.axes)
+            ", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes)
         )
         raise InputError(f"--at: found {unknown_keys}; allowed: {allowed}.")
     return ordered(data if start is None else select_start(data, start), at)
@@ -187,9 +176,7 @@ def _refuse_choices(data: Any, names: Sequence[str]) -> None:
     for name in names:
         option = name.replace("_", "-") if name in (*AXES, *_CHOICES) else "at"
         which = ", which is of one point" if isinstance(data, Trace) else ""
-        raise InputError(
-            f"--{option}: found with {describe(data)}{which}; allowed: with the results of a sweep."
-        )
+        raise InputError(f"--{option}: found with {describe(data)}{which}; allowed: with the results of a sweep.")
 
 
 _CHOICES = ("start", "states", "severity", "confidence")

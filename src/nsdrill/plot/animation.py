@@ -50,8 +50,7 @@ def film_name(path: str | os.PathLike[str]) -> str:
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
-            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of film; allowed: "
-            f"{', '.join(SUFFIXES)}."
+            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of film; allowed: {', '.join(SUFFIXES)}."
         )
     if suffix == ".mp4" and shutil.which("ffmpeg") is None:
         return str(Path(path).with_suffix(".gif"))
@@ -76,10 +75,7 @@ def animate(
     """
     look = look or Look()
     if not isinstance(trace, Trace) or not has_orbit(trace):
-        raise InputError(
-            "--animate: found no collar that moves in the hole; allowed: a trace "
-            "with lateral motion."
-        )
+        raise InputError("--animate: found no collar that moves in the hole; allowed: a trace with lateral motion.")
     check_length(trace)
     if not 0.01 <= speed <= 100.0:
         raise InputError(f"--speed: found {speed:g}; allowed: 0.01 to 100 times as fast as nature.")
@@ -143,18 +139,12 @@ def _write_gif(frames: Iterator[Any], file: CheckedFile) -> None:
     # so that the palette has the colours of small artists too
     for number, colour in enumerate(KEY_COLOURS):
         sample.paste(colour, (40 * number, 0, 40 * number + 40, 40))
-    palette = sample.quantize(
-        PALETTE_SIZE, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE
-    )
+    palette = sample.quantize(PALETTE_SIZE, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
     first_frame = first_image.quantize(palette=palette, dither=Image.Dither.NONE)
 
     def remaining_frames() -> Iterator[Image.Image]:
         for frame in frames:
-            yield (
-                Image.fromarray(frame)
-                .convert("RGB")
-                .quantize(palette=palette, dither=Image.Dither.NONE)
-            )
+            yield (Image.fromarray(frame).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE))
 
     first_frame.save(
         SimpleNamespace(write=file.write),  # with a descriptor Pillow would write by itself

@@ -27,8 +27,7 @@ FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning
 def in_order(axes: Any) -> list[str]:
     """The axes in the order in which drillers name them, further ones by name."""
     return sorted(
-        (axis for axis in axes if axis),
-        key=lambda axis: (ORDER.index(axis) if axis in ORDER else len(ORDER), axis),
+        (axis for axis in axes if axis), key=lambda axis: (ORDER.index(axis) if axis in ORDER else len(ORDER), axis)
     )
 
 
@@ -94,13 +93,8 @@ def percent(point: Mapping[str, Any]) -> str:
 def drilling(point: Mapping[str, Any], fmt: Formatter) -> str:
     """``rate of penetration 32 ft/h, specific energy 22 ksi``; "" where a file has
     neither."""
-    words = {
-        "rate_of_penetration": "rate of penetration",
-        "mechanical_specific_energy": "specific energy",
-    }
-    return ", ".join(
-        f"{word} {fmt.value(name, point[name])}" for name, word in words.items() if name in point
-    )
+    words = {"rate_of_penetration": "rate of penetration", "mechanical_specific_energy": "specific energy"}
+    return ", ".join(f"{word} {fmt.value(name, point[name])}" for name, word in words.items() if name in point)
 
 
 def response_words(names: Any) -> str:
@@ -133,15 +127,8 @@ def answer(summary: Mapping[str, Any], units: str) -> str:
         text += f"; safe from {fmt.range(speed, ends)}"
     if summary["confidence"] is not None:
         text += f"; with a probability of {percent(best)}"
-    text += (
-        ", whatever the history"
-        if summary["history_examined"]
-        else ", on the one history that was run"
-    )
-    words = {
-        side: _side_verb(sides[side], "below" if side == "less" else "above")
-        for side in ("less", "more")
-    }
+    text += ", whatever the history" if summary["history_examined"] else ", on the one history that was run"
+    words = {side: _side_verb(sides[side], "below" if side == "less" else "above") for side in ("less", "more")}
     if all(side["why"] == "edge" for side in sides.values()):
         return f"{text}; the map ends on both sides."
     return f"{text}; {words['less']}, {words['more']}."
@@ -150,9 +137,7 @@ def answer(summary: Mapping[str, Any], units: str) -> str:
 def has_no_room(best: Mapping[str, Any]) -> bool:
     """Whether a point has no margin to one side or more: it might not be safe on a finer
     map."""
-    return any(
-        side["margin"] == 0.0 for sides in best["margins"].values() for side in sides.values()
-    )
+    return any(side["margin"] == 0.0 for sides in best["margins"].values() for side in sides.values())
 
 
 def is_hint(summary: Mapping[str, Any], best: Mapping[str, Any]) -> bool:
@@ -201,11 +186,7 @@ def _nothing_safe(summary: Mapping[str, Any], fmt: Formatter) -> str:
             at = fmt.setting(best, (*summary["axes"], summary["third"]))
             text += f"; the most probable one is {at}, with {percent(best)}"
         return text + "."
-    found = [
-        f"{name.replace('_', '-')} at {count}"
-        for name, count in summary["obstacles"].items()
-        if count
-    ]
+    found = [f"{name.replace('_', '-')} at {count}" for name, count in summary["obstacles"].items() if count]
     if summary["rim"]:
         text += f"; {summary['rim']} are on some histories"
     return f"{text}; {', '.join(found)}." if found else f"{text}."
@@ -216,11 +197,9 @@ def limit(axis: str, side: Mapping[str, Any], fmt: Formatter) -> str:
     coming down``."""
     if side["why"] == "edge":
         return "the edge of the map, nothing is known beyond"
-    what = {
-        "failed": "a run failed",
-        "distrusted": "not to be trusted",
-        "unknown": "no severity is known",
-    }.get(side["why"], "critical")
+    what = {"failed": "a run failed", "distrusted": "not to be trusted", "unknown": "no severity is known"}.get(
+        side["why"], "critical"
+    )
     if side["responses"] and side["why"] not in ("failed", "unknown"):
         what = response_words(side["responses"])
     if side["why"] == "rim":
@@ -256,10 +235,7 @@ def why(axis: str, side: Mapping[str, Any], best: Mapping[str, Any], fmt: Format
             "while nothing brings the collar to the wall."
         )
     if found["code"] == reasons.STARTS_ON_WALL:
-        return (
-            f"{way}, the sweep starts on the wall at {at}, and a collar that rolls there stays: "
-            "little damps it."
-        )
+        return f"{way}, the sweep starts on the wall at {at}, and a collar that rolls there stays: little damps it."
     return f"{way}, the collar reaches the wall at {at} and stays on it: little damps its rolling."
 
 
@@ -296,10 +272,7 @@ def warnings(summary: Mapping[str, Any], units: str) -> Iterator[str]:
         points = _count(summary["failed_points"], "point")
         yield f"FAILED: {failed} of {summary['runs']} runs failed, at {points}. No window goes there."
     if inferred := summary["unknown"] - summary["unknown_failed"]:
-        yield (
-            f"NOT KNOWN at {_count(inferred, 'point')} ({unknown_words(dict(summary))}); no window "
-            "goes there."
-        )
+        yield (f"NOT KNOWN at {_count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
     if distrusted := summary["distrusted_points"]:
         is_one = distrusted == 1
         yield (
@@ -340,9 +313,7 @@ def _of_recommended(summary: Mapping[str, Any], fmt: Formatter) -> Iterator[str]
     plane = chosen_map(summary)
     best = plane and plane["recommended"]
     if not best:
-        ends = " and ".join(
-            fmt.range(axis, summary["ranges"][axis]) for axis in in_order(summary["axes"])
-        )
+        ends = " and ".join(fmt.range(axis, summary["ranges"][axis]) for axis in in_order(summary["axes"]))
         yield f"THE MAP ENDS: only {ends} was examined, and nothing is known beyond."
         yield from _too_few_samples(summary)
         return
@@ -354,14 +325,10 @@ def _of_recommended(summary: Mapping[str, Any], fmt: Formatter) -> Iterator[str]
     ]
     if has_no_room(best):
         yield (
-            "NO ROOM to one side or more of the best point: a hint, not a setting. A finer "
-            "map around it would tell."
+            "NO ROOM to one side or more of the best point: a hint, not a setting. A finer map around it would tell."
         )
     if edges:
-        yield (
-            f"THE MAP ENDS at {' and '.join(edges)}, and the window with it: nothing is known "
-            "beyond."
-        )
+        yield (f"THE MAP ENDS at {' and '.join(edges)}, and the window with it: nothing is known beyond.")
     told = list(_too_few_samples(summary))
     yield from told
     if "probability" in best and not told:

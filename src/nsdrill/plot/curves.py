@@ -56,12 +56,7 @@ _GRADED: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     ),
     "lateral_acceleration_rms": (
         "whirl",
-        (
-            "light_acceleration",
-            "moderate_acceleration",
-            "strong_acceleration",
-            "severe_acceleration",
-        ),
+        ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
         ("none", "light", "moderate", "strong", "severe"),
     ),
 }
@@ -100,9 +95,7 @@ SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
 def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
-    figure, lines, columns = new_columns(
-        results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9
-    )
+    figure, lines, columns = new_columns(results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
     for row, name in enumerate(names, start=1):
         y = quantity(name, units)
         for line, column in zip(lines, columns, strict=True):
@@ -151,18 +144,14 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
     name_panel(axes, name, name)
     _limit_y([axes] * len(lines), lines, name, y, units)
     if bounds := severity_bounds(results.attrs, name):
-        shade_severity(
-            axes, [bound / y.scale for bound in bounds], band_names(name), with_names=True
-        )
+        shade_severity(axes, [bound / y.scale for bound in bounds], band_names(name), with_names=True)
     handles, _ = axes.get_legend_handles_labels()
     legend_below(figure, handles, 4)
     put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
     return figure
 
 
-def draw_values(
-    axes: Axes, line: Line, name: str, x: Shown, y: Shown, style: Mapping[str, Any] | None = None
-) -> None:
+def draw_values(axes: Axes, line: Line, name: str, x: Shown, y: Shown, style: Mapping[str, Any] | None = None) -> None:
     """A line for each procedure, broken where a run did not end well; points that were
     inferred instead of run are skipped."""
     for row, procedure in enumerate(line.procedures):
@@ -179,11 +168,7 @@ def _style(procedure: str, procedures: tuple[str, ...], points: int = 0) -> dict
     colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
     hollow = is_open(procedure, procedures)
     if points > MAX_MARKERS:
-        return {
-            "color": colour,
-            "linewidth": 0.7 if points < BINS else 0.4,
-            "zorder": 3 if hollow else 2.5,
-        }
+        return {"color": colour, "linewidth": 0.7 if points < BINS else 0.4, "zorder": 3 if hollow else 2.5}
     return {
         "color": colour,
         "linewidth": 0.7,
@@ -213,9 +198,7 @@ def _direction_handles(line: Line) -> list[Line2D]:
 def _limit_y(panels: list[Axes], lines: list[Line], name: str, y: Shown, units: str) -> None:
     """Set limits insensitive to a few outliers, and draw those as arrows on the
     border."""
-    values = np.concatenate(
-        [np.where(line["status"] == OK, line[name] / y.scale, np.nan).ravel() for line in lines]
-    )
+    values = np.concatenate([np.where(line["status"] == OK, line[name] / y.scale, np.nan).ravel() for line in lines])
     low, high = robust_limits(values)
     if y.unit == "%":  # a share of time or of a mean speed: the axis begins at zero
         low = 0.0
@@ -243,20 +226,14 @@ def _limit_y(panels: list[Axes], lines: list[Line], name: str, y: Shown, units: 
                     )
 
 
-def shade_severity(
-    axes: Axes, bounds: Sequence[float], band_labels: Sequence[str], *, with_names: bool
-) -> None:
+def shade_severity(axes: Axes, bounds: Sequence[float], band_labels: Sequence[str], *, with_names: bool) -> None:
     """The bands of severity between ``bounds`` behind the curve, with their names at
     the right where ``with_names``."""
     top = axes.get_ylim()[1]
     starts = [0.0, *bounds]
     ends = [*bounds, max(top, bounds[-1])]
-    for number, (start, end, word, grey) in enumerate(
-        zip(starts, ends, band_labels, SEVERITY_GREYS, strict=True)
-    ):
-        axes.axhspan(
-            start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}"
-        )
+    for number, (start, end, word, grey) in enumerate(zip(starts, ends, band_labels, SEVERITY_GREYS, strict=True)):
+        axes.axhspan(start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}")
         end = min(end, top)
         if with_names and end - start > 0.07 * top:
             axes.annotate(

@@ -26,10 +26,7 @@ def envelope(time: Array, values: Array, bins: int) -> tuple[Array, Array]:
     safe_high = np.where(np.isfinite(values), values, -np.inf)
     kept = np.empty(2 * bins, dtype=int)
     for number, (start, end) in enumerate(zip(starts, ends, strict=True)):
-        low, high = (
-            start + int(safe_low[start:end].argmin()),
-            start + int(safe_high[start:end].argmax()),
-        )
+        low, high = (start + int(safe_low[start:end].argmin()), start + int(safe_high[start:end].argmax()))
         kept[2 * number], kept[2 * number + 1] = min(low, high), max(low, high)
     return time[kept], values[kept]
 
@@ -44,9 +41,7 @@ def binned_statistics(time: Array, values: Array, count: int) -> tuple[Array, Ar
     greatest = np.maximum.reduceat(np.where(finite, values, -np.inf), starts)
     counts = np.add.reduceat(finite.astype(float), starts)
     total = np.add.reduceat(np.where(finite, values, 0.0), starts)
-    total, weights = (
-        np.convolve(np.pad(sums, 1, mode="edge"), (1, 2, 1), "valid") for sums in (total, counts)
-    )
+    total, weights = (np.convolve(np.pad(sums, 1, mode="edge"), (1, 2, 1), "valid") for sums in (total, counts))
     with np.errstate(invalid="ignore"):
         mean = np.where(counts > 0, total / weights, np.nan)
     empty = counts == 0
@@ -75,13 +70,8 @@ def one_per_pixel(x: Array, y: Array, shape: tuple[int, int]) -> Array:
     if len(x) <= across * down // 20:
         return np.arange(len(x))
     columns, rows = (
-        np.minimum((values - values.min()) * (count / (np.ptp(values) or 1.0)), count - 1).astype(
-            np.int64
-        )
-        for values, count in (
-            (np.asarray(x, dtype=float), across),
-            (np.asarray(y, dtype=float), down),
-        )
+        np.minimum((values - values.min()) * (count / (np.ptp(values) or 1.0)), count - 1).astype(np.int64)
+        for values, count in ((np.asarray(x, dtype=float), across), (np.asarray(y, dtype=float), down))
     )
     first_points = np.full(across * down, -1, dtype=np.int64)
     pixel = rows * across + columns

@@ -64,22 +64,15 @@ def _draw_figure(
     unknown_rows, feature_rows = -(-len(samples) // COLUMNS), len(measured.values)
     with_names = measured.points <= MAX_NAMED
     figure = new_figure(
-        page_width(),
-        1.2 + PANEL_HEIGHT * (unknown_rows + feature_rows) + (0.25 if with_names else 0.0),
+        page_width(), 1.2 + PANEL_HEIGHT * (unknown_rows + feature_rows) + (0.25 if with_names else 0.0)
     )
-    grid = figure.add_gridspec(
-        unknown_rows + feature_rows, 1, height_ratios=[1.0] * (unknown_rows + feature_rows)
-    )
+    grid = figure.add_gridspec(unknown_rows + feature_rows, 1, height_ratios=[1.0] * (unknown_rows + feature_rows))
     keys, number = list(samples), effective_number(samples)
     for row in range(unknown_rows):
         cells = grid[row].subgridspec(1, COLUMNS)
         for column, key in enumerate(keys[row * COLUMNS : (row + 1) * COLUMNS]):
             _draw_unknown(
-                figure.add_subplot(cells[column]),
-                quantity(key, units),
-                prior[key],
-                samples[key],
-                bins_for(number),
+                figure.add_subplot(cells[column]), quantity(key, units), prior[key], samples[key], bins_for(number)
             )
     panels = [figure.add_subplot(grid[unknown_rows + row]) for row in range(feature_rows)]
     for axes, name in zip(panels, measured.values, strict=True):
@@ -110,15 +103,7 @@ def _draw_unknown(axes: Axes, shown: Shown, prior: Array, samples: Array, after_
     low, high = min(low, after.min()), max(high, after.max())
     bins: Any = np.linspace(low, high, BINS + 1)
     axes.hist(before, bins=bins, density=True, color=GREY, alpha=0.6, gid="before")
-    axes.hist(
-        after,
-        bins=after_bins,
-        density=True,
-        histtype="stepfilled",
-        color=BLUE,
-        alpha=0.7,
-        gid="after",
-    )
+    axes.hist(after, bins=after_bins, density=True, histtype="stepfilled", color=BLUE, alpha=0.7, gid="after")
     axes.set_yticks([])
     axes.ticklabel_format(axis="x", style="plain")
     greatest = max(abs(low), abs(high))
@@ -130,30 +115,15 @@ def _draw_unknown(axes: Axes, shown: Shown, prior: Array, samples: Array, after_
         axes.set_xlabel(shown.label)
 
 
-def _draw_feature(
-    axes: Axes, shown: Shown, measured: Measured, name: str, predicted: Array
-) -> None:
+def _draw_feature(axes: Axes, shown: Shown, measured: Measured, name: str, predicted: Array) -> None:
     numbers = np.arange(1, measured.points + 1)
     is_measured = np.isfinite(measured.values[name])
     low, middle, high = np.percentile(predicted[:, is_measured], [5, 50, 95], axis=0) / shown.scale
-    axes.bar(
-        numbers[is_measured], high - low, 0.5, low, color=SKY, alpha=0.6, gid="predicted", zorder=2
-    )
-    axes.hlines(
-        middle,
-        numbers[is_measured] - 0.25,
-        numbers[is_measured] + 0.25,
-        color=BLUE,
-        linewidth=1.0,
-        zorder=2.5,
-    )
-    values, errors = (
-        by_name[name][is_measured] / shown.scale for by_name in (measured.values, measured.errors)
-    )
+    axes.bar(numbers[is_measured], high - low, 0.5, low, color=SKY, alpha=0.6, gid="predicted", zorder=2)
+    axes.hlines(middle, numbers[is_measured] - 0.25, numbers[is_measured] + 0.25, color=BLUE, linewidth=1.0, zorder=2.5)
+    values, errors = (by_name[name][is_measured] / shown.scale for by_name in (measured.values, measured.errors))
     style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3, "color": BLACK}
-    axes.errorbar(
-        numbers[is_measured], values, errors, capsize=2, elinewidth=0.7, zorder=3, **style
-    )
+    axes.errorbar(numbers[is_measured], values, errors, capsize=2, elinewidth=0.7, zorder=3, **style)
     axes.set_ylabel(shown.label.replace(" [", "\n["), fontsize=font_size(7))
     axes.set_xlim(0.4, measured.points + 0.6)
     axes.use_sticky_edges = False
@@ -166,8 +136,7 @@ def _label_points(axes: Axes, measured: Measured, units: str, with_names: bool) 
         return
     axes.set_xticks(range(1, measured.points + 1))
     texts = [
-        operating_point({key: values[i] for key, values in measured.at.items()}, units)
-        for i in range(measured.points)
+        operating_point({key: values[i] for key, values in measured.at.items()}, units) for i in range(measured.points)
     ]
     axes.set_xticklabels([text.replace(", ", "\n") for text in texts])
 
@@ -176,15 +145,7 @@ def _handles(number: float) -> list[Any]:
     return [
         Patch(facecolor=GREY, alpha=0.6, label="before: what the study says"),
         Patch(facecolor=BLUE, alpha=0.7, label=f"after, worth {number:.0f} samples"),
-        Line2D(
-            [],
-            [],
-            color=BLACK,
-            marker="o",
-            markersize=3,
-            linewidth=0.7,
-            label="measured, one deviation",
-        ),
+        Line2D([], [], color=BLACK, marker="o", markersize=3, linewidth=0.7, label="measured, one deviation"),
         Patch(facecolor=SKY, alpha=0.6, label="the model after, 5 to 95 %"),
         Line2D([], [], color=BLUE, linewidth=1.0, label="its median"),
     ]

@@ -22,10 +22,7 @@ def veil(axes: Axes, cells: tuple[Array, Array], selected: Array) -> None:
     if np.any(selected):
         axes.add_collection(
             PathCollection(
-                [covering_path(cells, selected)],
-                facecolors=(1.0, 1.0, 1.0, VEIL),
-                linewidths=0,
-                gid="inferred",
+                [covering_path(cells, selected)], facecolors=(1.0, 1.0, 1.0, VEIL), linewidths=0, gid="inferred"
             ),
             autolim=False,
         )
@@ -48,15 +45,10 @@ def hatch(
     paths = [covering_path(cells, selected)]
     if face != "none":
         axes.add_collection(
-            PathCollection(
-                paths, facecolors=face, edgecolors=face, linewidths=0.6, gid=f"{gid}:ground"
-            ),
-            autolim=False,
+            PathCollection(paths, facecolors=face, edgecolors=face, linewidths=0.6, gid=f"{gid}:ground"), autolim=False
         )
     if pattern:
-        collection = PathCollection(
-            paths, facecolors="none", edgecolors=edge, linewidths=0, hatch=pattern, gid=gid
-        )
+        collection = PathCollection(paths, facecolors="none", edgecolors=edge, linewidths=0, hatch=pattern, gid=gid)
         if width is not None and hasattr(collection, "set_hatch_linewidth"):  # of 3.10 on
             collection.set_hatch_linewidth(width)
         axes.add_collection(collection, autolim=False)

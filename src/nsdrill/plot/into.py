@@ -28,12 +28,7 @@ LEGEND_BELOW = 32.0  # points: room for the ticks and the label of the x axis
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend of one panel
 PANEL_HEIGHT = (2.0, 3.4)  # inches: least and greatest
 # The caller's layout takes the room of a legend from the panel.
-COMPACT: dict[str, Any] = {
-    "handlelength": 1.2,
-    "columnspacing": 0.8,
-    "labelspacing": 0.2,
-    "borderpad": 0.0,
-}
+COMPACT: dict[str, Any] = {"handlelength": 1.2, "columnspacing": 0.8, "labelspacing": 0.2, "borderpad": 0.0}
 ENLARGED = 1.6  # a panel alone is higher than one of several
 
 
@@ -52,18 +47,14 @@ def _panels(figure: Figure) -> list[Axes]:
     return [axes for axes in style.panels_of(figure) if axes.get_label() != "<colorbar>"]
 
 
-def draw_panel(
-    picture: Callable[[], Any], whole: Figure, panel: str | None, axes: Axes | None
-) -> Figure:
+def draw_panel(picture: Callable[[], Any], whole: Figure, panel: str | None, axes: Axes | None) -> Figure:
     """Draw the ``panel`` of a ``picture`` alone, into ``axes`` if given, and return the
     figure that contains it. ``whole`` is the picture with all its panels. Without a
     name it is the only panel beside a strip. InputError where there is no such panel,
     or several; nothing is drawn then."""
     number = _number(names_of(whole), panel, axes)
     if axes is not None and not isinstance(axes, Axes):
-        raise InputError(
-            f"ax: found a value of the type {type(axes).__name__}; allowed: axes of matplotlib."
-        )
+        raise InputError(f"ax: found a value of the type {type(axes).__name__}; allowed: axes of matplotlib.")
     target, title = axes, "" if axes is None else axes.get_title()
     if target is None:
         target = _alone(_panels(whole)[number])
@@ -84,9 +75,7 @@ def draw_panel(
 def _number(names: list[str], panel: str | None, axes: Axes | None) -> int:
     """The place of the wanted panel among those with these names; a name may be
     shortened where it remains clear."""
-    fitting = [name for name in names if name == panel] or [
-        name for name in names if panel and panel in name
-    ]
+    fitting = [name for name in names if name == panel] or [name for name in names if panel and panel in name]
     if panel is None:
         fitting = [name for name in names if name != "strip"]
     if len(fitting) == 1:
@@ -118,13 +107,7 @@ class _StandIn:
     caller's, titles and layout are left to the caller."""
 
     def __init__(
-        self,
-        panel: Axes,
-        number: int,
-        whole: Figure,
-        own: bool,
-        hidden: Any = None,
-        made: Iterator[int] | None = None,
+        self, panel: Axes, number: int, whole: Figure, own: bool, hidden: Any = None, made: Iterator[int] | None = None
     ) -> None:
         self.axes = [panel]
         self._number, self._whole, self._own = number, whole, own

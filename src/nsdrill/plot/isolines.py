@@ -26,18 +26,11 @@ LABEL_CLEARANCE = 0.12  # between a label and a point kept clear, as a part of t
 
 def line_variables(model: Description) -> tuple[str, ...]:
     """The variables of a sweep of ``model`` that the lines are drawn from."""
-    return tuple(
-        variable.name for variable in model.derived if variable.name == RATE_OF_PENETRATION
-    )
+    return tuple(variable.name for variable in model.derived if variable.name == RATE_OF_PENETRATION)
 
 
 def draw_lines(
-    axes: Axes,
-    x: Array,
-    y: Array,
-    values: Array,
-    units: str,
-    keep_clear: Sequence[tuple[float, float]] = (),
+    axes: Axes, x: Array, y: Array, values: Array, units: str, keep_clear: Sequence[tuple[float, float]] = ()
 ) -> bool:
     """Draw labelled lines of equal ``values`` [y, x], in SI, over the axes ``x`` and
     ``y`` in shown units. Values of NaN, as of points that were not run, are left out
@@ -52,19 +45,10 @@ def draw_lines(
     if min(values.shape) < 2 or np.count_nonzero(known) < 4:
         return False
     low, high = float(values[known].min()), float(values[known].max())
-    levels = [
-        level
-        for level in MaxNLocator(MAX_LINES).tick_values(low, high)
-        if max(low, 0.0) < level < high
-    ]
+    levels = [level for level in MaxNLocator(MAX_LINES).tick_values(low, high) if max(low, 0.0) < level < high]
     if high - low < MIN_RELATIVE_RANGE * high or not levels:
         return False
-    style: dict[str, Any] = {
-        "levels": levels,
-        "colors": "black",
-        "linewidths": 0.7,
-        "linestyles": "dashed",
-    }
+    style: dict[str, Any] = {"levels": levels, "colors": "black", "linewidths": 0.7, "linestyles": "dashed"}
     if known.all():
         lines: Any = axes.contour(x, y, values, zorder=4, **style)
     else:
@@ -94,26 +78,16 @@ def _label_positions(
     scale = np.abs([np.diff(axes.get_xlim())[0], np.diff(axes.get_ylim())[0]])
 
     def clearance(position: Any) -> float:
-        return min(
-            float(np.hypot(*((np.asarray(position) - point) / scale))) for point in keep_clear
-        )
+        return min(float(np.hypot(*((np.asarray(position) - point) / scale))) for point in keep_clear)
 
     if all(clearance(position) > LABEL_CLEARANCE for position in positions):
         return False
     segments = [segment for level in lines.allsegs for segment in level if len(segment)]
     moved = []
     for position in positions:
-        segment = min(
-            segments,
-            key=lambda candidate: float(np.min(np.hypot(*((candidate - position) / scale).T))),
-        )
-        candidates = [
-            segment[round(fraction * (len(segment) - 1))]
-            for fraction in (0.5, 0.3, 0.7, 0.15, 0.85)
-        ]
-        clear_candidates = [
-            candidate for candidate in candidates if clearance(candidate) > LABEL_CLEARANCE
-        ]
+        segment = min(segments, key=lambda candidate: float(np.min(np.hypot(*((candidate - position) / scale).T))))
+        candidates = [segment[round(fraction * (len(segment) - 1))] for fraction in (0.5, 0.3, 0.7, 0.15, 0.85)]
+        clear_candidates = [candidate for candidate in candidates if clearance(candidate) > LABEL_CLEARANCE]
         moved.append(
             tuple(
                 position
@@ -129,11 +103,4 @@ def _label_positions(
 def legend_entry(units: str) -> Artist:
     """The entry of the lines in a legend."""
     shown = quantity(RATE_OF_PENETRATION, units)
-    return Line2D(
-        [],
-        [],
-        color="black",
-        linewidth=0.7,
-        linestyle="dashed",
-        label=f"{shown.words} [{shown.unit}]",
-    )
+    return Line2D([], [], color="black", linewidth=0.7, linestyle="dashed", label=f"{shown.words} [{shown.unit}]")

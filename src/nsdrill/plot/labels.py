@@ -48,11 +48,7 @@ class Shown:
         if self.choices:
             return self.choices[int(si)].replace("_", " ")
         number = si / self.scale
-        return (
-            f"{number:.0f} {self.unit}"
-            if abs(number) >= 1e4
-            else f"{number:.4g} {self.unit}".strip()
-        )
+        return f"{number:.0f} {self.unit}" if abs(number) >= 1e4 else f"{number:.4g} {self.unit}".strip()
 
 
 def check_units(units: str) -> None:
@@ -94,9 +90,7 @@ def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
     ``--set`` changed, in ``width`` characters, and the operating values that the title
     does not give."""
     title = " ".join(str(attrs.get("title") or "").split())
-    point_line = "; ".join(
-        part for part in (_values_not_in_title(point, title), *_unusual_features(attrs)) if part
-    )
+    point_line = "; ".join(part for part in (_values_not_in_title(point, title), *_unusual_features(attrs)) if part)
     return "\n".join(line for line in (title, describe_overrides(attrs, width), point_line) if line)
 
 
@@ -125,8 +119,7 @@ def _values_not_in_title(point: str, title: str) -> str:
             return not re.search(rf"(?<![\w.]){re.escape(value)}(?![\w/])", title)
         _, axis, number = _parse_value(match)
         return not any(
-            axis == other and math.isclose(number, given, rel_tol=SAME_VALUE)
-            for _, other, given in in_title
+            axis == other and math.isclose(number, given, rel_tol=SAME_VALUE) for _, other, given in in_title
         )
 
     head, semicolon, rest = point.partition(";")
@@ -163,8 +156,7 @@ def describe_overrides(attrs: Mapping[str, Any], width: int) -> str:
     texts = [
         f"{key} = {_LONG_NUMBER.sub(lambda number: f'{float(number[0]):.6g}', value)}"
         for key, value in changes.items()
-        if (key in physical if physical else key.partition(".")[0] != "sweep")
-        and key not in in_title
+        if (key in physical if physical else key.partition(".")[0] != "sweep") and key not in in_title
     ]
     line = ""
     for remaining, text in zip(reversed(range(len(texts))), texts, strict=True):

@@ -23,12 +23,7 @@ def marker_entry(
     hollow: bool = False,
 ) -> Line2D:
     """An entry with a marker, filled or open."""
-    style: dict[str, Any] = {
-        "color": colour,
-        "marker": marker,
-        "markersize": size,
-        "markeredgewidth": edge,
-    }
+    style: dict[str, Any] = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge}
     if hollow:
         style |= {"markerfacecolor": "none", "markeredgewidth": edge or 0.7}
     return Line2D([], [], linestyle="none", label=label, **style)
@@ -36,18 +31,12 @@ def marker_entry(
 
 def response_entries(codes: Iterable[int]) -> list[Artist]:
     """An entry for each response, by colour and marker."""
-    return [
-        marker_entry(style.name, style.marker, style.colour)
-        for style in (RESPONSES[code] for code in codes)
-    ]
+    return [marker_entry(style.name, style.marker, style.colour) for style in (RESPONSES[code] for code in codes)]
 
 
 def motion_entries(codes: Iterable[int]) -> list[Artist]:
     """An entry for each kind of motion, by colour."""
-    return [
-        marker_entry(style.name, "o", style.colour, size=4)
-        for style in (MOTIONS[code] for code in sorted(codes))
-    ]
+    return [marker_entry(style.name, "o", style.colour, size=4) for style in (MOTIONS[code] for code in sorted(codes))]
 
 
 def direction_entries(procedures: Sequence[str]) -> list[Artist]:
@@ -55,10 +44,7 @@ def direction_entries(procedures: Sequence[str]) -> list[Artist]:
     both up and down."""
     if not {"up", "down"} <= set(procedures):
         return []
-    return [
-        marker_entry("up: filled", size=4, edge=0.7),
-        marker_entry("down: open", size=4, hollow=True),
-    ]
+    return [marker_entry("up: filled", size=4, edge=0.7), marker_entry("down: open", size=4, hollow=True)]
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:

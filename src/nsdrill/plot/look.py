@@ -105,10 +105,7 @@ def _length(name: str, value: Any) -> float | None:
     inches = value_of(name, value, "m") / INCH
     low, high = WIDTH_RANGE
     if not low <= inches <= high:
-        raise InputError(
-            f"--{name}: found {inches:.4g} in; allowed: {low:g} in to {high:g} in, "
-            f"say 3.3in or 84mm."
-        )
+        raise InputError(f"--{name}: found {inches:.4g} in; allowed: {low:g} in to {high:g} in, say 3.3in or 84mm.")
     return inches
 
 
@@ -118,9 +115,7 @@ def _font_size(value: Any) -> float | None:
     text = str(value).strip().lower().removesuffix("pt").strip()
     low, high = FONT_SIZE_RANGE
     if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", text) or not low <= float(text) <= high:
-        raise InputError(
-            f"--font-size: found {value!r}; allowed: points, {low:g} to {high:g}, say 8 or 8pt."
-        )
+        raise InputError(f"--font-size: found {value!r}; allowed: points, {low:g} to {high:g}, say 8 or 8pt.")
     return float(text)
 
 
@@ -136,9 +131,7 @@ def _two_ends(name: str, value: Any) -> Ends | None:
     if value is None:
         return None
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 2:
-        raise InputError(
-            f"--{name}: found {value!r}; allowed: two values, the lower and the upper end."
-        )
+        raise InputError(f"--{name}: found {value!r}; allowed: two values, the lower and the upper end.")
     return value[0], value[1]
 
 
@@ -155,11 +148,7 @@ def _style(value: Any) -> Mapping[str, Any] | None:
         if name in mpl_style.available:
             return {**cast("dict[str, Any]", mpl_style.library[name])}
         names = [style_name for style_name in mpl_style.available if not style_name.startswith("_")]
-        near = difflib.get_close_matches(str(value), names, 3, 0.4) or [
-            "ggplot",
-            "grayscale",
-            "tableau-colorblind10",
-        ]
+        near = difflib.get_close_matches(str(value), names, 3, 0.4) or ["ggplot", "grayscale", "tableau-colorblind10"]
         raise InputError(
             f"--style: found {value!r}, which is no file; allowed: a style file of matplotlib "
             f"(.mplstyle), or one of "
@@ -173,19 +162,14 @@ def _style(value: Any) -> Mapping[str, Any] | None:
     try:
         settings = mpl.rc_params_from_file(name, use_default_template=False)
     except (UnicodeDecodeError, OSError) as error:
-        raise InputError(
-            f"--style {name}: found no text ({error}); allowed: a style file of matplotlib."
-        ) from error
+        raise InputError(f"--style {name}: found no text ({error}); allowed: a style file of matplotlib.") from error
     finally:
         log.propagate = propagate
         log.removeHandler(messages)
     if messages.texts:
         raise InputError(f"--style {name}: " + "; ".join(messages.texts) + ".")
     if not settings:
-        raise InputError(
-            f"--style {name}: found no setting; allowed: lines like 'font.size: 9' "
-            f"(a .mplstyle file)."
-        )
+        raise InputError(f"--style {name}: found no setting; allowed: lines like 'font.size: 9' (a .mplstyle file).")
     return {**cast("dict[str, Any]", settings)}
 
 
@@ -196,9 +180,7 @@ def _checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     try:
         return {**cast("dict[str, Any]", mpl.RcParams(settings))}
     except (KeyError, ValueError) as error:
-        raise InputError(
-            f"--style: {error.args[0]}; allowed: settings of matplotlib, {{'font.size': 9}}."
-        ) from error
+        raise InputError(f"--style: {error.args[0]}; allowed: settings of matplotlib, {{'font.size': 9}}.") from error
 
 
 class _LogMessages(logging.Handler):
@@ -226,9 +208,7 @@ def apply_limits(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, f
     shown, and the ends of the x axis in SI, None where the picture chooses them."""
     if look.time is not None:
         if not isinstance(data, Trace):
-            raise InputError(
-                "--from and --to: found with results; allowed: with a trace. --xlim limits an axis."
-            )
+            raise InputError("--from and --to: found with results; allowed: with a trace. --xlim limits an axis.")
         data = between(data, look.time)
     if look.xlim is None:
         return data, None
@@ -260,9 +240,7 @@ def resolve_ends(
     )
     if None not in ends and not low < high:
         option = "--from and --to" if name == "time" else f"--{name}"
-        raise InputError(
-            f"{option}: found {low:g} to {high:g} {units}; allowed: the lower end first."
-        )
+        raise InputError(f"{option}: found {low:g} to {high:g} {units}; allowed: the lower end first.")
     return low, high
 
 
@@ -287,9 +265,7 @@ def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
 def _cells_between(data: Results, axis: str, low: float, high: float) -> Results:
     """The points whose cells reach into the limits."""
     if words_along(axis):
-        raise InputError(
-            f"--xlim: found limits of {axis}, which has words; allowed: --at to select one of them."
-        )
+        raise InputError(f"--xlim: found limits of {axis}, which has words; allowed: --at to select one of them.")
     values: Array = np.asarray(data.coords[axis], dtype=float)
     borders = edges(values)
     chosen = np.flatnonzero((borders[1:] > low) & (borders[:-1] < high))
@@ -305,9 +281,7 @@ def _cells_between(data: Results, axis: str, low: float, high: float) -> Results
     return Results({**data.coords, axis: values[chosen]}, variables, data.attrs, data.more)
 
 
-def limit_y_axes(
-    panels: Sequence[Any], ends: Ends, units: str, axes_of_data: Sequence[str] = ()
-) -> None:
+def limit_y_axes(panels: Sequence[Any], ends: Ends, units: str, axes_of_data: Sequence[str] = ()) -> None:
     """Limit the y axes of the ``panels`` that show a quantity of the unit of ``ends``,
     among them the axes of a sweep, one of which maps have along y. InputError where no
     panel does, or panels of several quantities: then one is to be drawn alone."""
@@ -328,8 +302,7 @@ def limit_y_axes(
         raise error
     if len(limits) > 1:
         raise InputError(
-            f"--ylim: found panels of {', '.join(limits)} with this unit; allowed: one of them. "
-            f"Choose it with --panel."
+            f"--ylim: found panels of {', '.join(limits)} with this unit; allowed: one of them. Choose it with --panel."
         )
     ((name, (low, high)),) = limits.items()
     resolve_ends("ylim", (low, high), quantity(name, units).unit)

@@ -79,22 +79,14 @@ class Planes:
 
     @classmethod
     def of(cls, results: Results) -> Planes:
-        axes_in_order = (
-            *ACROSS,
-            *sorted(results.axes[len(ACROSS) :], key=lambda axis: bool(words_along(axis))),
-        )
+        axes_in_order = (*ACROSS, *sorted(results.axes[len(ACROSS) :], key=lambda axis: bool(words_along(axis))))
         swept = [axis for axis in axes_in_order if axis in results.swept]
         if len(swept) > 3:
-            raise InputError(
-                f"a map has at most three axes; found {', '.join(swept)}. Give "
-                f"values of the others."
-            )
+            raise InputError(f"a map has at most three axes; found {', '.join(swept)}. Give values of the others.")
         # The panel axis is one that is not swept; with three swept axes it is one of
         # words, else the shortest.
         unswept = [axis for axis in results.axes if axis not in swept]
-        shortest = sorted(
-            swept, key=lambda axis: (not words_along(axis), len(results.coords[axis]))
-        )
+        shortest = sorted(swept, key=lambda axis: (not words_along(axis), len(results.coords[axis])))
         panel = shortest[0] if len(swept) == 3 else unswept[0]
         chosen = [axis for axis in swept if axis != panel]
         x, y = (chosen + [axis for axis in axes_in_order if axis not in (*chosen, panel)])[:2]
@@ -117,9 +109,7 @@ class Planes:
     @property
     def has_words(self) -> bool:
         """Whether an axis of a panel has words, between which nothing is interpolated."""
-        return any(
-            words_along(axis) for axis in (self.x, self.y) if len(self.results.coords[axis]) > 1
-        )
+        return any(words_along(axis) for axis in (self.x, self.y) if len(self.results.coords[axis]) > 1)
 
     @property
     def panel_values(self) -> Array:
@@ -131,9 +121,7 @@ def lies_across(results: Results) -> str:
     return Planes.of(results).x
 
 
-def draw_map(
-    results: Results, units: str = "si", variable: str = "response", name: str | None = None
-) -> Figure:
+def draw_map(results: Results, units: str = "si", variable: str = "response", name: str | None = None) -> Figure:
     """A map of the feature ``name``; without one, of ``response``, ``whirl_kind`` or
     ``motion``, by the colours of :data:`CATEGORIES`."""
     planes = Planes.of(results)
@@ -149,9 +137,7 @@ def draw_map(
         difference = disagreement(planes.procedures, np.where(outcomes < 0, outcomes, shown))
     elif {"up", "down"} <= set(planes.procedures):
         carried = np.where(outcomes < 0, np.nan, shown)
-        difference = (
-            carried[planes.procedures.index("down")] - carried[planes.procedures.index("up")]
-        )
+        difference = carried[planes.procedures.index("down")] - carried[planes.procedures.index("up")]
     panels = len(planes.procedures) * len(planes.panel_values)
     if panels > MAX_PANELS:
         raise InputError(
@@ -162,9 +148,7 @@ def draw_map(
         )
     if panels + len(planes.panel_values) > MAX_PANELS:
         difference = None  # rather no comparison than less data
-    figure, grid = _new_panels(
-        planes, units, with_comparison=difference is not None, with_colour_bar=name is not None
-    )
+    figure, grid = _new_panels(planes, units, with_comparison=difference is not None, with_colour_bar=name is not None)
     if name is None:
         handles = _draw_categories(grid, planes, variable, shown, outcomes, units)
     else:
@@ -174,9 +158,7 @@ def draw_map(
     cells = _cell_edges(planes, units)
     verdicts = verdict(planes) if "trusted" in results.variables else None
     cell_width = page_width() / len(grid[0]) / len(cells[0])
-    cell_size = 72 * min(
-        cell_width, (figure.get_figheight() - TEXT_HEIGHT) / len(grid) / len(cells[1])
-    )
+    cell_size = 72 * min(cell_width, (figure.get_figheight() - TEXT_HEIGHT) / len(grid) / len(cells[1]))
     has_lines = False
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
@@ -186,15 +168,8 @@ def draw_map(
                 overlay_verdicts(grid[row][column], *cells, verdicts[column, row], cell_size)
             failed = outcomes[column, row] == FAILED_POINT
             hatch(grid[row][column], cells, failed, "xxxxxx", "white", "#000000", "failed")
-            if (
-                is_response_map
-                and RATE_OF_PENETRATION in results.variables
-                and not planes.has_words
-            ):
-                x, y = (
-                    results.coords[axis] / quantity(axis, units).scale
-                    for axis in (planes.x, planes.y)
-                )
+            if is_response_map and RATE_OF_PENETRATION in results.variables and not planes.has_words:
+                x, y = (results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
                 has_lines |= isolines.draw_lines(
                     grid[row][column], x, y, planes[RATE_OF_PENETRATION][column, row], units
                 )
@@ -233,8 +208,7 @@ def _new_panels(
     panel_rows = -(-rows * columns // panel_columns)
     width = page_width() / panel_columns
     figure = new_figure(
-        page_width(),
-        TEXT_HEIGHT + panel_rows * (min(0.8 * width, 3.4) if panel_rows == 1 else 0.72 * width),
+        page_width(), TEXT_HEIGHT + panel_rows * (min(0.8 * width, 3.4) if panel_rows == 1 else 0.72 * width)
     )
     grid = figure.add_gridspec(panel_rows, panel_columns)
     x, y = quantity(planes.x, units), quantity(planes.y, units)
@@ -242,10 +216,7 @@ def _new_panels(
     for number in range(rows * columns):
         first = panels[0] if panels else None
         axes = figure.add_subplot(grid[divmod(number, panel_columns)], sharex=first, sharey=first)
-        is_lowest, is_leftmost = (
-            number + panel_columns >= rows * columns,
-            number % panel_columns == 0,
-        )
+        is_lowest, is_leftmost = (number + panel_columns >= rows * columns, number % panel_columns == 0)
         axes.tick_params(labelbottom=is_lowest, labelleft=is_leftmost)
         axes.set_xlabel(x.label if is_lowest else "")
         axes.set_ylabel(y.label if is_leftmost else "")
@@ -258,9 +229,7 @@ def _new_panels(
     panels[0].set_xlim(x_edges[0], x_edges[-1])
     downwards = planes.y == "depth" or bool(words_along(planes.y))
     panels[0].set_ylim((y_edges[-1], y_edges[0]) if downwards else (y_edges[0], y_edges[-1]))
-    put_title(
-        figure, heading(planes.results.attrs, operating_point(fixed_values(planes.results), units))
-    )
+    put_title(figure, heading(planes.results.attrs, operating_point(fixed_values(planes.results), units)))
     return figure, [panels[row * columns : (row + 1) * columns] for row in range(rows)]
 
 
@@ -283,12 +252,7 @@ def _cell_edges(planes: Planes, units: str) -> tuple[Array, Array]:
 
 
 def _draw_categories(
-    grid: Sequence[Sequence[Axes]],
-    planes: Planes,
-    variable: str,
-    values: Array,
-    outcomes: Array,
-    units: str,
+    grid: Sequence[Sequence[Axes]], planes: Planes, variable: str, values: Array, outcomes: Array, units: str
 ) -> list[Artist]:
     """Colour the cells by category; returns the legend entries of those that occur."""
     categories = CATEGORIES[variable]
@@ -299,20 +263,10 @@ def _draw_categories(
     for row, panels in enumerate(grid):
         for column, axes in zip(range(len(planes.procedures)), panels, strict=False):
             axes.pcolormesh(
-                x,
-                y,
-                shown[column, row],
-                cmap=colours,
-                norm=norm,
-                gid="cells",
-                **cell_style(shown[0, 0].size),
+                x, y, shown[column, row], cmap=colours, norm=norm, gid="cells", **cell_style(shown[0, 0].size)
             )
     present = set(shown.compressed().tolist())
-    return [
-        Patch(facecolor=colour, label=name)
-        for code, (name, colour) in enumerate(categories)
-        if code in present
-    ]
+    return [Patch(facecolor=colour, label=name) for code, (name, colour) in enumerate(categories) if code in present]
 
 
 def _draw_values(
@@ -335,11 +289,7 @@ def _draw_values(
     if low < 0.0 < high:  # of both signs: white at zero
         colours, high = DIVERGING, max(-low, high)
         low = -high
-    bounds = (
-        severity_bounds(planes.results.attrs, name)
-        if name == "stick_slip_index" and not planes.has_words
-        else ()
-    )
+    bounds = severity_bounds(planes.results.attrs, name) if name == "stick_slip_index" and not planes.has_words else ()
     panels = [axes for row in grid for axes in row[: len(planes.procedures)]]
     mesh = _draw_cells(panels, planes, _in_panel_order(shown), Normalize(low, high), colours, units)
     colour_bar = _add_colour_bar(figure, mesh, panels, value.label, shown, low, high)
@@ -349,19 +299,12 @@ def _draw_values(
     crossed_bounds = [bound for bound in bounds if low < bound < high]
     if crossed_bounds:
         colour_bar.ax.hlines(crossed_bounds, 0, 1, colors="white", linewidths=0.7)
-        colour_bar.set_label(
-            f"{value.label}\nlines at {', '.join(f'{bound:.3g}' for bound in crossed_bounds)}"
-        )
+        colour_bar.set_label(f"{value.label}\nlines at {', '.join(f'{bound:.3g}' for bound in crossed_bounds)}")
     return []
 
 
 def _draw_differences(
-    figure: Figure,
-    grid: Sequence[Sequence[Axes]],
-    planes: Planes,
-    name: str,
-    differs: Array,
-    units: str,
+    figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes, name: str, differs: Array, units: str
 ) -> None:
     """Colour the last panels by how much greater the value is on the way down, with a
     colour bar of their own."""
@@ -380,37 +323,22 @@ def _in_panel_order(shown: Any) -> list[Any]:
 
 
 def _draw_cells(
-    panels: Sequence[Axes],
-    planes: Planes,
-    shown: Sequence[Any],
-    norm: Normalize,
-    colours: str,
-    units: str,
+    panels: Sequence[Axes], planes: Planes, shown: Sequence[Any], norm: Normalize, colours: str, units: str
 ) -> Any:
     x, y = _cell_edges(planes, units)
     mesh = None
     for axes, cells in zip(panels, shown, strict=True):
-        mesh = axes.pcolormesh(
-            x, y, cells, cmap=colours, norm=norm, gid="cells", **cell_style(cells.size)
-        )
+        mesh = axes.pcolormesh(x, y, cells, cmap=colours, norm=norm, gid="cells", **cell_style(cells.size))
     return mesh
 
 
 def _add_colour_bar(
-    figure: Figure,
-    mesh: Any,
-    panels: Sequence[Axes],
-    label: str,
-    shown: Any,
-    low: float,
-    high: float,
+    figure: Figure, mesh: Any, panels: Sequence[Axes], label: str, shown: Any, low: float, high: float
 ) -> Any:
     """A colour bar for the panels, pointed at the ends beyond which there are values."""
     below, above = (shown.count() and (shown.min() < low, shown.max() > high)) or (False, False)
     extend = ("both" if above else "min") if below else ("max" if above else "neither")
-    return figure.colorbar(
-        mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30
-    )
+    return figure.colorbar(mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30)
 
 
 def fill_inferred(values: Array, inferred: Array, known: Array, *, linear: bool) -> Array:
@@ -427,9 +355,7 @@ def fill_inferred(values: Array, inferred: Array, known: Array, *, linear: bool)
         result[place][to_fill] = values[place][tuple(nearest)][to_fill]
         if linear:
             interpolated = _interpolated(values[place], known_here, to_fill)
-            result[place][to_fill] = np.where(
-                np.isfinite(interpolated), interpolated, result[place][to_fill]
-            )
+            result[place][to_fill] = np.where(np.isfinite(interpolated), interpolated, result[place][to_fill])
     return result
 
 
@@ -453,17 +379,13 @@ def contour_severity(
     crossed_bounds = [bound for bound in bounds if values.min() < bound < values.max()]
     if not crossed_bounds:  # all values lie on one side of every bound
         return
-    x, y = (
-        planes.results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y)
-    )
+    x, y = (planes.results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
     widths = [0.4 + 0.3 * list(bounds).index(bound) for bound in crossed_bounds]
     lines = axes.contour(x, y, values, levels=crossed_bounds, colors="white", linewidths=widths)
     lines.set_gid("severity")
 
 
-def _legend_entries(
-    outcomes: Array, difference: Array | None, inferred: Array, method: str
-) -> list[Artist]:
+def _legend_entries(outcomes: Array, difference: Array | None, inferred: Array, method: str) -> list[Artist]:
     """Legend entries for what is not a colour of the map: inferred points with the
     ``method`` by which they are known, failed points, points not run yet, and those
     where up and down differ."""
@@ -479,6 +401,5 @@ def _legend_entries(
     if difference is not None:
         entries.append(("up and down differ", difference == 1, fine | differs))
     return [
-        Patch(label=f"{words} ({np.count_nonzero(cells)} of {cells.size})", **style)
-        for words, cells, style in entries
+        Patch(label=f"{words} ({np.count_nonzero(cells)} of {cells.size})", **style) for words, cells, style in entries
     ]

@@ -27,11 +27,7 @@ SMALLEST_AREA = 0.004  # of the map, from which an area has a letter
 
 
 def name_areas(
-    axes: Axes,
-    classified: Classes,
-    cells: tuple[Array, Array],
-    number: int,
-    point: dict[str, Any] | None,
+    axes: Axes, classified: Classes, cells: tuple[Array, Array], number: int, point: dict[str, Any] | None
 ) -> None:
     """The letters, or where there is room the name, of the response of each area; with
     a question mark where the history decides. Small areas have none but where they

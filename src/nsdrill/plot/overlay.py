@@ -26,8 +26,7 @@ def overlay(figure: Figure, results: Results, measured: Measured, units: str) ->
     at = {dimension_of(key): values for key, values in measured.at.items()}
     if missing_axes := [axis for axis in swept if axis not in at]:
         raise InputError(
-            f"{measured.source}: found no {missing_axes[0]}, which the sweep varies; "
-            f"allowed: a column of it."
+            f"{measured.source}: found no {missing_axes[0]}, which the sweep varies; allowed: a column of it."
         )
     at_held_values = _at_held_values(results, at, measured.points)
     drawn_points, has_legend = 0, False
@@ -56,12 +55,8 @@ def overlay(figure: Figure, results: Results, measured: Measured, units: str) ->
 
 def _add_legend(axes: Axes, marker: str) -> bool:
     """Explain the marker in a legend of the axes, as the figure has one already."""
-    handle = Line2D(
-        [], [], color=VERMILLION, marker=marker, markersize=4, linestyle="none", label="measured"
-    )
-    axes.legend(
-        handles=[handle], loc="upper right", fontsize=6, frameon=True, framealpha=0.9, borderpad=0.3
-    )
+    handle = Line2D([], [], color=VERMILLION, marker=marker, markersize=4, linestyle="none", label="measured")
+    axes.legend(handles=[handle], loc="upper right", fontsize=6, frameon=True, framealpha=0.9, borderpad=0.3)
     return True
 
 
@@ -76,17 +71,10 @@ def _at_held_values(results: Results, at: dict[str, Array], points: int) -> Arra
     return same
 
 
-def _draw_values(
-    axes: Axes, x: Array, measured: Measured, name: str, at_held_values: Array, units: str
-) -> int:
+def _draw_values(axes: Axes, x: Array, measured: Measured, name: str, at_held_values: Array, units: str) -> int:
     scale = quantity(name, units).scale
     low, high = axes.get_xlim()
-    shown = (
-        at_held_values
-        & np.isfinite(measured.values[name])
-        & (x >= min(low, high))
-        & (x <= max(low, high))
-    )
+    shown = at_held_values & np.isfinite(measured.values[name]) & (x >= min(low, high)) & (x <= max(low, high))
     values, errors = measured.values[name][shown] / scale, measured.errors[name][shown] / scale
     if values.size:
         bottom, top = axes.get_ylim()
@@ -107,15 +95,12 @@ def _draw_values(
         )
         margin = 0.03 * (top - bottom)
         axes.set_ylim(
-            min(bottom, float(np.min(values - errors)) - margin),
-            max(top, float(np.max(values + errors)) + margin),
+            min(bottom, float(np.min(values - errors)) - margin), max(top, float(np.max(values + errors)) + margin)
         )
     return int(shown.sum())
 
 
-def _draw_settings(
-    axes: Axes, at: dict[str, Array], at_held_values: Array, results: Results, units: str
-) -> int:
+def _draw_settings(axes: Axes, at: dict[str, Array], at_held_values: Array, results: Results, units: str) -> int:
     """Draw crosses at the settings. The labels of the axes show which axis of the sweep
     lies along x."""
     across = next(axis for axis in results.swept if _lies_across(axes, axis, units))

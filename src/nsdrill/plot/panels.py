@@ -48,10 +48,7 @@ def lines_of(results: Results) -> list[Line]:
     axes = sorted(results.swept, key=lambda name: name != longest(results)) or ["rotary_speed"]
     if len(axes) == 1:
         return [line_along(results, axes[0])]
-    return [
-        line_along(results, axes[0], **{axes[1]: number})
-        for number in range(len(results.coords[axes[1]]))
-    ]
+    return [line_along(results, axes[0], **{axes[1]: number}) for number in range(len(results.coords[axes[1]]))]
 
 
 def new_columns(
@@ -70,9 +67,7 @@ def new_columns(
         column: list[Axes] = []
         for row in range(panels + 1):
             shared_y = columns[0][row] if columns and row else None
-            axes = figure.add_subplot(
-                grid[row, number], sharex=column[0] if column else None, sharey=shared_y
-            )
+            axes = figure.add_subplot(grid[row, number], sharex=column[0] if column else None, sharey=shared_y)
             axes.tick_params(labelbottom=row == panels, labelleft=number == 0)
             name_panel(axes, ["strip", *names][row], ["", *names][row])
             if row and not number:
@@ -88,10 +83,7 @@ def new_columns(
         draw_strip(column[0], line, x.scale, name_rows=number == 0)
         title = column_title(line, units)
         column[0].set_title(
-            title
-            if _fits(title, rcParams["axes.titlesize"], len(lines))
-            else title.replace(": ", ":\n"),
-            pad=3,
+            title if _fits(title, rcParams["axes.titlesize"], len(lines)) else title.replace(": ", ":\n"), pad=3
         )
     put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
     figure.align_ylabels(columns[0][1:])
@@ -114,8 +106,7 @@ def column_title(line: Line, units: str) -> str:
         if axis != line.axis and axis in line.results.swept and isinstance(place, int)
     }
     return ", ".join(
-        f"{quantity(axis, units).words}: {quantity(axis, units).value(value)}"
-        for axis, value in fixed.items()
+        f"{quantity(axis, units).words}: {quantity(axis, units).value(value)}" for axis, value in fixed.items()
     )
 
 
@@ -139,14 +130,7 @@ def draw_strip(axes: Axes, line: Line, scale: float, *, name_rows: bool) -> None
 
 
 def draw_cells(
-    axes: Axes,
-    line: Line,
-    scale: float,
-    codes: Any,
-    styles: Sequence[ResponseStyle],
-    gid: str,
-    *,
-    name_rows: bool,
+    axes: Axes, line: Line, scale: float, codes: Any, styles: Sequence[ResponseStyle], gid: str, *, name_rows: bool
 ) -> Array:
     """Cells [procedure, point] in the colours of the ``styles`` of their codes, a row for
     each procedure, the first on top; returns the edges of the rows."""
@@ -197,14 +181,10 @@ def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
     if markers:
         handles += response_entries(present)
     else:
-        handles += [
-            Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present
-        ]
+        handles += [Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
     failed = int((outcomes == FAILED_POINT).sum())
     if failed:
-        handles.append(
-            marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0)
-        )
+        handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0))
     verdicts = [line.verdicts.ravel() for line in lines if line.verdicts is not None]
     return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
 
@@ -224,16 +204,7 @@ def marker_size(points: int, axes: Axes) -> float:
 
 PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
 # Factors that make markers of different shapes look equally large.
-RELATIVE_SIZE = {
-    "^": 1.15,
-    "s": 0.9,
-    "p": 1.15,
-    "D": 0.85,
-    "P": 1.15,
-    "X": 1.15,
-    "*": 1.5,
-    "_": 1.6,
-}
+RELATIVE_SIZE = {"^": 1.15, "s": 0.9, "p": 1.15, "D": 0.85, "P": 1.15, "X": 1.15, "*": 1.5, "_": 1.6}
 
 
 def draw_dots(
@@ -307,11 +278,7 @@ def draw_wall(attrs: Mapping[str, Any], panels: list[Axes], units: str) -> list[
     radius = quantity("radius_peaks", units)
     height = float(gap) / radius.scale
     if panels[0].get_ylim()[1] < WALL_VISIBLE_FROM * height:
-        return [
-            Line2D(
-                [], [], linestyle="none", label=f"wall at {height:.4g} {radius.unit}, out of sight"
-            )
-        ]
+        return [Line2D([], [], linestyle="none", label=f"wall at {height:.4g} {radius.unit}, out of sight")]
     for axes in panels:
         axes.axhline(height, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
     return [Line2D([], [], color=REFERENCE, linewidth=0.9, label="wall of the hole")]

@@ -86,15 +86,11 @@ def all_kinds() -> dict[str, Kind]:
     """All kinds by their names."""
     kinds: dict[str, Kind] = {}
     package = "nsdrill.plot.kinds"
-    for module in sorted(
-        module_info.name for module_info in pkgutil.iter_modules(import_module(package).__path__)
-    ):
+    for module in sorted(module_info.name for module_info in pkgutil.iter_modules(import_module(package).__path__)):
         try:
             declared = import_module(f"{package}.{module}").KINDS
         except Exception as error:  # of a kind in development
-            raise NsdrillError(
-                f"plot/kinds/{module}.py: {type(error).__name__}: {error}."
-            ) from error
+            raise NsdrillError(f"plot/kinds/{module}.py: {type(error).__name__}: {error}.") from error
         for kind in declared:
             assert kind.name not in kinds, f"two kinds of picture with the name {kind.name}"
             kinds[kind.name] = kind
@@ -143,9 +139,7 @@ def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[
     if kind in known and known[kind].place(data) is not None:
         return known[kind], panel
     if kind in kinds_of(STUDY):
-        raise InputError(
-            f"plot kind: found {kind!r} with {describe(data)}; allowed: with a study, a YAML file."
-        )
+        raise InputError(f"plot kind: found {kind!r} with {describe(data)}; allowed: with a study, a YAML file.")
     lines = listing(allowed)
     if kind in known:
         for dimension, of, option in (
@@ -173,30 +167,21 @@ def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[
         name for name in fitting if kind and kind in name.split("_")
     ]
     hint = f" Did you mean {close_matches[0]!r}?" if close_matches else ""
-    raise InputError(
-        f"plot kind: found {kind!r}, which is not known.{hint} Allowed for "
-        f"{describe(data)}:\n{lines}"
-    )
+    raise InputError(f"plot kind: found {kind!r}, which is not known.{hint} Allowed for {describe(data)}:\n{lines}")
 
 
 def check_options(kind: Kind, options: dict[str, Any]) -> None:
     """InputError where an option was given that this kind does not take."""
     for name in options:
         if name not in kind.takes:
-            kinds_that_take = ", ".join(
-                other.name for other in all_kinds().values() if name in other.takes
-            )
-            raise InputError(
-                f"--{name}: found with --kind {kind.name}; allowed: with --kind {kinds_that_take}."
-            )
+            kinds_that_take = ", ".join(other.name for other in all_kinds().values() if name in other.takes)
+            raise InputError(f"--{name}: found with --kind {kind.name}; allowed: with --kind {kinds_that_take}.")
 
 
 def is_study(path: object) -> bool:
     """Whether ``path`` is the name of a study, of which charts are drawn, and not that
     of a results file."""
-    return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith(
-        (".yaml", ".yml")
-    )
+    return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith((".yaml", ".yml"))
 
 
 def is_branches(data: Any) -> bool:
@@ -240,11 +225,7 @@ def longest(data: Any) -> str:
     """The axis along x in pictures over one axis: the longest one, of numbers rather
     than words; of a single point the speed."""
     return str(
-        max(
-            data.swept,
-            key=lambda name: (not words_along(name), len(data.coords[name])),
-            default="rotary_speed",
-        )
+        max(data.swept, key=lambda name: (not words_along(name), len(data.coords[name])), default="rotary_speed")
     )
 
 
@@ -252,10 +233,7 @@ def needs_one_axis(data: Any) -> str:
     """Why pictures over one axis do not fit the data."""
     if not is_sweep(data) or fits_columns(data):
         return ""
-    return (
-        f"it shows one axis, or two of which one has at most {MAX_COLUMNS} values: select one "
-        "value of the others"
-    )
+    return f"it shows one axis, or two of which one has at most {MAX_COLUMNS} values: select one value of the others"
 
 
 def needs_returns(data: Any) -> str:
@@ -271,9 +249,7 @@ def needs_starts(data: Any) -> str:
         return ""
     if "start" not in data.coords:
         return "it needs several starts of every operating point: initial.ensemble or initial.slice"
-    return (
-        "it shows one axis: select a value of the others" if data.swept else "it needs a swept axis"
-    )
+    return "it shows one axis: select a value of the others" if data.swept else "it needs a swept axis"
 
 
 def _without(data: Results, dimension: str) -> Results:
@@ -290,8 +266,4 @@ def describe(data: Any) -> str:
     description = f"a sweep over {' and '.join(axes)}" if axes else "a single point"
     if SAMPLE in data.coords:
         return f"{description} with {len(data.coords[SAMPLE])} samples each"
-    return (
-        f"{description} with {len(data.coords['start'])} starts each"
-        if "start" in data.coords
-        else description
-    )
+    return f"{description} with {len(data.coords['start'])} starts each" if "start" in data.coords else description

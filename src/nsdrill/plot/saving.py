@@ -30,8 +30,7 @@ def check_suffix(path: str | os.PathLike[str]) -> str:
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
         raise InputError(
-            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of picture; allowed: "
-            f"{', '.join(FORMATS)}."
+            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of picture; allowed: {', '.join(FORMATS)}."
         )
     return suffix
 
@@ -48,19 +47,11 @@ def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True
 
     suffix, target = check_suffix(path), Path(path)
     if not target.parent.is_dir():
-        raise InputError(
-            f"{target}: found no folder {str(target.parent)!r}; allowed: a folder that exists."
-        )
+        raise InputError(f"{target}: found no folder {str(target.parent)!r}; allowed: a folder that exists.")
     if target.is_dir():
-        raise InputError(
-            f"{target}: cannot be written, as it is a folder; allowed: the name of a file."
-        )
+        raise InputError(f"{target}: cannot be written, as it is a folder; allowed: the name of a file.")
     settings = getattr(figure, "settings", None)
-    with (
-        replacing(target, overwrite=overwrite) as file,
-        house_style(settings),
-        without_glyph_warnings(),
-    ):
+    with replacing(target, overwrite=overwrite) as file, house_style(settings), without_glyph_warnings():
         figure.savefig(file, format=suffix[1:], metadata=FORMATS[suffix])
 
 

@@ -69,9 +69,7 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
     if words_along(axis):
         if target not in values:
             allowed = ", ".join(str(word_or_number(key, value)) for value in values)
-            raise InputError(
-                f"--at {key}: found {word_or_number(key, target)}; allowed: {allowed}, as the sweep."
-            )
+            raise InputError(f"--at {key}: found {word_or_number(key, target)}; allowed: {allowed}, as the sweep.")
         return int(np.flatnonzero(values == target)[0])
     ascending = np.sort(values)
     steps = np.diff(ascending)
@@ -79,11 +77,7 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
     if not ascending[0] - below <= target <= ascending[-1] + above:
 
         def shown(value: float) -> str:
-            return (
-                amount(value, target.unit, 4)
-                if isinstance(target, WithUnit)
-                else quantity(axis).value(value)
-            )
+            return amount(value, target.unit, 4) if isinstance(target, WithUnit) else quantity(axis).value(value)
 
         option = axis if axis in AXES else f"--at {key}"
         raise InputError(
@@ -128,12 +122,7 @@ def line(results: Results, axis: str, **held: int) -> Line:
     """The line along ``axis`` through the point numbers ``held`` of the other axes (0
     where not given)."""
     return Line(
-        results,
-        axis,
-        (
-            slice(None),
-            *(slice(None) if name == axis else held.get(name, 0) for name in results.axes),
-        ),
+        results, axis, (slice(None), *(slice(None) if name == axis else held.get(name, 0) for name in results.axes))
     )
 
 
@@ -144,9 +133,7 @@ def positions(results: Results, axis: str) -> Array:
     return np.arange(1.0, len(values) + 1.0) if words_along(axis) else values
 
 
-def name_words(
-    axes: Any, results: Results, x: str | None = None, y: str | None = None, units: str = "si"
-) -> None:
+def name_words(axes: Any, results: Results, x: str | None = None, y: str | None = None, units: str = "si") -> None:
     """Label the axes ``x`` and ``y`` whose values are words with these words."""
     for name, axis in ((x, axes.xaxis), (y, axes.yaxis)):
         if name is None or not words_along(name):

@@ -189,37 +189,19 @@ def settings(picture_look: Look) -> dict[str, Any]:
     """The settings of matplotlib for a picture, later ones before earlier ones: the
     house style, what the user has changed from matplotlib's defaults, a style file, the
     options."""
-    rc, defaults = (
-        cast("dict[str, Any]", mapping) for mapping in (mpl.rcParams, mpl.rcParamsDefault)
-    )
+    rc, defaults = (cast("dict[str, Any]", mapping) for mapping in (mpl.rcParams, mpl.rcParamsDefault))
     users_settings = {
-        name: rc[name]
-        for name in rc
-        if not name.startswith(_IGNORED_SETTINGS) and rc[name] != defaults[name]
+        name: rc[name] for name in rc if not name.startswith(_IGNORED_SETTINGS) and rc[name] != defaults[name]
     }
     chosen = {**users_settings, **(picture_look.style or {})}
     house_settings = {**RC, "font.sans-serif": [*RC["font.sans-serif"], *fallback_fonts()]}
     size = float(picture_look.font_size or chosen.get("font.size", FONT_SIZE))
     sizes = {"font.size": size, **{name: part * size for name, part in RELATIVE_FONT_SIZES.items()}}
-    return (
-        {**house_settings, **chosen, **sizes}
-        if picture_look.font_size
-        else {**house_settings, **sizes, **chosen}
-    )
+    return {**house_settings, **chosen, **sizes} if picture_look.font_size else {**house_settings, **sizes, **chosen}
 
 
 # Settings that do not affect a picture.
-_IGNORED_SETTINGS = (
-    "backend",
-    "interactive",
-    "toolbar",
-    "webagg",
-    "tk.",
-    "docstring",
-    "date.",
-    "animation",
-    "keymap",
-)
+_IGNORED_SETTINGS = ("backend", "interactive", "toolbar", "webagg", "tk.", "docstring", "date.", "animation", "keymap")
 
 
 @contextmanager
@@ -244,10 +226,7 @@ def page_width(default: float = FULL_WIDTH) -> float:
     if (drawing_target := target.get()) is not None:
         return float(drawing_target.bbox.width / drawing_target.dpi)
     width = look.get().width
-    if (
-        width is None
-        and (figsize := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]
-    ):
+    if width is None and (figsize := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]:
         width = float(figsize[0])
     return default if width is None else width
 
@@ -305,8 +284,7 @@ def missing_characters(text: str) -> str:
         dict.fromkeys(
             character
             for character in text
-            if not character.isspace()
-            and not any(font.get_char_index(ord(character)) for font in fonts)
+            if not character.isspace() and not any(font.get_char_index(ord(character)) for font in fonts)
         )
     )
 
@@ -364,9 +342,7 @@ def put_title(figure: Figure, text: str) -> None:
     if title_of_user is False:
         # no empty strip in place of the title
         if isinstance(figure, Picture) and look.get().height is None:
-            figure.set_figheight(
-                max(0.5 * figure.get_figheight(), figure.get_figheight() - TITLE_HEIGHT)
-            )
+            figure.set_figheight(max(0.5 * figure.get_figheight(), figure.get_figheight() - TITLE_HEIGHT))
         return
     text = title_of_user if isinstance(title_of_user, str) else text
     title = figure.suptitle(text, parse_math=False)
@@ -392,15 +368,10 @@ def set_panel_title(axes: Axes, text: str, loc: Literal["left", "center"] = "cen
     if not has_title():  # the user wants no titles
         return
     title = axes.set_title(text, loc=loc)
-    width, available = (
-        title.get_window_extent().width,
-        parent.bbox.width - PANEL_MARGINS * parent.dpi,
-    )
+    width, available = (title.get_window_extent().width, parent.bbox.width - PANEL_MARGINS * parent.dpi)
     if width > available:
         unbroken = re.sub(r"(?<![;,]) ", "\u00a0", text)
-        lines = textwrap.fill(
-            unbroken, max(SHORTEST_LINE, int(len(text) * available / width)), break_long_words=False
-        )
+        lines = textwrap.fill(unbroken, max(SHORTEST_LINE, int(len(text) * available / width)), break_long_words=False)
         title.set_text(lines.replace("\u00a0", " "))
 
 
@@ -421,9 +392,7 @@ def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: 
     for axes in panels_of(figure):
         if axes.get_xlabel() == x.label:
             if axes.get_xscale() == "log" and low <= 0.0:
-                raise InputError(
-                    f"--xlim: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero."
-                )
+                raise InputError(f"--xlim: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero.")
             axes.set_xlim(low, high)
 
 
@@ -447,9 +416,7 @@ def write_in_largest_panel(figure: Figure, text: str) -> None:
 
 def panels_of(figure: Any) -> list[Axes]:
     """All axes of a figure and of its subfigures."""
-    panels = figure.axes or [
-        axes for subfigure in getattr(figure, "subfigs", ()) for axes in panels_of(subfigure)
-    ]
+    panels = figure.axes or [axes for subfigure in getattr(figure, "subfigs", ()) for axes in panels_of(subfigure)]
     return list(dict.fromkeys(panels))
 
 
@@ -491,7 +458,5 @@ def freeze_layout(figure: Figure) -> None:
     # the last bits from one call to the next: enough for a pixel. Rounding makes them
     # the same every time.
     for axes in figure.axes:
-        left, bottom, width, height = (
-            round(value, 6) for value in axes.get_position(original=True).bounds
-        )
+        left, bottom, width, height = (round(value, 6) for value in axes.get_position(original=True).bounds)
         axes.set_position((left, bottom, width, height))

@@ -35,9 +35,7 @@ def moving_values(trace: Trace) -> list[str]:
     return [
         name
         for name in MOVED_FIRST
-        if len(trace.time)
-        and SCHEDULED[name] in trace.variables
-        and float(np.ptp(setpoint(trace, name))) > 0.0
+        if len(trace.time) and SCHEDULED[name] in trace.variables and float(np.ptp(setpoint(trace, name))) > 0.0
     ]
 
 
@@ -57,13 +55,9 @@ def operating_point_text(trace: Trace, units: str) -> str:
             values = np.array([values.min(), values.max()])
         shown = quantity(name, units)
         words = [shown.value(float(value)) for value in values]
-        parts.append(
-            " to ".join([*(word.removesuffix(f" {shown.unit}") for word in words[:-1]), words[-1]])
-        )
+        parts.append(" to ".join([*(word.removesuffix(f" {shown.unit}") for word in words[:-1]), words[-1]]))
     further = json.loads(str(trace.attrs.get("at") or "{}"))
-    parts.append(
-        operating_point({dimension_of(key): value for key, value in further.items()}, units)
-    )
+    parts.append(operating_point({dimension_of(key): value for key, value in further.items()}, units))
     return ", ".join(part for part in parts if part)
 
 
@@ -128,9 +122,7 @@ def planes_of(trace: Trace) -> list[tuple[str, str]]:
 def extra_height(trace: Trace) -> float:
     """The height [inches] that the histories need beyond those of six motions at one
     operating point."""
-    return SCHEDULE_HEIGHT * len(moving_values(trace)) - HISTORY_HEIGHT * (
-        6 - len(drawn_in(trace.attrs).histories)
-    )
+    return SCHEDULE_HEIGHT * len(moving_values(trace)) - HISTORY_HEIGHT * (6 - len(drawn_in(trace.attrs).histories))
 
 
 def title_of(trace: Trace, units: str, width: int = 100) -> str:
@@ -152,13 +144,9 @@ def shown_part(trace: Trace) -> tuple[slice, str]:
     if is_chosen():
         return slice(None), f"{trace.time[0]:.4g} to {trace.time[-1]:.4g} s"
     speed = float(
-        trace["drive_speed"][-1]
-        if "rotary_speed" in moving_values(trace)
-        else trace.attrs.get("rotary_speed") or 0
+        trace["drive_speed"][-1] if "rotary_speed" in moving_values(trace) else trace.attrs.get("rotary_speed") or 0
     )
-    part = last_part(
-        trace.time, LAST_SAMPLES, LAST_REVOLUTIONS * 2 * pi / speed if speed > 0 else None
-    )
+    part = last_part(trace.time, LAST_SAMPLES, LAST_REVOLUTIONS * 2 * pi / speed if speed > 0 else None)
     if part.start == 0:
         return part, ""
     return part, f"last {trace.time[-1] - trace.time[part.start]:.3g} s"

@@ -54,26 +54,17 @@ def draw_two(
 
 
 def _draw(
-    data: Sequence[Results],
-    names: Sequence[str],
-    units: str,
-    severity: int | None,
-    confidence: float | None,
+    data: Sequence[Results], names: Sequence[str], units: str, severity: int | None, confidence: float | None
 ) -> Figure:
     numbers = [find_window(one, severity, confidence) for one in data]
-    maps = [
-        classes(one, severity, window["confidence"])
-        for one, window in zip(data, numbers, strict=True)
-    ]
+    maps = [classes(one, severity, window["confidence"]) for one, window in zip(data, numbers, strict=True)]
     is_map = maps[0].y is not None
     figure = new_figure(page_width(), 4.4 if is_map else 3.6)
     grid = figure.add_gridspec(1 if is_map else 2, 2 if is_map else 1)
     handles: dict[str, Artist] = {}
     has_lines = False
     first = None
-    for number, (letter, name, one, window) in enumerate(
-        zip("ab", names, maps, numbers, strict=True)
-    ):
+    for number, (letter, name, one, window) in enumerate(zip("ab", names, maps, numbers, strict=True)):
         axes = figure.add_subplot(grid[number], sharex=first, sharey=first)
         place = _map_number(window)
         has_lines |= draw_map(axes, one, window, place, units)
@@ -104,9 +95,7 @@ def _draw(
             draw_outline(axes, *cells, inside == SAFE)
     assert first is not None
     _limit(first, maps, units)
-    outline = Line2D(
-        [], [], color="white", linewidth=1.2, path_effects=outline_effects(), label="safe in a"
-    )
+    outline = Line2D([], [], color="white", linewidth=1.2, path_effects=outline_effects(), label="safe in a")
     entries = [*handles.values(), outline, *([isolines.legend_entry(units)] if has_lines else [])]
     legend_below(figure, entries, 3)
     texts = [

@@ -67,9 +67,7 @@ def verdict_handles(verdicts: Array) -> list[Artist]:
                 label=f"checked: numbers differ ({features} of {checked})",
             )
         )
-    responses, failed = (
-        int(np.count_nonzero(verdicts == code)) for code in (RESPONSE_DIFFERS, CHECK_FAILED)
-    )
+    responses, failed = (int(np.count_nonzero(verdicts == code)) for code in (RESPONSE_DIFFERS, CHECK_FAILED))
     if responses or failed:
         unknown = f", {failed} unknown: a check failed" if failed else ""
         handles.append(

@@ -51,22 +51,8 @@ _TEXT = (
     "method",
 )
 _NUMBERS = ("gap", *AXES, "transient", "observe", "rtol")
-_REFINED = (
-    "refine",
-    "points_run",
-    "points_inferred",
-    "border_spacing",
-)  # a file has all of them or none
-_COUNTS = (
-    "format_version",
-    "refine",
-    "points_run",
-    "points_inferred",
-    "sample",
-    "start",
-    "steps",
-    "rejected",
-)
+_REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # a file has all of them or none
+_COUNTS = ("format_version", "refine", "points_run", "points_inferred", "sample", "start", "steps", "rejected")
 
 
 def get_attributes(path: str | os.PathLike[str], file: Any) -> dict[str, Any]:
@@ -81,9 +67,7 @@ def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> 
     type."""
     for name, value in attrs.items():
         if (expected := _expected_type(name, value)) is not None:
-            raise FileError(
-                f"{path}: the attribute {name} should be {expected}. Make the file again."
-            )
+            raise FileError(f"{path}: the attribute {name} should be {expected}. Make the file again.")
     known = {name: value for name, value in attrs.items() if value is not None}
     if (model := known.get("model", MODEL)) not in NAMES:
         raise FileError(
@@ -91,13 +75,8 @@ def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> 
             f"know; it knows "
             f"{', '.join(NAMES)}. Use the nsdrill that made it."
         )
-    if lacking := [
-        name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)
-    ]:
-        raise FileError(
-            f"{path}: the attribute {lacking[0]} of a refined sweep is missing. Make "
-            f"the file again."
-        )
+    if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
+        raise FileError(f"{path}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
@@ -106,9 +85,7 @@ def text_attribute(path: str | os.PathLike[str], item: Any, name: str) -> str:
     there is none; FileError where it is not text."""
     value = plain_attribute(item.attrs, name) if name in item.attrs else ""
     if not isinstance(value, str):
-        raise FileError(
-            f"{path}: the attribute {name} should be text. Was the file edited? Make it again."
-        )
+        raise FileError(f"{path}: the attribute {name} should be text. Was the file edited? Make it again.")
     return value
 
 
@@ -130,9 +107,7 @@ def plain_attribute(attrs: Any, name: str) -> Any:
     if not is_text and attribute.dtype.kind not in "iufb":
         return None
     value = attrs[name]
-    return plain_value(
-        value.encode("utf-8", "surrogateescape") if is_text and isinstance(value, str) else value
-    )
+    return plain_value(value.encode("utf-8", "surrogateescape") if is_text and isinstance(value, str) else value)
 
 
 def plain_value(value: Any) -> Any:
@@ -187,9 +162,7 @@ def _has_shape_of(value: Any, template: Any) -> bool:
     lack some."""
     if not isinstance(template, dict):
         return _is_number(value)
-    return isinstance(value, dict) and all(
-        _has_shape_of(item, template[name]) for name, item in value.items()
-    )
+    return isinstance(value, dict) and all(_has_shape_of(item, template[name]) for name, item in value.items())
 
 
 def _is_thresholds(value: Any) -> bool:

@@ -36,11 +36,7 @@ _REQUIRED = (
 
 
 def write_branches(
-    path: str | os.PathLike[str],
-    data: Any,
-    remedy: Callable[[], str] = lambda: MAKE_ROOM,
-    *,
-    overwrite: bool = True,
+    path: str | os.PathLike[str], data: Any, remedy: Callable[[], str] = lambda: MAKE_ROOM, *, overwrite: bool = True
 ) -> None:
     """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError, with
     ``remedy``, if the disk refuses."""
@@ -49,9 +45,7 @@ def write_branches(
     with hdf5.writing(path, remedy, overwrite=overwrite) as file:
         hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
         for name in data.dims:
-            values = (
-                data.coords[name].values if name in data.coords else np.arange(data.sizes[name])
-            )
+            values = data.coords[name].values if name in data.coords else np.arange(data.sizes[name])
             attrs = data.coords[name].attrs if name in data.coords else {}
             hdf5.add_coordinate(file, str(name), values, attrs)
         for name in [*data.coords, *data.data_vars]:
@@ -80,10 +74,7 @@ def open_branches(path: str | os.PathLike[str]) -> Any:
     with hdf5.opened(path) as file:
         kind = file.attrs["nsdrill_kind"]
         if kind != KIND:
-            raise FileError(
-                f"{path}: this is a {kind} file; a file of branches, of nsdrill "
-                f"continue, is needed."
-            )
+            raise FileError(f"{path}: this is a {kind} file; a file of branches, of nsdrill continue, is needed.")
         attrs = get_attributes(path, file)
     try:
         with xarray.open_dataset(path, engine="h5netcdf", decode_cf=False) as dataset:
@@ -94,9 +85,7 @@ def open_branches(path: str | os.PathLike[str]) -> Any:
         raise FileError(f"{path}: the variable {lacking[0]} is missing. {hdf5.EDITED}")
     sizes = data["row_size"].values
     if data.sizes.get("point") != int(sizes.sum()) or np.any(sizes < 0):
-        raise FileError(
-            f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}"
-        )
+        raise FileError(f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}")
     for name in [*data.variables]:
         data[name].attrs.pop("_FillValue", None)
     return data.assign_attrs(attrs)

@@ -31,9 +31,7 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
     a run that fails. Temporary files of killed processes are removed.
     """
     if overwrite and resume:
-        raise FileError(
-            "--overwrite and --resume exclude each other: start anew, or go on with what is there?"
-        )
+        raise FileError("--overwrite and --resume exclude each other: start anew, or go on with what is there?")
     check_target(path)
     part = part_path(path)
     finished, unfinished = os.path.lexists(path), os.path.lexists(part)
@@ -44,9 +42,7 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
         # file, so it is the newer of the two.
         return "resume" if unfinished else "finished" if finished else "new"
     if finished and not overwrite:
-        raise FileError(
-            f"{path}: the file exists. Choose another name, or replace it by --overwrite."
-        )
+        raise FileError(f"{path}: the file exists. Choose another name, or replace it by --overwrite.")
     if unfinished:
         if not overwrite:
             # raises the FileError of a log that another process is writing
@@ -66,9 +62,7 @@ def claim_file(path: str | os.PathLike[str], overwrite: bool = False) -> None:
     export is."""
     check_target(path)
     if os.path.lexists(path) and not overwrite:
-        raise FileError(
-            f"{path}: the file exists. Choose another name, or replace it by --overwrite."
-        )
+        raise FileError(f"{path}: the file exists. Choose another name, or replace it by --overwrite.")
 
 
 def check_target(path: str | os.PathLike[str]) -> None:
@@ -82,27 +76,15 @@ def check_target(path: str | os.PathLike[str]) -> None:
         kind = target.stat().st_mode if target.exists() else None
         longest = os.pathconf(target.parent, "PC_NAME_MAX") if target.parent.is_dir() else 255
     except OSError as error:
-        raise FileError(
-            f"{text}: cannot be used: {reason(error)}. Choose another name with -o."
-        ) from error
+        raise FileError(f"{text}: cannot be used: {reason(error)}. Choose another name with -o.") from error
     if text.endswith(os.sep) or (kind is not None and stat.S_ISDIR(kind)):
-        raise FileError(
-            f"{text}: this is a folder; -o needs the name of a file, "
-            f"{os.path.join(text, 'out.h5')} say."
-        )
+        raise FileError(f"{text}: this is a folder; -o needs the name of a file, {os.path.join(text, 'out.h5')} say.")
     if kind is not None and not stat.S_ISREG(kind):
-        raise FileError(
-            f"{text}: this is a device or a pipe; results need a file. Choose another name with -o."
-        )
+        raise FileError(f"{text}: this is a device or a pipe; results need a file. Choose another name with -o.")
     if not target.parent.is_dir():
-        raise FileError(
-            f"{text}: there is no folder {target.parent}. Make it first, or choose "
-            f"another name with -o."
-        )
+        raise FileError(f"{text}: there is no folder {target.parent}. Make it first, or choose another name with -o.")
     if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise FileError(
-            f"{text}: the folder {target.parent} may not be written. Choose another one with -o."
-        )
+        raise FileError(f"{text}: the folder {target.parent} may not be written. Choose another one with -o.")
     if len(os.fsencode(target.name)) + 20 > longest:  # room for the ending of the temporary name
         raise FileError(f"{text}: the name is too long; this folder takes {longest - 20} bytes.")
 
@@ -116,10 +98,7 @@ def _remove_log(part: Path) -> None:
             with open(part, "rb") as file:
                 is_run_log = file.read(len(MAGIC)) == MAGIC
         if not is_run_log:
-            raise FileError(
-                f"{part}: this is no run log of nsdrill, though it has the name of "
-                f"one. Move it away."
-            )
+            raise FileError(f"{part}: this is no run log of nsdrill, though it has the name of one. Move it away.")
         RunLog.remove(part)
     except OSError as error:
         raise FileError(f"{part}: cannot be removed: {reason(error)}.") from error

@@ -29,14 +29,7 @@ from nsdrill.store.layout import (
     stored_coordinate,
     variable_attributes,
 )
-from nsdrill.store.read import (
-    LATER_LABELS,
-    check_coordinates,
-    check_file,
-    kept_of,
-    read_results,
-    validated,
-)
+from nsdrill.store.read import LATER_LABELS, check_coordinates, check_file, kept_of, read_results, validated
 from nsdrill.store.records import recorded
 from nsdrill.store.trace import trace_variables
 from nsdrill.units import plain_units
@@ -62,24 +55,16 @@ def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Tra
     import xarray
 
     if not isinstance(data, xarray.Dataset):
-        raise FileError(
-            f"found an object of the type {type(data).__name__}; allowed: an xarray "
-            f"Dataset. {_GIVE}"
-        )
+        raise FileError(f"found an object of the type {type(data).__name__}; allowed: an xarray Dataset. {_GIVE}")
     attrs = {str(name): plain_value(value) for name, value in data.attrs.items()}
     # xarray arithmetic may drop the attributes
-    inferred = (
-        "trace" if "time" in data.coords else "results" if "procedure" in data.coords else None
-    )
+    inferred = "trace" if "time" in data.coords else "results" if "procedure" in data.coords else None
     kind, version = attrs.get("nsdrill_kind", inferred), attrs.get("format_version", FORMAT_VERSION)
     if kind not in ("results", "trace") or not isinstance(version, int):
-        raise FileError(
-            f"{_NAME}: found no attribute nsdrill_kind that says results or trace. {_GIVE}"
-        )
+        raise FileError(f"{_NAME}: found no attribute nsdrill_kind that says results or trace. {_GIVE}")
     if not 1 <= version <= FORMAT_VERSION:
         raise FileError(
-            f"{_NAME}: file format {version}; this nsdrill knows formats 1 to {FORMAT_VERSION}. "
-            f"Use a newer nsdrill."
+            f"{_NAME}: file format {version}; this nsdrill knows formats 1 to {FORMAT_VERSION}. Use a newer nsdrill."
         )
     attrs = check_attributes(_NAME, attrs)
     try:
@@ -116,9 +101,7 @@ def _results(results: Results) -> Any:
     kept = kept_of(results.coords, results.more, results.variables, model.name, results.drawn)
     known = {variable.name: variable for variable in model.variables}
     lengths = {name: len(results.coords[name]) for name in results.grid}
-    attrs = _attributes(
-        root_attributes("results", results.attrs, results.more, lengths, kept.unknowns)
-    )
+    attrs = _attributes(root_attributes("results", results.attrs, results.more, lengths, kept.unknowns))
     layout = layout_of(lengths, attrs)
     axes = {axis.name: axis for axis in results.more}
     coordinates: dict[str, Any] = {}
@@ -128,22 +111,14 @@ def _results(results: Results) -> Any:
         coordinates[name] = ((), values[0]) if scalar else ((name,), values)
         coordinates[name] += (coordinate_attributes(name, axes.get(name)),)
     for unknown, samples in results.drawn.items():
-        coordinates[unknown.name] = (
-            ("sample",),
-            samples,
-            coordinate_attributes(unknown.name, unknown),
-        )
+        coordinates[unknown.name] = (("sample",), samples, coordinate_attributes(unknown.name, unknown))
     scalar_names = [
         *(name for name in layout.grid if name not in layout.order),
         *(unknown.name for unknown in results.drawn),
     ]
     scalars = " ".join(scalar_names)
     variables = {
-        name: (
-            layout.dims(known[name]),
-            layout.to_file(values),
-            variable_attributes(known[name], kept.states),
-        )
+        name: (layout.dims(known[name]), layout.to_file(values), variable_attributes(known[name], kept.states))
         for name, values in results.variables.items()
     }
     data = xarray.Dataset(variables, coordinates, attrs)
@@ -155,10 +130,7 @@ def _results(results: Results) -> Any:
 def _trace(trace: Trace) -> Any:
     import xarray
 
-    variables = {
-        v.name: (v.dims, trace.variables[v.name], variable_attributes(v))
-        for v in trace_variables(trace)
-    }
+    variables = {v.name: (v.dims, trace.variables[v.name], variable_attributes(v)) for v in trace_variables(trace)}
     time = {"time": ("time", trace.time, coordinate_attributes("time"))}
     data = xarray.Dataset(variables, time, _attributes(root_attributes("trace", trace.attrs)))
     for name in variables:
@@ -180,50 +152,30 @@ def _attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
     converted = {}
     for name, value in stored_attributes(attrs).items():
         array = np.asarray(value)
-        converted[name] = (
-            value if isinstance(value, str) else array.ravel()[0] if array.size == 1 else array
-        )
+        converted[name] = value if isinstance(value, str) else array.ravel()[0] if array.size == 1 else array
     return converted
 
 
 def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | None) -> Results:
     model = model_in(attrs)
-    keys = {
-        name: coordinate.attrs.get("key")
-        for name, coordinate in data.coords.items()
-        if name not in POINT
-    }
+    keys = {name: coordinate.attrs.get("key") for name, coordinate in data.coords.items() if name not in POINT}
     # An unknown is a coordinate along the samples, or a scalar where one sample is
     # selected.
     unknowns = attrs["unknowns"].split() if "unknowns" in attrs else []
-    unknowns = unknowns or [
-        str(name) for name, key in keys.items() if key and data.coords[name].dims == ("sample",)
-    ]
-    axis_names = (
-        attrs["axes"].split()
-        if "axes" in attrs
-        else [str(name) for name, key in keys.items() if key]
-    )
+    unknowns = unknowns or [str(name) for name, key in keys.items() if key and data.coords[name].dims == ("sample",)]
+    axis_names = attrs["axes"].split() if "axes" in attrs else [str(name) for name, key in keys.items() if key]
     axes = tuple(_axis(data, name) for name in axis_names if name not in unknowns)
     grid = (
         *POINT,
         *(axis.name for axis in axes),
-        *(
-            name
-            for name in ("sample", "start")
-            if name in (data.coords if name == "start" else data.dims)
-        ),
+        *(name for name in ("sample", "start") if name in (data.coords if name == "start" else data.dims)),
     )
     samples = {
-        Unknown(**vars(_axis(data, name))): np.atleast_1d(
-            np.asarray(data.coords[name].values, dtype=float)
-        )
+        Unknown(**vars(_axis(data, name))): np.atleast_1d(np.asarray(data.coords[name].values, dtype=float))
         for name in unknowns
         if "sample" in data.dims
     }
-    extra = [
-        name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords
-    ]
+    extra = [name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords]
     coords = {name: _coordinate(data, name) for name in (*grid, *extra)}
     if "state" not in data.dims:  # no variable with states was selected
         coords["state"] = np.array(_states(model, data))
@@ -236,8 +188,7 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
     variables = {
         name: _variable(data, known[name], kept, coords)
         for name in known
-        if name in wanted
-        and (name in data.data_vars or not (names is None or name in LATER_LABELS))
+        if name in wanted and (name in data.data_vars or not (names is None or name in LATER_LABELS))
     }
     return Results(coords, variables, dict(attrs), axes, samples)
 
@@ -273,10 +224,7 @@ def _coordinate(data: Any, name: str) -> Array:
         return hdf5.places_of_words(_NAME, name, np.array(values, dtype=str))
     whole = name in COUNTED
     if values.dtype.kind != ("i" if whole else "f") or not np.all(np.abs(values) <= LARGEST):
-        raise FileError(
-            f"{_NAME}: the coordinate {name} should have "
-            f"{'whole' if whole else 'finite'} numbers. {_GIVE}"
-        )
+        raise FileError(f"{_NAME}: the coordinate {name} should have {'whole' if whole else 'finite'} numbers. {_GIVE}")
     return values
 
 
@@ -297,13 +245,8 @@ def _variable(data: Any, variable: Variable, kept: Kept, coords: Mapping[str, Ar
         )
     kinds, kind = ("f", "real") if variable.dtype.startswith("f") else ("iu", "whole")
     if array.dtype.kind not in kinds:
-        raise FileError(
-            f"{_NAME}: {variable.name} has the type {array.dtype}; it should have "
-            f"{kind} numbers. {_GIVE}"
-        )
-    return validated(
-        _NAME, variable, layout.to_memory(array.transpose(*layout.dims(variable)).values)
-    )
+        raise FileError(f"{_NAME}: {variable.name} has the type {array.dtype}; it should have {kind} numbers. {_GIVE}")
+    return validated(_NAME, variable, layout.to_memory(array.transpose(*layout.dims(variable)).values))
 
 
 def _from_trace(data: Any, attrs: Mapping[str, Any]) -> Trace:
@@ -323,7 +266,5 @@ def _from_trace(data: Any, attrs: Mapping[str, Any]) -> Trace:
             )
         variables[variable.name] = np.asarray(array.values)
         if np.any(np.abs(variables[variable.name]) > LARGEST):
-            raise FileError(
-                f"{_NAME}: {variable.name} has values that are no finite numbers. {_GIVE}"
-            )
+            raise FileError(f"{_NAME}: {variable.name} has values that are no finite numbers. {_GIVE}")
     return Trace(time, variables, dict(attrs))

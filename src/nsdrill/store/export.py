@@ -51,11 +51,7 @@ def csv_rows(
     """
     optional = {"peaks": peaks, "section": section, "states": states}
     rooms = (*_DEFAULT_ROOMS, *(room for room, wanted in optional.items() if wanted))
-    chosen = [
-        BY_NAME[name]
-        for name in results.variables
-        if name in BY_NAME and BY_NAME[name].room in rooms
-    ]
+    chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
     units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": ""}
     units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
     unknowns = [unknown for unknown in results.drawn if "sample" in results.grid]
@@ -65,22 +61,13 @@ def csv_rows(
     coordinates = {name: stored_coordinate(name, results.coords[name]) for name in results.grid}
     words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
     for place in np.ndindex(*results.shape):
-        row: list[Any] = [
-            coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)
-        ]
-        row += [
-            results.drawn[unknown][place[results.grid.index("sample")]].item()
-            for unknown in unknowns
-        ]
+        row: list[Any] = [coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)]
+        row += [results.drawn[unknown][place[results.grid.index("sample")]].item() for unknown in unknowns]
         for variable in chosen:
             value: Array = results.variables[variable.name][place]
             row.extend(np.atleast_1d(value).tolist())
             if variable.name in words:
-                row.append(
-                    words[variable.name](int(value))
-                    if _has_value(results, variable, place)
-                    else "unknown"
-                )
+                row.append(words[variable.name](int(value)) if _has_value(results, variable, place) else "unknown")
         yield row
 
 
@@ -94,9 +81,7 @@ def _has_value(results: Results, variable: Variable, place: tuple[int, ...]) -> 
     return status == OK or (status == INFERRED and variable.name == "response")
 
 
-def to_netcdf(
-    path: str | os.PathLike[str], path_nc: str | os.PathLike[str], *, overwrite: bool = True
-) -> None:
+def to_netcdf(path: str | os.PathLike[str], path_nc: str | os.PathLike[str], *, overwrite: bool = True) -> None:
     """Copy the results file ``path`` to ``path_nc``. A results file is already a
     netCDF-4 file, HDF5 with dimension scales and no type that netCDF lacks, so its
     bytes are checked and copied."""
@@ -132,9 +117,7 @@ def _headings(results: Results, chosen: Iterable[Variable]) -> list[str]:
         elif variable.flag_meanings is not None:
             names.extend((variable.name, f"{variable.name}_words"))
         else:
-            names.append(
-                _heading(variable.name, "" if variable.dtype.startswith("i") else variable.units)
-            )
+            names.append(_heading(variable.name, "" if variable.dtype.startswith("i") else variable.units))
     return names
 
 

@@ -110,9 +110,7 @@ def writing(
             shutil.copymode(copy_of, temporary)
             unseal(temporary)
         raw.deferring = True
-        with h5py.File(
-            raw, "r+" if copy_of else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options
-        ) as file:
+        with h5py.File(raw, "r+" if copy_of else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options) as file:
             yield file
         raw.raise_error()
         seal(temporary)
@@ -127,9 +125,7 @@ def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) 
     if array.dtype.kind in "OU":
         dataset = file.create_dataset(name, data=array.astype(object), dtype=h5py.string_dtype())
     else:
-        dataset = file.create_dataset(
-            name, data=array, **_storage(array.shape, array.dtype, array.shape)
-        )
+        dataset = file.create_dataset(name, data=array, **_storage(array.shape, array.dtype, array.shape))
     for attribute, value in attrs.items():
         dataset.attrs[attribute] = value
     if array.ndim:
@@ -139,20 +135,14 @@ def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) 
 def add_samples(file: Any, name: str, values: Array, attrs: Mapping[str, Any]) -> None:
     """Write the samples [n] of an uncertain number, as a coordinate along the existing
     scale ``sample``."""
-    dataset = file.create_dataset(
-        name, data=values, **_storage(values.shape, values.dtype, values.shape)
-    )
+    dataset = file.create_dataset(name, data=values, **_storage(values.shape, values.dtype, values.shape))
     for attribute, value in attrs.items():
         dataset.attrs[attribute] = value
     dataset.dims[0].attach_scale(file["sample"])
 
 
 def add_variable(
-    file: Any,
-    variable: Variable,
-    dims: tuple[str, ...],
-    chunk: tuple[int, ...],
-    scalars: Sequence[str] = (),
+    file: Any, variable: Variable, dims: tuple[str, ...], chunk: tuple[int, ...], scalars: Sequence[str] = ()
 ) -> Any:
     """An empty dataset for ``variable`` on the existing coordinates ``dims``, in chunks
     of shape ``chunk`` if it is large. ``scalars`` names its scalar coordinates."""
@@ -180,13 +170,7 @@ def _storage(shape: tuple[int, ...], kind: np.dtype[Any], chunk: tuple[int, ...]
         properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         properties.set_layout(h5py.h5d.COMPACT)
         return {"dcpl": properties}
-    return {
-        "chunks": chunk,
-        "shuffle": True,
-        "compression": "gzip",
-        "compression_opts": 2,
-        "fletcher32": True,
-    }
+    return {"chunks": chunk, "shuffle": True, "compression": "gzip", "compression_opts": 2, "fletcher32": True}
 
 
 def storage_of(values: Array) -> dict[str, Any]:
@@ -258,17 +242,12 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
 
 def check_version(path: str | os.PathLike[str], file: Any) -> None:
     """FileError unless nsdrill made ``file``, in a format that this version reads."""
-    version, kind = (
-        plain_attribute(file.attrs, name) for name in ("format_version", "nsdrill_kind")
-    )
+    version, kind = (plain_attribute(file.attrs, name) for name in ("format_version", "nsdrill_kind"))
     if not isinstance(kind, str) or not isinstance(version, int):
-        raise FileError(
-            f"{path}: an HDF5 file, but none of nsdrill. Give a file that nsdrill run wrote."
-        )
+        raise FileError(f"{path}: an HDF5 file, but none of nsdrill. Give a file that nsdrill run wrote.")
     if not 1 <= version <= FORMAT_VERSION:
         raise FileError(
-            f"{path}: file format {version}; this nsdrill reads formats 1 to {FORMAT_VERSION}. "
-            f"Use a newer nsdrill."
+            f"{path}: file format {version}; this nsdrill reads formats 1 to {FORMAT_VERSION}. Use a newer nsdrill."
         )
 
 
@@ -310,12 +289,8 @@ def _refers_to_objects(dataset: Any) -> bool:
     }
     dimensions, users = kinds.get(b"DIMENSION_LIST"), kinds.get(b"REFERENCE_LIST")
     return (
-        dimensions is None
-        or (dimensions.get_class() == h5t.VLEN and dimensions.get_super().equal(h5t.STD_REF_OBJ))
-    ) and (
-        users is None
-        or (users.get_class() == h5t.COMPOUND and users.get_member_class(0) == h5t.REFERENCE)
-    )
+        dimensions is None or (dimensions.get_class() == h5t.VLEN and dimensions.get_super().equal(h5t.STD_REF_OBJ))
+    ) and (users is None or (users.get_class() == h5t.COMPOUND and users.get_member_class(0) == h5t.REFERENCE))
 
 
 def check_readable(path: str | os.PathLike[str]) -> None:
@@ -333,16 +308,11 @@ def check_readable(path: str | os.PathLike[str]) -> None:
                 return
     except FileNotFoundError as error:
         unfinished = f" There is an unfinished run, {part_path(path)}; finish it with --resume."
-        raise FileError(
-            f"{path}: there is no such file.{unfinished if part_path(path).exists() else ''}"
-        ) from error
+        raise FileError(f"{path}: there is no such file.{unfinished if part_path(path).exists() else ''}") from error
     except (OSError, ValueError) as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}.") from error
     if first == LOG_MAGIC:
-        raise FileError(
-            f"{path}: the log of an unfinished run, not yet a results file. Finish it "
-            f"with --resume."
-        )
+        raise FileError(f"{path}: the log of an unfinished run, not yet a results file. Finish it with --resume.")
     if first.startswith(ZIP) and str(path).endswith(".part"):
         raise FileError(
             f"{path}: what is kept of an unfinished continuation or fit, which nsdrill show "
@@ -352,8 +322,7 @@ def check_readable(path: str | os.PathLike[str]) -> None:
         state = "empty" if not first else "not an HDF5 file"
         if first and str(path).endswith((".yaml", ".yml")):
             raise FileError(
-                f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill "
-                f"run {path} -o out.h5"
+                f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill run {path} -o out.h5"
             )
         measured = " Measurements are for nsdrill fit and for plot --data."
         raise FileError(
@@ -369,9 +338,7 @@ def _probe(path: str | os.PathLike[str]) -> None:
     seconds = _PROBE_SECONDS + os.stat(path).st_size / 20e6  # a slow disk reads 20 MB/s
     command = [sys.executable, "-c", _PROBE, os.path.abspath(path)]
     try:
-        child = subprocess.run(
-            command, capture_output=True, text=True, timeout=seconds, check=False
-        )
+        child = subprocess.run(command, capture_output=True, text=True, timeout=seconds, check=False)
     except subprocess.TimeoutExpired as error:
         raise damaged(path, "reading it does not end") from error
     if child.returncode < 0:
@@ -389,9 +356,7 @@ def _probe(path: str | os.PathLike[str]) -> None:
 
 def damaged(path: str | os.PathLike[str], why: str) -> FileError:
     """The error for a file of nsdrill that is damaged, for the reason ``why``."""
-    return FileError(
-        f"{path}: the file is damaged or incomplete: {why}. Take it from a backup or make it again."
-    )
+    return FileError(f"{path}: the file is damaged or incomplete: {why}. Take it from a backup or make it again.")
 
 
 def _read_seal(file: Any) -> tuple[int | None, bytes]:
@@ -416,9 +381,7 @@ def _digest(file: Any, length: int) -> bytes:
     return digest.digest()
 
 
-def check_shape(
-    path: str | os.PathLike[str], file: Any, name: str, shape: tuple[int, ...], kinds: str
-) -> Any:
+def check_shape(path: str | os.PathLike[str], file: Any, name: str, shape: tuple[int, ...], kinds: str) -> Any:
     """The dataset ``name``; FileError unless it has this ``shape`` and a type of one of
     the ``kinds`` (letters of ``dtype.kind``)."""
     import h5py
@@ -431,11 +394,7 @@ def check_shape(
             f"{path}: {name} has shape {dataset.shape} and type {dataset.dtype}; it should have "
             f"shape {shape} and "
             f"{'real' if kinds == 'f' else 'whole'} numbers. "
-            + (
-                TRANSPOSED
-                if dataset.shape != shape and sorted(dataset.shape) == sorted(shape)
-                else EDITED
-            )
+            + (TRANSPOSED if dataset.shape != shape and sorted(dataset.shape) == sorted(shape) else EDITED)
         )
     return dataset
 
@@ -447,27 +406,16 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
 
     scale, choices = file.get(name), words_along(name)
     kinds = "OS" if name in ("procedure", "state") or choices else "i" if name in COUNTED else "f"
-    if (
-        not isinstance(scale, h5py.Dataset)
-        or scale.shape is None
-        or scale.ndim > 1
-        or scale.dtype.kind not in kinds
-    ):
-        raise FileError(
-            f"{path}: the coordinate {name} is missing or no list of values. Make the file again."
-        )
+    if not isinstance(scale, h5py.Dataset) or scale.shape is None or scale.ndim > 1 or scale.dtype.kind not in kinds:
+        raise FileError(f"{path}: the coordinate {name} is missing or no list of values. Make the file again.")
     if kinds != "OS":
         values = np.asarray(scale[()])
         if not np.all(np.abs(values) <= LARGEST):
-            raise FileError(
-                f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}"
-            )
+            raise FileError(f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}")
         return values
     # text can be larger than the file, as many values can share one string
     if scale.size > (len(choices) or _MAX_NAMES[name]):
-        raise FileError(
-            f"{path}: the coordinate {name} has {scale.size} values. Make the file again."
-        )
+        raise FileError(f"{path}: the coordinate {name} has {scale.size} values. Make the file again.")
     words = np.array(scale.asstr()[()], dtype=str)
     return places_of_words(path, name, words) if choices else words
 
@@ -477,10 +425,7 @@ def places_of_words(path: str | os.PathLike[str], name: str, words: Array) -> Ar
     FileError for other words."""
     choices = words_along(name)
     if unknown := sorted(set(np.atleast_1d(words).tolist()) - {*choices}):
-        raise FileError(
-            f"{path}: {name} is {printable(str(unknown[0]))[:40]!r}; it should be of "
-            f"{', '.join(choices)}."
-        )
+        raise FileError(f"{path}: {name} is {printable(str(unknown[0]))[:40]!r}; it should be of {', '.join(choices)}.")
     return np.vectorize(choices.index, otypes=[float])(words)
 
 
@@ -492,15 +437,9 @@ def read_axes(path: str | os.PathLike[str], file: Any, attribute: str = "axes") 
     for name in text_attribute(path, file, attribute).split():
         scale = file.get(name)
         attributes = (
-            {}
-            if scale is None
-            else {item: text_attribute(path, scale, item) for item in ("key", "units", "long_name")}
+            {} if scale is None else {item: text_attribute(path, scale, item) for item in ("key", "units", "long_name")}
         )
         if not attributes or not attributes["key"]:
-            raise FileError(
-                f"{path}: the axis {name} is missing or does not say what it is. {EDITED}"
-            )
-        axes.append(
-            Axis(attributes["key"], plain_units(attributes["units"]), attributes["long_name"])
-        )
+            raise FileError(f"{path}: the axis {name} is missing or does not say what it is. {EDITED}")
+        axes.append(Axis(attributes["key"], plain_units(attributes["units"]), attributes["long_name"]))
     return tuple(axes)

@@ -20,16 +20,7 @@ from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
 from nsdrill.models.vocabulary import IN_TRACE
 from nsdrill.units import CF
-from nsdrill.variables import (
-    AXES,
-    COORDINATES,
-    FORMAT_VERSION,
-    MODEL,
-    POINT,
-    Axis,
-    Variable,
-    dimension_of,
-)
+from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, POINT, Axis, Variable, dimension_of
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 
@@ -76,12 +67,7 @@ def layout_of(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> Layout:
     axes as the study names them, sample, start."""
     named = [dimension_of(key) for key in _sweep(attrs)]
     axes = [name for name in lengths if name not in ("procedure", "sample", "start")]
-    ordered = [
-        "procedure",
-        *(name for name in dict.fromkeys([*named, *axes]) if name in axes),
-        "sample",
-        "start",
-    ]
+    ordered = ["procedure", *(name for name in dict.fromkeys([*named, *axes]) if name in axes), "sample", "start"]
     return Layout(tuple(lengths), tuple(name for name in ordered if lengths.get(name, 1) > 1))
 
 
@@ -96,12 +82,7 @@ def coordinate_names(layout: Layout, kept: Kept) -> list[str]:
     """The coordinates in the order of the file: the dimensions of the grid, the
     scalars, then those that only some variables have."""
     scalar = [name for name in layout.grid if name not in layout.order]
-    return [
-        *layout.order,
-        *scalar,
-        *(name for name in ("peak", "crossing") if kept.length(name)),
-        "state",
-    ]
+    return [*layout.order, *scalar, *(name for name in ("peak", "crossing") if kept.length(name)), "state"]
 
 
 def stored_coordinate(name: str, values: Array) -> Array:
@@ -117,20 +98,14 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
     units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
     text = name in ("procedure", "state") or bool(words_along(name))
     key = axis.key if axis else f"operation.{name}" if name in AXES else None
-    return {
-        "long_name": long_name,
-        **({"key": key} if key else {}),
-        **({} if text else {"units": units}),
-    }
+    return {"long_name": long_name, **({"key": key} if key else {}), **({} if text else {"units": units})}
 
 
 def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[str, Any]:
     """The attributes of ``variable``, with flags as in CF, of the type of the variable.
     For a variable over states, ``states`` are their names."""
     units_of_states = ", ".join(IN_TRACE[name].units for name in states)
-    attributes: dict[str, Any] = (
-        {"units": variable.units} if variable.units else {"state_units": units_of_states}
-    )
+    attributes: dict[str, Any] = {"units": variable.units} if variable.units else {"state_units": units_of_states}
     attributes["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):
         if getattr(variable, name) is not None:
@@ -182,9 +157,7 @@ def stored_attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
             isinstance(value, np.ndarray) and value.dtype.kind not in "iuf"
         ):
             value = json_text(value)
-        stored[name] = (
-            printable(value) if isinstance(value, str) and not _is_storable(value) else value
-        )
+        stored[name] = printable(value) if isinstance(value, str) and not _is_storable(value) else value
     return stored
 
 

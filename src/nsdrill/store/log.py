@@ -25,14 +25,7 @@ from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
 from nsdrill.models.kept import Kept
 from nsdrill.store.log_header import first_slot, pack_header, read_header
-from nsdrill.store.records import (
-    check_write,
-    intact,
-    pack_slots,
-    pending_records,
-    raw_bytes,
-    slot_dtype,
-)
+from nsdrill.store.records import check_write, intact, pack_slots, pending_records, raw_bytes, slot_dtype
 from nsdrill.store.sink import check_header
 from nsdrill.variables import PENDING
 
@@ -86,9 +79,7 @@ class RunLog:
         self._synced_count = int(np.count_nonzero(self._status))
 
     @classmethod
-    def create(
-        cls, path: str | os.PathLike[str], header: dict[str, Any], n_points: int, kept: Kept
-    ) -> RunLog:
+    def create(cls, path: str | os.PathLike[str], header: dict[str, Any], n_points: int, kept: Kept) -> RunLog:
         """A new, empty log at ``path``, which must not exist.
 
         ``header`` is plain data: ``coords`` (the four axes) and ``attrs`` (the root
@@ -110,8 +101,7 @@ class RunLog:
             # file that is not a run log
             cls.open(path).close()
             raise FileError(
-                f"{path}: an unfinished run is already there. Go on with it by --resume, or start "
-                f"anew by --overwrite."
+                f"{path}: an unfinished run is already there. Go on with it by --resume, or start anew by --overwrite."
             ) from error
         except OSError as error:
             if temporary is not None:
@@ -127,9 +117,7 @@ class RunLog:
             raise
 
     @classmethod
-    def begin(
-        cls, path: Path, header: dict[str, Any], n_points: int, kept: Kept
-    ) -> tuple[Temporary, RunLog]:
+    def begin(cls, path: Path, header: dict[str, Any], n_points: int, kept: Kept) -> tuple[Temporary, RunLog]:
         """A log without points that still has a temporary name; OSError if the disk has
         no room for the points."""
         check_header(header, n_points, kept)
@@ -146,14 +134,7 @@ class RunLog:
             os.ftruncate(fd, first_slot(end) + points)
             os.fsync(fd)
             return temporary, cls(
-                temporary.path,
-                temporary.file,
-                header,
-                n_points,
-                kept,
-                first_slot(end),
-                salt,
-                writable=True,
+                temporary.path, temporary.file, header, n_points, kept, first_slot(end), salt, writable=True
             )
         except BaseException:
             if temporary is not None:
@@ -174,23 +155,12 @@ class RunLog:
             try:
                 file = open_plain(path, "r+" if writable else "r")
             except (OSError, ValueError) as error:
-                raise FileError(
-                    f"{path}: the run log cannot be opened: {reason(error)}."
-                ) from error
+                raise FileError(f"{path}: the run log cannot be opened: {reason(error)}.") from error
             if writable:
                 lock(file, path)
             fields, offset, salt = read_header(file.fileno(), path)
             kept = Kept(**fields["kept"])
-            log = cls(
-                path,
-                file,
-                fields["header"],
-                fields["n_points"],
-                kept,
-                offset,
-                salt,
-                writable=writable,
-            )
+            log = cls(path, file, fields["header"], fields["n_points"], kept, offset, salt, writable=writable)
             if writable:
                 # A truncated log has lost slots only; with a complete header they run
                 # again.
@@ -224,9 +194,7 @@ class RunLog:
         for run in _consecutive_slices(places[order], self._block):
             chosen = order[run]
             self._status[places[chosen]] = PENDING  # until the slot is complete again
-            self._write_slots(
-                places[chosen], pack_slots(places[chosen], records[chosen], self._salt)
-            )
+            self._write_slots(places[chosen], pack_slots(places[chosen], records[chosen], self._salt))
             self._status[places[chosen]] = records["status"][chosen]
 
     def clear(self, indices: Any) -> None:
@@ -339,22 +307,17 @@ class RunLog:
         try:
             if not self._writable:
                 raise OSError(errno.EROFS, "the run log was opened to be read")
-            write_at(
-                self._fd, raw_bytes(slots), self._offset + int(places[0]) * self._slot.itemsize
-            )
+            write_at(self._fd, raw_bytes(slots), self._offset + int(places[0]) * self._slot.itemsize)
         except OSError as error:
             self._raise_write_error(error)
 
     def _raise_write_error(self, error: OSError) -> NoReturn:
         if not self.is_in_place:
             raise NsdrillError(
-                f"{self.path}: a result could not be written: {reason(error)}. "
-                f"{self.recovery_text()}"
+                f"{self.path}: a result could not be written: {reason(error)}. {self.recovery_text()}"
             ) from error
         remedy = (
-            "Make room on that disk"
-            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-            else "Fix the cause"
+            "Make room on that disk" if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else "Fix the cause"
         )
         raise NsdrillError(
             f"{self.path}: a result could not be written: {reason(error)}. {self._synced_count} of "

@@ -33,9 +33,7 @@ _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
 
 
-def pack_header(
-    header: dict[str, Any], n_points: int, kept: Kept
-) -> tuple[list[bytes | memoryview], int]:
+def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> tuple[list[bytes | memoryview], int]:
     """The header of a log as consecutive pieces of bytes, and the salt; ``header`` is
     plain data and numpy values."""
     axes = {name: np.asarray(header["coords"][name], "<f8") for name in _binary_axes(kept)}
@@ -77,8 +75,7 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
     prefix = os.pread(fd, _PREFIX.size, 0)
     if len(prefix) < _PREFIX.size or not prefix.startswith(MAGIC):
         raise FileError(
-            f"{path}: this is no run log of nsdrill, though it has the name of one. Move it away "
-            f"or choose another -o."
+            f"{path}: this is no run log of nsdrill, though it has the name of one. Move it away or choose another -o."
         )
     _, version, salt, length = _PREFIX.unpack(prefix)
     if version not in _READABLE_VERSIONS:
@@ -89,10 +86,7 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
         )
     body = _read(fd, length, _PREFIX.size) if length <= info.st_size else b""
     if len(body) != length or zlib.crc32(body) != salt:
-        raise FileError(
-            f"{path}: the header of the run log is damaged, its points are lost. "
-            f"Start anew: --overwrite."
-        )
+        raise FileError(f"{path}: the header of the run log is damaged, its points are lost. Start anew: --overwrite.")
     end = body.find(b"\n")
     fields = json.loads(body[:end] if end >= 0 else body)
     if not _is_readable(fields):

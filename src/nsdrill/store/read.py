@@ -18,24 +18,12 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import (
-    check_attributes,
-    get_attributes,
-    plain_attribute,
-    text_attribute,
-)
+from nsdrill.store.attributes import check_attributes, get_attributes, plain_attribute, text_attribute
 from nsdrill.store.layout import Layout
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded
-from nsdrill.store.results import (
-    block_shape,
-    blocks,
-    columns,
-    coordinates,
-    points_in_block,
-    unknown_samples,
-)
+from nsdrill.store.results import block_shape, blocks, columns, coordinates, points_in_block, unknown_samples
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import (
     AXES,
@@ -63,15 +51,11 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         variables = {
-            variable.name: validated(
-                path, variable, points.layout.to_memory(points.dataset(variable)[()])
-            )
+            variable.name: validated(path, variable, points.layout.to_memory(points.dataset(variable)[()]))
             for variable in points.present
             if wanted is None or variable.name in wanted
         }
-        return Results(
-            points.coords, variables, get_attributes(path, file), points.kept.axes, points.samples
-        )
+        return Results(points.coords, variables, get_attributes(path, file), points.kept.axes, points.samples)
 
 
 def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
@@ -119,16 +103,9 @@ def read_point(path: PathLike, *index: int) -> dict[str, Any]:
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         shape, grid = points.shape, points.kept.grid
-        if len(index) != len(shape) or not all(
-            0 <= i < n for i, n in zip(index, shape, strict=True)
-        ):
-            raise FileError(
-                f"{path}: there is no point {index}; the sweep has "
-                f"{' x '.join(map(str, shape))} points."
-            )
-        point: dict[str, Any] = {
-            name: points.coords[name][i] for name, i in zip(grid, index, strict=True)
-        }
+        if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
+            raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
+        point: dict[str, Any] = {name: points.coords[name][i] for name, i in zip(grid, index, strict=True)}
         for variable in points.present:
             values = points.dataset(variable)[points.layout.place(index)]
             point[variable.name] = validated(path, variable, np.asarray(values))[()]
@@ -155,9 +132,7 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
                     values = layout.to_memory(dataset[layout.place(place)])
                     records[name] = values.reshape(stop - start, *values.shape[len(shape) :])
                 # A log holds runs only, so inferred points become pending.
-                ran = np.flatnonzero(
-                    (records["status"] != PENDING) & (records["status"] != INFERRED)
-                )
+                ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
                 log.write(start + ran, records[ran])
             log.sync()
             return log
@@ -184,9 +159,7 @@ def rewrite_labels(
     """
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
-        stored = {
-            variable.name: variable for variable in points.present if variable.room == "label"
-        }
+        stored = {variable.name: variable for variable in points.present if variable.room == "label"}
         unknown = sorted(set(labels) - set(stored))
         for variable in stored.values():
             points.dataset(variable)
@@ -202,14 +175,8 @@ def rewrite_labels(
             file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
         # HDF5 does not reuse the space of replaced text, so unchanged attributes
         # are not written.
-        changed = {
-            name: value
-            for name, value in (attrs or {}).items()
-            if not _same(old_attrs.get(name), value)
-        }
-        hdf5.put_attributes(
-            file, {**changed, "history": f"{old_history}\n{history}" if old_history else history}
-        )
+        changed = {name: value for name, value in (attrs or {}).items() if not _same(old_attrs.get(name), value)}
+        hdf5.put_attributes(file, {**changed, "history": f"{old_history}\n{history}" if old_history else history})
 
 
 def check_file(path: PathLike) -> int:
@@ -266,9 +233,7 @@ class _Points:
             )
         is_version_1 = plain_attribute(file.attrs, "format_version") == 1
         # in version 1 every coordinate is a dimension, and no attribute names them
-        looks_like_1 = "dimensions" not in file.attrs and all(
-            getattr(file.get(name), "ndim", 0) for name in POINT
-        )
+        looks_like_1 = "dimensions" not in file.attrs and all(getattr(file.get(name), "ndim", 0) for name in POINT)
         if is_version_1 != looks_like_1:
             raise FileError(
                 f"{path}: the attribute format_version is {1 if is_version_1 else 2}, and the file "
@@ -276,19 +241,13 @@ class _Points:
             )
         axes = hdf5.read_axes(path, file)
         unknowns = tuple(Unknown(**vars(axis)) for axis in hdf5.read_axes(path, file, "unknowns"))
-        grid = (
-            *POINT,
-            *(axis.name for axis in axes),
-            *(name for name in ("sample", "start") if name in file),
-        )
+        grid = (*POINT, *(axis.name for axis in axes), *(name for name in ("sample", "start") if name in file))
         own = (*(name for name in ("peak", "crossing") if name in file), "state")
         arrays = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
         lists = (*grid, *own) if is_version_1 else own
         for name in lists:
             if not arrays[name].ndim:
-                raise FileError(
-                    f"{path}: the coordinate {name} is no list of values. {hdf5.EDITED}"
-                )
+                raise FileError(f"{path}: the coordinate {name} is no list of values. {hdf5.EDITED}")
         coords = {name: np.atleast_1d(values) for name, values in arrays.items()}
         model = model_in(get_attributes(path, file))
         check_coordinates(path, coords, model)
@@ -296,8 +255,7 @@ class _Points:
         for unknown, values in samples.items():
             if values.shape != coords.get("sample", np.empty(())).shape:
                 raise FileError(
-                    f"{path}: {unknown.name} has {values.size} values, and not one of each sample. "
-                    f"{hdf5.EDITED}"
+                    f"{path}: {unknown.name} has {values.size} values, and not one of each sample. {hdf5.EDITED}"
                 )
         kept = kept_of(coords, axes, file, model.name, unknowns)
         order = kept.grid
@@ -351,9 +309,7 @@ def kept_of(
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     states = tuple(coords["state"].tolist())
     description = described(model)
-    optional = (
-        v for v in (*description.features, *description.derived) if v.only and v.only not in states
-    )
+    optional = (v for v in (*description.features, *description.derived) if v.only and v.only not in states)
     options = dict.fromkeys(v.only for v in optional if v.only and v.name in names)
     return Kept(
         peaks,
@@ -371,35 +327,23 @@ def kept_of(
     )
 
 
-def check_coordinates(
-    where: PathLike, coords: Mapping[str, Array], model: Description, *, whole: bool = True
-) -> None:
+def check_coordinates(where: PathLike, coords: Mapping[str, Array], model: Description, *, whole: bool = True) -> None:
     """FileError unless the coordinates, as in memory, are those that nsdrill writes for
     this model, or, if not ``whole``, a part of them. ``where`` is the name of the file
     for the message."""
     procedures = coords["procedure"].tolist()
-    if (
-        not procedures
-        or len(set(procedures)) < len(procedures)
-        or not set(procedures) <= set(PROCEDURES)
-    ):
+    if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
         found = ", ".join(map(str, coords["procedure"]))
-        raise FileError(
-            f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}."
-        )
+        raise FileError(f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
     if not model.may_have(tuple(coords["state"].tolist())):
         found = ", ".join(map(str, coords["state"]))
-        raise FileError(
-            f"{where}: the states are {found}; they should be {', '.join(model.state_sets[0])}."
-        )
+        raise FileError(f"{where}: the states are {found}; they should be {', '.join(model.state_sets[0])}.")
     if not whole:
         return
     _check_axes(where, coords)
     for name in COUNTED:
         values = coords.get(name)
-        if values is not None and (
-            not len(values) or not np.array_equal(values, np.arange(len(values)))
-        ):
+        if values is not None and (not len(values) or not np.array_equal(values, np.arange(len(values)))):
             raise FileError(f"{where}: the coordinate {name} does not count from 0. {hdf5.EDITED}")
 
 

@@ -30,13 +30,9 @@ def record_dtype(kept: Kept) -> np.dtype[Any]:
     description.
     """
     if kept.peaks < 0 or kept.returns < 0:
-        raise ValueError(
-            f"the numbers of peaks and returns are {kept.peaks} and {kept.returns}; "
-            f"neither is negative"
-        )
+        raise ValueError(f"the numbers of peaks and returns are {kept.peaks} and {kept.returns}; neither is negative")
     fields = [
-        (v.name, f"<{v.dtype}", tuple(kept.length(name) for name in v.dims[len(POINT) :]))
-        for v in recorded(kept)
+        (v.name, f"<{v.dtype}", tuple(kept.length(name) for name in v.dims[len(POINT) :])) for v in recorded(kept)
     ]
     return np.dtype(fields)
 
@@ -59,9 +55,7 @@ def slot_dtype(kept: Kept) -> np.dtype[Any]:
 def pack_slots(indices: Array, records: Array, salt: int) -> Array:
     """Slots [n] for ``records`` [n] of the points ``indices`` [n]. ``salt`` ties them
     to one log."""
-    slots = np.zeros(
-        len(records), np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", records.dtype)])
-    )
+    slots = np.zeros(len(records), np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", records.dtype)]))
     slots["index"] = indices
     slots["record"] = records
     slots["crc"] = _checksums(slots, salt)
@@ -90,17 +84,12 @@ def check_write(indices: Any, records: Array, n_points: int, kept: Kept) -> Arra
         raise ValueError("indices must be a 1-D array of integers")
     if records.dtype != record_dtype(kept) or records.shape != places.shape:
         raise ValueError(
-            f"records must have shape {places.shape} and the type record_dtype({kept}); found "
-            f"shape {records.shape}"
+            f"records must have shape {places.shape} and the type record_dtype({kept}); found shape {records.shape}"
         )
     if places.size and (places.min() < 0 or places.max() >= n_points):
-        raise ValueError(
-            f"indices must lie in 0 .. {n_points - 1}; found {places.min()} .. {places.max()}"
-        )
+        raise ValueError(f"indices must lie in 0 .. {n_points - 1}; found {places.min()} .. {places.max()}")
     if np.any(records["status"] == PENDING):
-        raise ValueError(
-            "a record with status 0 (pending) is no result; clear() takes a result back"
-        )
+        raise ValueError("a record with status 0 (pending) is no result; clear() takes a result back")
     return places.astype(np.int64)
 
 
@@ -115,6 +104,4 @@ def _checksums(slots: Array, salt: int) -> Array:
     data = raw_bytes(np.ascontiguousarray(slots))
     size = slots.dtype.itemsize
     ends = range(size, len(slots) * size + 1, size)
-    return np.fromiter(
-        (zlib.crc32(data[end - size + 4 : end], salt) for end in ends), np.uint32, len(slots)
-    )
+    return np.fromiter((zlib.crc32(data[end - size + 4 : end], salt) for end in ends), np.uint32, len(slots))

@@ -20,11 +20,7 @@ class ResultsSource:
 
     def __init__(self, results: Results) -> None:
         self.kept = kept_of(
-            results.coords,
-            results.more,
-            results.variables,
-            model_in(results.attrs).name,
-            results.drawn,
+            results.coords, results.more, results.variables, model_in(results.attrs).name, results.drawn
         )
         required = {variable.name for variable in recorded(self.kept)}
         if odd := sorted(required ^ set(results.variables)):

@@ -16,10 +16,7 @@ from nsdrill.variables import PENDING
 
 
 def rewrite_log(
-    log: RunLog,
-    attrs: Mapping[str, Any],
-    rerun: Array,
-    change: Callable[[Array], None] = lambda records: None,
+    log: RunLog, attrs: Mapping[str, Any], rerun: Array, change: Callable[[Array], None] = lambda records: None
 ) -> RunLog:
     """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which
     the points ``rerun`` (bool [n_points]) are pending; ``change`` edits the records of
@@ -28,9 +25,7 @@ def rewrite_log(
     Return the new log and close ``log``. NsdrillError, with ``log`` unchanged, if the
     disk rejects the write. A kill leaves the old log or the new one."""
     try:
-        temporary, new = RunLog.begin(
-            log.path, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept
-        )
+        temporary, new = RunLog.begin(log.path, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept)
         try:
             step = points_in_block(log.kept)
             for start in range(0, log.n_points, step):

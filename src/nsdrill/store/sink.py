@@ -74,10 +74,6 @@ def check_header(header: dict[str, Any], n_points: int, kept: Kept) -> None:
     missing = [name for name in kept.grid if name not in header.get("coords", {})]
     if missing or "attrs" not in header:
         wanted = ", ".join(kept.grid)
-        raise ValueError(
-            f"a header needs 'attrs' and 'coords' with {wanted}; missing: {missing or 'attrs'}"
-        )
+        raise ValueError(f"a header needs 'attrs' and 'coords' with {wanted}; missing: {missing or 'attrs'}")
     if n_points < 1 or math.prod(grid_shape(header, kept)) != n_points:
-        raise ValueError(
-            f"the axes span {math.prod(grid_shape(header, kept))} points, not {n_points}"
-        )
+        raise ValueError(f"the axes span {math.prod(grid_shape(header, kept))} points, not {n_points}")

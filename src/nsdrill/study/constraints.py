@@ -32,12 +32,7 @@ _ORDERS = tuple(
     for section, names in {
         "stick_slip": ("oscillation_index", "medium_index", "stall_index", "severe_index"),
         "bit_bounce": ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
-        "whirl": (
-            "light_acceleration",
-            "moderate_acceleration",
-            "strong_acceleration",
-            "severe_acceleration",
-        ),
+        "whirl": ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
     }.items()
     for lower, upper in pairwise(names)
 )
@@ -150,11 +145,7 @@ class Checker:
         mine = self.axis if swept else self.given
         if not mine(first) and mine(second):
             first, second = second, first
-        words = (
-            ("at most" if equal else "below")
-            if first == lower
-            else ("at least" if equal else "above")
-        )
+        words = ("at most" if equal else "below") if first == lower else ("at least" if equal else "above")
         if factor != 1.0:
             words += f" {factor if first == lower else 1 / factor:.4g} times"
         ends = {lower: 1, upper: 0} if swept else {lower: None, upper: None}
@@ -173,9 +164,7 @@ class Checker:
         name = short_key(key)
         if name in self.drawn:
             return name
-        return (
-            name if name in self.resolved.get("sweep", {}) and self.sound(f"sweep.{name}") else None
-        )
+        return name if name in self.resolved.get("sweep", {}) and self.sound(f"sweep.{name}") else None
 
     def ends(self, key: str) -> tuple[float, float]:
         """The least and the greatest value of ``key``, which are one where it is not
@@ -186,9 +175,7 @@ class Checker:
         if axis in self.drawn:
             return float(self.drawn[axis].min()), float(self.drawn[axis].max())
         values = self.resolved["sweep"][axis]
-        return (
-            (values["from"], values["to"]) if isinstance(values, dict) else (values[0], values[-1])
-        )
+        return (values["from"], values["to"]) if isinstance(values, dict) else (values[0], values[-1])
 
     def _depths(self) -> Iterator[Fault]:
         """Swept depths, and those of a ramp, are greater than what the model asks
@@ -203,20 +190,14 @@ class Checker:
             return
         axis = self.resolved["sweep"].get("depth")
         yield from self._greater(
-            one,
-            [
-                (("operation", "depth", "ramp", i, 1), value)
-                for i, value in enumerate(self._ramp_of_depth())
-            ],
+            one, [(("operation", "depth", "ramp", i, 1), value) for i, value in enumerate(self._ramp_of_depth())]
         )
         if axis is None or not self.sound("sweep.depth", one.lower):
             return
         raw = self.raw(("sweep", "depth"))
         if isinstance(axis, dict):
             name = min(("from", "to"), key=lambda end: axis[end])
-            places: list[tuple[KeyPath, float]] = [
-                (("sweep", "depth", self._end(raw, name, axis)), axis["from"])
-            ]
+            places: list[tuple[KeyPath, float]] = [(("sweep", "depth", self._end(raw, name, axis)), axis["from"])]
         elif isinstance(raw, list):
             places = [(("sweep", "depth", index), value) for index, value in self._list_order(raw)]
         else:
@@ -251,15 +232,8 @@ class Checker:
         that it would not use."""
         plane, count = self.value(SLICE), self.value("initial.ensemble")
         if self.drawn and (plane or count > 1):
-            found = (
-                "with uncertain numbers, whose samples are then several runs of every operating "
-                "point too"
-            )
-            names = (
-                list(plane)
-                if plane
-                else [n for n in self.model.all_states if f"initial.{n}" in self.leaves]
-            )
+            found = "with uncertain numbers, whose samples are then several runs of every operating point too"
+            names = list(plane) if plane else [n for n in self.model.all_states if f"initial.{n}" in self.leaves]
             allowed = (
                 f"several starts or samples, not both. A state of the start may itself be "
                 f"uncertain "
@@ -269,9 +243,7 @@ class Checker:
             )
             yield self.fault(SLICE if plane else "initial.ensemble", found, allowed)
             return
-        if any(bad.startswith((SLICE, "initial.ensemble")) for bad in self.faulty) or (
-            not plane and count < 2
-        ):
+        if any(bad.startswith((SLICE, "initial.ensemble")) for bad in self.faulty) or (not plane and count < 2):
             return
         key = SLICE if plane else "initial.ensemble"
         if plane and count > 1:
@@ -285,34 +257,20 @@ class Checker:
             yield self.fault(key, found, f"at most {bound_text(MAX_STARTS)}")
         procedure = self.resolved["sweep"]["procedure"]
         if procedure != "same" and self.sound("sweep.procedure"):
-            found = (
-                f"starts of their own at every point, with sweep.procedure: {procedure}, which "
-                f"carries the state on"
-            )
+            found = f"starts of their own at every point, with sweep.procedure: {procedure}, which carries the state on"
             yield self.fault(key, found, "with sweep.procedure: same")
         states = self.model.sliced or self.model.all_states
         drawn = plane if plane else [name for name in states if f"initial.{name}" in self.leaves]
         for name in drawn:
             leaf = self.leaves[f"initial.{name}"]
-            if (
-                self.given(leaf.key)
-                and self.sound(leaf.key)
-                and self.value(leaf.key) != leaf.default
-            ):
-                what = (
-                    "which initial.slice varies"
-                    if plane
-                    else "with an ensemble, which draws all states"
-                )
+            if self.given(leaf.key) and self.sound(leaf.key) and self.value(leaf.key) != leaf.default:
+                what = "which initial.slice varies" if plane else "with an ensemble, which draws all states"
                 yield self.fault(leaf.key, f"{self.text(leaf.key)}, {what}", "left out")
 
     def _returns(self) -> Iterator[Fault]:
         """Returns to a section only of a model that has one."""
         if not self.model.section and self.sound("record") and self.value("record.poincare") > 0:
-            found = (
-                f"{self.text('record.poincare')}, with the model {self.model.name}, which has no "
-                f"Poincare section"
-            )
+            found = f"{self.text('record.poincare')}, with the model {self.model.name}, which has no Poincare section"
             yield self.fault("record.poincare", found, "0")
 
     def _sweep(self) -> Iterator[Fault]:
@@ -323,88 +281,55 @@ class Checker:
             return
         if not swept and sweep["procedure"] != "same":
             allowed = f"at least one axis to sweep: {', '.join(AXES)} or another number by its key"
-            yield self.fault(
-                "sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed
-            )
+            yield self.fault("sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed)
         if not swept and not sweep["refine"] and sweep["along"] is None and not self.drawn:
             return
         for axis in swept:
             if axis.startswith("initial.") and self._starts_of_a_point() > 1:
                 yield self.fault(
-                    f"sweep.{axis}",
-                    "an axis over the start",
-                    "no several starts beside it",
-                    ("sweep", axis),
+                    f"sweep.{axis}", "an axis over the start", "no several starts beside it", ("sweep", axis)
                 )
         compiled = [axis for axis in swept if is_compiled_in(self.model.name, axis)]
         for axis in (axis for axis in compiled if not words_of(axis)):
             values = axis_values(sweep[axis], sweep["refine"] if axis in refined_axes(sweep) else 0)
             if odd := [value for value in values.tolist() if value != int(value)]:
                 found = f"the value {odd[0]:g}"
-                yield self.fault(
-                    f"sweep.{axis}", found, "whole numbers, as [1, 3, 5]", ("sweep", axis)
-                )
+                yield self.fault(f"sweep.{axis}", found, "whole numbers, as [1, 3, 5]", ("sweep", axis))
         refined, starts = refined_axes(sweep), self._starts_of_a_point()
-        total = (
-            math.prod(
-                size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept
-            )
-            * starts
-        )
+        total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept) * starts
         total *= len(next(iter(self.drawn.values()))) if self.drawn else 1
         if total > MAX_POINTS:
-            of = (
-                "over all axes"
-                + (" and starts" if starts > 1 else "")
-                + (" and samples" if self.drawn else "")
-            )
+            of = "over all axes" + (" and starts" if starts > 1 else "") + (" and samples" if self.drawn else "")
             of += ", refined" if refined else ""
-            yield self.fault(
-                "sweep", f"{total:.3g} points {of}", f"at most {bound_text(MAX_POINTS)}"
-            )
+            yield self.fault("sweep", f"{total:.3g} points {of}", f"at most {bound_text(MAX_POINTS)}")
         if sweep["refine"] and starts > 1:
-            allowed = (
-                "0 with several starts of each operating point, whose responses may all differ"
-            )
+            allowed = "0 with several starts of each operating point, whose responses may all differ"
             yield self.fault("sweep.refine", str(sweep["refine"]), allowed)
         if sweep["refine"] and not refined:
             allowed = "0, or an axis {from, to, points}"
             if sweep["along"] is not None:
-                allowed += (
-                    f" beside {sweep['along']}, along which the state is carried point by point"
-                )
+                allowed += f" beside {sweep['along']}, along which the state is carried point by point"
             yield self.fault("sweep.refine", f"{sweep['refine']}, with no axis to refine", allowed)
         along = sweep["along"]
         if along in compiled:
             others = " or ".join(axis for axis in swept if axis not in compiled)
             yield self.fault(
                 "sweep.along",
-                f"{along}, whose values differ in their equations, so that no state is carried "
-                f"from one to another",
+                f"{along}, whose values differ in their equations, so that no state is carried from one to another",
                 f"an axis over a number: {others or ', '.join(AXES)} or another by its key",
                 ("sweep", "along") if self.given("sweep.along") else ("sweep", along),
             )
         elif along is not None and along not in swept:
-            yield self.fault(
-                "sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}"
-            )
+            yield self.fault("sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}")
         elif along is None and sweep["procedure"] != "same" and len(swept) > 1:
             found = f"none, with procedure {sweep['procedure']} and {len(swept)} axes"
-            yield self.fault(
-                "sweep.along",
-                found,
-                f"the axis along which the state is carried: {' or '.join(swept)}",
-            )
+            yield self.fault("sweep.along", found, f"the axis along which the state is carried: {' or '.join(swept)}")
 
     def _starts_of_a_point(self) -> int:
         plane = self.value(SLICE)
         if not self.sound("initial"):
             return 1
-        return (
-            math.prod(size(axis) for axis in plane.values())
-            if plane
-            else max(1, self.value("initial.ensemble"))
-        )
+        return math.prod(size(axis) for axis in plane.values()) if plane else max(1, self.value("initial.ensemble"))
 
     def fault(self, key: str, found: str, allowed: str, path: KeyPath | None = None) -> Fault:
         """A fault at the place of ``key``; what a constraint says of an axis, of an
@@ -421,28 +346,19 @@ class Checker:
         """A fault where ``key``, which nothing reads, is an axis or has another value
         than its default; ``why`` says what it is that does not read it."""
         if self.axis(key):
-            yield self.idle(
-                self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key))
-            )
+            yield self.idle(self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key)))
         elif self.value(key) != self.leaves[key].default:
             yield self.idle(self.fault(key, f"{self.text(key)}, {why}", allowed))
 
     def idle(self, fault: Fault) -> Fault:
         """``fault`` as one that says of a value or an axis that nothing reads it."""
         if self.words:
-            allowed = (
-                f"a value that one of the words of "
-                f"{' and '.join(f'sweep.{key}' for key in self.words)} reads"
-            )
+            allowed = f"a value that one of the words of {' and '.join(f'sweep.{key}' for key in self.words)} reads"
             return Unread(**{**vars(fault), "allowed": allowed})
         return Unread(**vars(fault))
 
     def sound(self, *keys: str) -> bool:
-        return not any(
-            key == bad or key.startswith((f"{bad}.", f"{bad}["))
-            for key in keys
-            for bad in self.faulty
-        )
+        return not any(key == bad or key.startswith((f"{bad}.", f"{bad}[")) for key in keys for bad in self.faulty)
 
     def given(self, key: str) -> bool:
         return self.document.has(tuple(key.split(".")))
@@ -464,11 +380,7 @@ class Checker:
         least or the greatest."""
         if end is not None and (axis := self.axis(key)):
             leaf = self.leaves[key]
-            text = (
-                leaf.text(self.ends(key)[end])
-                if leaf.units in USUAL
-                else f"{self.ends(key)[end]:g}"
-            )
+            text = leaf.text(self.ends(key)[end]) if leaf.units in USUAL else f"{self.ends(key)[end]:g}"
             of = f"the samples of {axis}" if axis in self.drawn else f"sweep.{axis}"
             return f"{text} at {'the greatest' if end else 'the least'} of {of}"
         if key in self.words:

@@ -11,18 +11,7 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.leaves import is_compiled_in, words_of
-from nsdrill.study.forms import (
-    FAULTY,
-    Either,
-    Form,
-    Listed,
-    One,
-    Read,
-    Reading,
-    Schema,
-    Section,
-    member,
-)
+from nsdrill.study.forms import FAULTY, Either, Form, Listed, One, Read, Reading, Schema, Section, member
 from nsdrill.study.keys import MEANINGS, QUANTITY, Keys, Leaf, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
@@ -78,11 +67,7 @@ def continuation_of(resolved: Mapping[str, Any]) -> Continuation | None:
         return None
     curves = found["curves"]
     made = curves and Curves(
-        str(curves["over"]),
-        float(curves["from"]),
-        float(curves["to"]),
-        tuple(curves["of"]),
-        int(curves["points"]),
+        str(curves["over"]), float(curves["from"]), float(curves["to"]), tuple(curves["of"]), int(curves["points"])
     )
     seeds = found["seeds"]
     if not isinstance(seeds, str):
@@ -200,9 +185,7 @@ class _Seeds:
         unknown = self.along is None and isinstance(raw, dict)
         if raw is None or unknown or (is_name and len(raw) <= LONGEST_NAME):
             return raw
-        allowed = (
-            f"the name of a results file, or values at which a motion settles: {{{key}: [..]}}"
-        )
+        allowed = f"the name of a results file, or values at which a motion settles: {{{key}: [..]}}"
         other = isinstance(raw, dict) and len(raw) == 1
         found = "another number than that which is continued" if other else shown(raw)
         return at.refuse(path, found, allowed)

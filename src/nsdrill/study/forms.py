@@ -45,13 +45,7 @@ class Reading:
             self.chosen[choice] = word if isinstance(word, str) and word in units else None
 
     def refuse(
-        self,
-        path: KeyPath,
-        found: str,
-        allowed: str,
-        suggestion: str | None = None,
-        *,
-        of_key: bool = False,
+        self, path: KeyPath, found: str, allowed: str, suggestion: str | None = None, *, of_key: bool = False
     ) -> Any:
         """Note a fault at ``path``; :data:`FAULTY`."""
         fault = self.document.fault(path, found, allowed, suggestion, of_key=of_key)
@@ -86,9 +80,7 @@ class Reading:
         return self.refuse(path, found, allowed, suggestion, of_key=True)
 
 
-def _in_units_of(
-    leaf: Leaf, raw: Any, word: str | None, choice: str, units: Mapping[str, str]
-) -> Any:
+def _in_units_of(leaf: Leaf, raw: Any, word: str | None, choice: str, units: Mapping[str, str]) -> Any:
     """The value in the units that the ``word`` at the key ``choice`` asks for, a
     stiffness in those of its contact law. Where the choice itself is at fault, a value
     in other units than those of its default is left out, and nothing is said of it."""
@@ -211,10 +203,7 @@ class Knot:
         if not isinstance(raw, list) or len(raw) != 2:
             found = f"a list of {len(raw)}" if isinstance(raw, list) else shown(raw)
             return at.refuse(path, found, "a knot: [time, value]")
-        knot = tuple(
-            one.read(at, (*path, place), raw[place])
-            for place, one in enumerate((self.time, self.value))
-        )
+        knot = tuple(one.read(at, (*path, place), raw[place]) for place, one in enumerate((self.time, self.value)))
         return FAULTY if FAULTY in knot else knot
 
     def schema(self, parts: dict[str, Schema]) -> Schema:
@@ -294,12 +283,7 @@ class Section:
         """The JSON Schema of the mapping itself."""
         properties = {name: one.schema(parts) for name, one in self.members.items()}
         required = {"required": list(self.required)} if self.required else {}
-        return {
-            "type": "object",
-            "additionalProperties": False,
-            "properties": properties,
-            **required,
-        }
+        return {"type": "object", "additionalProperties": False, "properties": properties, **required}
 
     def schema(self, parts: dict[str, Schema]) -> Schema:
         if self.name not in parts:
@@ -322,11 +306,7 @@ def keys_below(prefix: str, keys: Keys) -> list[str]:
         return list(keys.slices)
     prefix = re.sub(r"\[\d+\]", "", prefix)  # of a record of a list
     start = f"{prefix}." if prefix else ""
-    return [
-        key[len(start) :]
-        for key in keys.meanings
-        if key.startswith(start) and "." not in key[len(start) :]
-    ]
+    return [key[len(start) :] for key in keys.meanings if key.startswith(start) and "." not in key[len(start) :]]
 
 
 def _nearest(path: KeyPath, keys: Keys) -> str | None:
@@ -355,11 +335,7 @@ def _no_axis(
         found = "which is a choice" if words_of(name) else "which is compiled in"
         return f"{name}, {found}", allowed, f"Sweep it: sweep.{name}."
     if numbers := [key for key, (choice, _) in keys.model.units_by.items() if choice == name]:
-        return (
-            f"a choice on which the units of {' and '.join(numbers)} depend",
-            allowed,
-            "Run a study for each word.",
-        )
+        return (f"a choice on which the units of {' and '.join(numbers)} depend", allowed, "Run a study for each word.")
     if leaf is None:
         return "an unknown key", allowed, did_you_mean(name, others) or _near_axis(name, keys)
     what = (
@@ -375,6 +351,4 @@ def _near_axis(name: str, keys: Keys) -> str | None:
     it."""
     last = name.rpartition(".")[2]
     ends = [key for key in keys.axes if key.rpartition(".")[2] == last and key != name]
-    return did_you_mean(name, keys.axes) or (
-        f"Did you mean {' or '.join(ends[:3])}?" if ends else None
-    )
+    return did_you_mean(name, keys.axes) or (f"Did you mean {' or '.join(ends[:3])}?" if ends else None)

@@ -49,18 +49,15 @@ MEANINGS: dict[str, str] = {
     "sweep.procedure": "Start of each point: the same state, or the final state of its "
     "neighbour, carried up, down or both ways",
     "sweep.along": "Axis along which the state is carried; needed with several axes",
-    "sweep.refine": "Number of times that the spacing of axes {from, to, points} is halved where "
-    "responses differ",
+    "sweep.refine": "Number of times that the spacing of axes {from, to, points} is halved where responses differ",
     "continue": "Motions followed along a number, stable or not",
     "continue.along": "Number that is varied: rotary_speed or any other by its key",
     "continue.from": "One end of its range",
     "continue.to": "The other end",
-    "continue.seeds": "Results file whose settled points are followed, or values at which a "
-    "motion settles first",
+    "continue.seeds": "Results file whose settled points are followed, or values at which a motion settles first",
     "continue.motions": "Kinds of motion: periodic (steady drilling, bounces), rolling, stick_slip",
     "continue.lobes": "Periods to try, in lobes, the shortest first",
-    "continue.switch": "Follow also the branches that begin at doublings, branch points and Hopf "
-    "points",
+    "continue.switch": "Follow also the branches that begin at doublings, branch points and Hopf points",
     "continue.points": "Largest number of points of a branch",
     "continue.curves": "Curves of special points in a second number",
     "continue.curves.over": "The second number",
@@ -68,12 +65,10 @@ MEANINGS: dict[str, str] = {
     "continue.curves.to": "The other end",
     "continue.curves.of": "Kinds of special points",
     "continue.curves.points": "Largest number of points of a curve",
-    "uncertain": "Distributions of numbers that are not known; every point is run with many "
-    "samples",
+    "uncertain": "Distributions of numbers that are not known; every point is run with many samples",
     "uncertain.samples": "Number of samples; every operating point has the same ones",
     "uncertain.seed": "Random seed of the samples",
-    "uncertain.design": "saltelli: samples x (unknowns + 2) runs of a point, for Sobol indices "
-    "without assumptions",
+    "uncertain.design": "saltelli: samples x (unknowns + 2) runs of a point, for Sobol indices without assumptions",
     "uncertain.correlations": "Rank correlations of pairs of unknowns",
     "uncertain.table": "Joint samples in place of distributions, one in each row",
     "simulation": "Integration of each point",
@@ -81,8 +76,7 @@ MEANINGS: dict[str, str] = {
     "simulation.observe": "Time of the observation",
     "simulation.rtol": "Relative tolerance of a step; smaller is more accurate and slower",
     "simulation.max_steps": "Number of steps after which a run ends with status 3",
-    "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes "
-    "about 4 times as long",
+    "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes about 4 times as long",
     "simulation.pair": "Formulas of the explicit method; dormand_prince is SciPy's RK45",
     "simulation.method": "Integration of friction; implicit for steep friction",
     "classify": "Thresholds of the labels",
@@ -93,16 +87,14 @@ MEANINGS: dict[str, str] = {
     "classify.bit_bounce.strong_fraction": "Severity strong above this",
     "classify.bit_bounce.severe_fraction": "Severity severe above this",
     "classify.stick_slip": "Stick-slip; the bounds of its severity must ascend",
-    "classify.stick_slip.stick_slip_index": "Stick-slip above this index, (max - min) / (2 mean) "
-    "of the bit speed",
+    "classify.stick_slip.stick_slip_index": "Stick-slip above this index, (max - min) / (2 mean) of the bit speed",
     "classify.stick_slip.oscillation_index": "Severity torsional oscillation above this",
     "classify.stick_slip.medium_index": "Severity medium above this",
     "classify.stick_slip.stall_index": "Severity onset of full stall above this",
     "classify.stick_slip.severe_index": "Severity severe above this",
     "classify.whirl": "Whirl; the bounds of its severity must ascend",
     "classify.whirl.wall_contact_fraction": "Whirl above this fraction of time on the wall",
-    "classify.whirl.rolling_tolerance": "Backward rolling within this distance of a rolling "
-    "ratio of one",
+    "classify.whirl.rolling_tolerance": "Backward rolling within this distance of a rolling ratio of one",
     "classify.whirl.rolling_contact": "Least fraction of time on the wall for backward rolling",
     "classify.whirl.direction": "Irregular below this size of the whirl ratio",
     "classify.whirl.light_acceleration": "Severity light above this r.m.s. lateral acceleration",
@@ -110,32 +102,23 @@ MEANINGS: dict[str, str] = {
     "classify.whirl.strong_acceleration": "Severity strong above this",
     "classify.whirl.severe_acceleration": "Severity severe above this",
     "classify.settled": "Settled motion",
-    "classify.settled.tolerance": "Largest relative difference between the halves of the "
-    "observation",
+    "classify.settled.tolerance": "Largest relative difference between the halves of the observation",
     "classify.trust": "Trust, where points were checked",
-    "classify.trust.tolerance": "Largest difference between a run and its checks, in natural "
-    "scales",
+    "classify.trust.tolerance": "Largest difference between a run and its checks, in natural scales",
     "classify.motion": "Kind of motion, from the returns to the Poincare section",
-    "classify.motion.absolute": "Two returns are the same within this many natural scales of the "
-    "states",
+    "classify.motion.absolute": "Two returns are the same within this many natural scales of the states",
     "classify.motion.relative": "Added to absolute: this part of the range of the returns",
     "classify.motion.longest_period": "Longest period that is looked for, in returns",
     "classify.motion.exponent": "Chaotic where the Lyapunov exponent less two errors is above this",
-    "classify.motion.exponent_error": "Quasi-periodic only where two errors of the exponent are "
-    "below this",
-    "classify.motion.chaotic_above": "Chaotic above this result of the 0-1 test, where there is "
-    "no exponent",
-    "classify.motion.regular_below": "Regular below this result of the 0-1 test, where there is "
-    "no exponent",
+    "classify.motion.exponent_error": "Quasi-periodic only where two errors of the exponent are below this",
+    "classify.motion.chaotic_above": "Chaotic above this result of the 0-1 test, where there is no exponent",
+    "classify.motion.regular_below": "Regular below this result of the 0-1 test, where there is no exponent",
     "classify.attractors": "Attractors, where every operating point has several starts",
-    "classify.attractors.tolerance": "Two starts are on one attractor within this distance of "
-    "their features",
-    "classify.attractors.matching": "Attractors of neighbouring operating points have one number "
-    "within this distance",
+    "classify.attractors.tolerance": "Two starts are on one attractor within this distance of their features",
+    "classify.attractors.matching": "Attractors of neighbouring operating points have one number within this distance",
     "classify.stuck_below": "Bit speed at or below which the bit is stuck",
     "record": "What is kept of each point beside the features",
-    "record.peaks": "Number of last local maxima that are kept of bit position, bit speed (one a "
-    "slip) and radius",
+    "record.peaks": "Number of last local maxima that are kept of bit position, bit speed (one a slip) and radius",
     "record.poincare": "Number of last returns to the Poincare section that are kept",
     "record.section": "Rotation of the bit between two returns",
     "record.exponent": "Measure the largest Lyapunov exponent",
@@ -171,13 +154,7 @@ class Leaf:
     @property
     def each(self) -> Leaf:
         """The leaf of one value of a list."""
-        return replace(
-            self,
-            kind="number" if self.units in BARE else "quantity",
-            nullable=False,
-            most=0,
-            default=0.0,
-        )
+        return replace(self, kind="number" if self.units in BARE else "quantity", nullable=False, most=0, default=0.0)
 
     @property
     def default_text(self) -> str:
@@ -199,11 +176,7 @@ class Leaf:
             return value
         if self.kind == "quantity":
             return si.exact_text(value, self.units)
-        return (
-            f"{value:g}"
-            if isinstance(value, float) and float(f"{value:g}") == value
-            else str(value)
-        )
+        return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
 
     def _record_text(self, record: Any) -> str:
         """A record of a table, without the values that are the defaults."""
@@ -222,10 +195,7 @@ class Leaf:
             names = ", ".join(part.key.rpartition(".")[2] for part in self.parts)
             return f"a list of one to {self.most} mappings with the keys {names}"
         if self.kind == "list":
-            return (
-                f"a list of one to {self.most} of "
-                f"{self.each.allowed()}{', or null' if self.nullable else ''}"
-            )
+            return f"a list of one to {self.most} of {self.each.allowed()}{', or null' if self.nullable else ''}"
         if self.words:
             return f"{', '.join(self.words)} or {replace(self, words=()).allowed()}"
         if self.kind == "choice":
@@ -236,11 +206,7 @@ class Leaf:
             )
         if self.kind == "switch":
             return "true or false"
-        what = {
-            "quantity": si.allowed_units(self.units),
-            "number": "a number",
-            "whole": "a whole number",
-        }[self.kind]
+        what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
         if self.kind == "number" and self.units:
             what = f"a number in {self.units}"
         return f"{what}{', or null' if self.nullable else ''}, {self.range()}"
@@ -276,13 +242,7 @@ class Leaf:
             return self._choice(raw)
         if self.kind in ("list", "table"):
             if not isinstance(raw, list) or not 1 <= len(raw) <= self.most:
-                empty = (
-                    "an empty list"
-                    if raw == []
-                    else f"{len(raw)} of them"
-                    if isinstance(raw, list)
-                    else shown(raw)
-                )
+                empty = "an empty list" if raw == [] else f"{len(raw)} of them" if isinstance(raw, list) else shown(raw)
                 raise QuantityError(empty, self.allowed())
             return raw if self.kind == "table" else [self.each.read(one) for one in raw]
         if isinstance(raw, str) and raw in self.words:
@@ -343,9 +303,7 @@ MODEL_LEAF = Leaf("model", "choice", MODEL, choices=NAMES, meaning=MEANINGS["mod
 UNITS_LEAF = Leaf("units", "choice", "si", choices=("si", "field"), meaning=MEANINGS["units"])
 
 
-def leaves(
-    cls: type, prefix: str, meanings: Mapping[str, str], model: Description
-) -> Iterator[Leaf]:
+def leaves(cls: type, prefix: str, meanings: Mapping[str, str], model: Description) -> Iterator[Leaf]:
     """The leaves of a dataclass tree, in the order of the file."""
     hints = typing.get_type_hints(cls)
     for item in in_file_order(cls):
@@ -375,9 +333,7 @@ def leaf(key: str, item: Field[Any], hint: Any, meaning: str, model: Description
     if "record" in meta:
         kind = meta.pop("record")
         hints = typing.get_type_hints(kind)
-        parts = tuple(
-            leaf(f"{key}.{of.name}", of, hints[of.name], "", model) for of in fields(kind)
-        )
+        parts = tuple(leaf(f"{key}.{of.name}", of, hints[of.name], "", model) for of in fields(kind))
         return Leaf(key, "table", item.default, parts=parts, **meta)
     if typing.get_origin(hint) is Literal:
         return Leaf(key, "choice", item.default, choices=typing.get_args(hint), **meta)
@@ -425,8 +381,7 @@ class Keys:
         study."""
         found = self.leaves[key]
         return self._in_its_units(
-            replace(found, parts=tuple(self._in_its_units(part, resolved) for part in found.parts)),
-            resolved,
+            replace(found, parts=tuple(self._in_its_units(part, resolved) for part in found.parts)), resolved
         )
 
     def _in_its_units(self, found: Leaf, resolved: Mapping[str, Any]) -> Leaf:
@@ -454,45 +409,26 @@ def keys_of(model: str = MODEL) -> Keys:
     head = {key: MEANINGS[key] for key in ("title", "units", "model")}  # in the order of the file
     told = {**head, **OF_MODELS, **MEANINGS, **found.meanings}
     every = {"model": MODEL_LEAF}
-    every |= {
-        one.key: one
-        for section, cls in sections.items()
-        for one in leaves(cls, section, told, found)
-    }
-    numbers = {
-        key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")
-    }
+    every |= {one.key: one for section, cls in sections.items() for one in leaves(cls, section, told, found)}
+    numbers = {key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")}
     physical = tuple(name for name in (*found.sections, "operation", "initial") if name in numbers)
     axes = {
         short_key(key): replace(one, nullable=False, words=())
         for key, one in every.items()
-        if (
-            one.kind in ("quantity", "number")
-            and key.partition(".")[0] in physical
-            and key != "initial.spread"
-        )
+        if (one.kind in ("quantity", "number") and key.partition(".")[0] in physical and key != "initial.spread")
         or key in found.compiled
         or key in choices_of(model)
     }
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
-    groups = {
-        ".".join(parts[:end])
-        for key in every
-        for parts in [key.split(".")]
-        for end in range(1, len(parts))
-    }
+    groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}
     there = {"title", "units", *every, *groups, SLICE}
-    meanings = {
-        key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND
-    }
+    meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND}
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
     meanings |= {part.key: part.meaning for one in every.values() for part in one.parts}
     return Keys(found, sections, every, axes, physical, meanings)
 
 
-SAMPLE_LEAF = Leaf(
-    SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a sample of the uncertain numbers"
-)
+SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a sample of the uncertain numbers")
 
 
 @lru_cache
@@ -503,8 +439,7 @@ def axes_of_all() -> dict[str, Leaf]:
     for _, keys in of_all(keys_of):
         found = {**keys.axes, **found}
     return {
-        name: replace(leaf, choices=words_of(name)) if leaf.kind == "choice" else leaf
-        for name, leaf in found.items()
+        name: replace(leaf, choices=words_of(name)) if leaf.kind == "choice" else leaf for name, leaf in found.items()
     }
 
 

@@ -46,23 +46,12 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     """The study in YAML ``text``; ``name`` stands for the file in messages."""
     document = parse(text, name)
     if (document.data is None or document.data == {}) and not overrides and not document.faults:
-        raise StudyError(
-            name, [Fault("", "an empty document", "a study, as nsdrill new writes one", 1, 1)]
-        )
+        raise StudyError(name, [Fault("", "an empty document", "a study, as nsdrill new writes one", 1, 1)])
     document.data = {} if document.data is None else document.data
     if not isinstance(document.data, dict):
         found = f"{shown(document.data)} as the whole document"
         raise StudyError(
-            name,
-            [
-                Fault(
-                    "",
-                    found,
-                    f"a mapping with the keys {', '.join(keys_below('', keys_of()))}",
-                    1,
-                    1,
-                )
-            ],
+            name, [Fault("", found, f"a mapping with the keys {', '.join(keys_below('', keys_of()))}", 1, 1)]
         )
     apply_overrides(document, overrides)
     keys = _keys(document)
@@ -95,13 +84,8 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
             faults.append(Fault(section, found, "keys of classify, on a finished file"))
     classify = document.data.get("classify")
     if isinstance(classify, dict) and "stuck_below" in classify:
-        found, hint = (
-            "a change on a finished file",
-            "It enters the run itself, and needs a new one.",
-        )
-        faults.append(
-            Fault("classify.stuck_below", found, "the other keys of classify", suggestion=hint)
-        )
+        found, hint = ("a change on a finished file", "It enters the run itself, and needs a new one.")
+        faults.append(Fault("classify.stuck_below", found, "the other keys of classify", suggestion=hint))
     partial = Document({"classify": classify}, document.values, document.keys)
     keys = keys_of()  # the thresholds are those of every model
     given, more, faulty = _validate(partial, keys)
@@ -117,9 +101,7 @@ def _keys(document: Document) -> Keys:
     """The keys of the study's model, of the default one where it names none that there
     is."""
     named = document.data.get("model")
-    return keys_of(
-        named if isinstance(named, str) and named in MODEL_LEAF.choices else MODEL_LEAF.default
-    )
+    return keys_of(named if isinstance(named, str) and named in MODEL_LEAF.choices else MODEL_LEAF.default)
 
 
 def _validate(document: Document, keys: Keys) -> tuple[dict[str, Any], list[Fault], set[str]]:
@@ -130,9 +112,7 @@ def _validate(document: Document, keys: Keys) -> tuple[dict[str, Any], list[Faul
     return given, at.faults[:_MAX_FAULTS], at.faulty
 
 
-def _resolve(
-    document: Document, given: dict[str, Any], keys: Keys
-) -> tuple[dict[str, Any], list[Fault]]:
+def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dict[str, Any], list[Fault]]:
     """The complete study as plain data, defaults filled in, axes ascending."""
     ramps, faults = _ramps(document, given.get("operation", {}))
     resolved: dict[str, Any] = {"title": given.get("title", ""), "model": keys.model.name}
@@ -167,12 +147,7 @@ def _resolve(
     elif along is None and not faults:
         numbers = [key for key in axes if not is_compiled_in(keys.model.name, key)]
         along = next(iter(numbers if len(numbers) == 1 else axes if len(axes) == 1 else []), None)
-    resolved["sweep"] = {
-        **axes,
-        "procedure": procedure,
-        "along": along,
-        "refine": sweep.get("refine", 0),
-    }
+    resolved["sweep"] = {**axes, "procedure": procedure, "along": along, "refine": sweep.get("refine", 0)}
     continuation, more = take_continuation(document, keys)
     faults += more
     if continuation is not None:
@@ -186,29 +161,21 @@ def _swept_axes(
     """The axes of the sweep in the order of the file, which is that of the dimensions
     of the results, and their faults."""
     written = document.data.get("sweep")
-    order = [
-        axis
-        for axis in (written if isinstance(written, dict) else ())
-        if axis in keys.axes and axis in sweep
-    ]
+    order = [axis for axis in (written if isinstance(written, dict) else ()) if axis in keys.axes and axis in sweep]
     axes, faults = _ascending_axes(document, ("sweep",), {axis: sweep[axis] for axis in order})
     for key, (choice, _) in keys.model.units_by.items():
         if key in axes and keys.leaf(key, resolved).units != keys.leaves[key].units:
             # The name of an axis does not tell that its units are others.
             name, default = choice.rpartition(".")[2], keys.leaves[choice].default
             found = reduce(getitem, choice.split("."), resolved)
-            allowed = (
-                f"it with {name}: {default}; else run a study for each value, with --set {key}=..."
-            )
+            allowed = f"it with {name}: {default}; else run a study for each value, with --set {key}=..."
             path: KeyPath = ("sweep", key)
             words = f"an axis with {name}: {found}"
             faults.append(document.fault(path, words, allowed, key=f"sweep.{key}", of_key=True))
     return axes, faults
 
 
-def _ascending_axes(
-    document: Document, section: KeyPath, given: dict[str, Any]
-) -> tuple[dict[str, Any], list[Fault]]:
+def _ascending_axes(document: Document, section: KeyPath, given: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
     """The axes of a section in ascending order, without those that are at fault."""
     axes: dict[str, Any] = {}
     faults = []
@@ -230,9 +197,7 @@ def _plain(value: Any) -> Any:
 
 def _merged(defaults: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
     return {
-        name: _merged(value, given.get(name, {}))
-        if value and isinstance(value, dict)
-        else given.get(name, value)
+        name: _merged(value, given.get(name, {})) if value and isinstance(value, dict) else given.get(name, value)
         for name, value in defaults.items()
     }
 
@@ -307,19 +272,13 @@ def _fault_of_ramp(document: Document, name: str, found: list[tuple[float, float
     path: KeyPath = ("operation", name, "ramp")
     if len(found) < 2:
         words = "one knot" if found else "an empty list"
-        return document.fault(
-            path, words, "two knots or more; a value that does not change stands without a ramp"
-        )
+        return document.fault(path, words, "two knots or more; a value that does not change stands without a ramp")
     for i, (time, _) in enumerate(found):
         if i == 0 and time != 0.0:
-            return document.fault(
-                (*path, 0, 0), _raw_time(document, name, 0), "0 s, where the run begins"
-            )
+            return document.fault((*path, 0, 0), _raw_time(document, name, 0), "0 s, where the run begins")
         if i > 0 and time < found[i - 1][0] + LEAST_LEG:
             before = _raw_time(document, name, i - 1)
-            allowed = (
-                f"times that ascend, at least {1e3 * LEAST_LEG:g} ms after the one before, {before}"
-            )
+            allowed = f"times that ascend, at least {1e3 * LEAST_LEG:g} ms after the one before, {before}"
             return document.fault((*path, i, 0), _raw_time(document, name, i), allowed)
     return None
 

@@ -121,9 +121,7 @@ def read_text(path: Path) -> str:
             pipe = stat.S_ISFIFO(os.fstat(file.fileno()).st_mode)
             raw = file.read(LARGEST_FILE + 1)
     except FileNotFoundError:
-        raise FileError(
-            f"{path}: there is no such file. `nsdrill new -o {path}` writes one to start from."
-        ) from None
+        raise FileError(f"{path}: there is no such file. `nsdrill new -o {path}` writes one to start from.") from None
     except IsADirectoryError:
         raise FileError(f"{path}: is a folder; a study is a YAML file.") from None
     except OSError as error:
@@ -139,13 +137,9 @@ def text_of(raw: bytes, path: str | Path) -> str:
     """The text of a study in the bytes ``raw`` of ``path``; :class:`FileError` where
     they are not those of one."""
     if len(raw) > LARGEST_FILE:
-        raise FileError(
-            f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is."
-        )
+        raise FileError(f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
     if raw.startswith(b"\x89HDF\r\n\x1a\n"):
-        raise FileError(
-            f"{path}: is an HDF5 file (results or a trace?), not a study; a study is a YAML file."
-        )
+        raise FileError(f"{path}: is an HDF5 file (results or a trace?), not a study; a study is a YAML file.")
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -181,9 +175,7 @@ def _parsed(text: str, source: str) -> Document:
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
     if len(text) > LARGEST_FILE:
-        raise FileError(
-            f"{source}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is."
-        )
+        raise FileError(f"{source}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
     builder = _Builder(source)
     try:
         for event in YAML(typ="safe", pure=True).parse(text.removeprefix("\ufeff")):
@@ -196,20 +188,10 @@ def _parsed(text: str, source: str) -> Document:
     except YAMLError as error:  # the reader: characters that YAML forbids
         line = text.count("\n", 0, getattr(error, "position", None) or 0) + 1
         raise _not_yaml(source, str(error).splitlines()[0], line) from None
-    except (
-        RecursionError,
-        ValueError,
-        AttributeError,
-        IndexError,
-        KeyError,
-        TypeError,
-        AssertionError,
-    ) as error:
+    except (RecursionError, ValueError, AttributeError, IndexError, KeyError, TypeError, AssertionError) as error:
         # ruamel.yaml's own slips on broken input, found by fuzzing: they too are the
         # file's fault
-        raise _not_yaml(
-            source, f"text that the YAML parser cannot take ({type(error).__name__})", None
-        ) from None
+        raise _not_yaml(source, f"text that the YAML parser cannot take ({type(error).__name__})", None) from None
     return builder.document
 
 
@@ -265,9 +247,7 @@ class _Builder:
                 self.anchors[done.anchor] = (done.data, self.count - done.start + 1)
         elif kind == "AliasEvent":
             if event.anchor not in self.anchors or self._wants_key():
-                raise self._fault(
-                    event, f"the alias *{event.anchor}"[:60], "an alias of an earlier anchor"
-                )
+                raise self._fault(event, f"the alias *{event.anchor}"[:60], "an alias of an earlier anchor")
             self._value(event, *self.anchors[event.anchor])
 
     def _open(self, event: Any, data: Any) -> None:
@@ -280,27 +260,19 @@ class _Builder:
         self.stack.append(_Open(data, path, self.count, event.anchor))
 
     def _wants_key(self) -> bool:
-        return (
-            bool(self.stack)
-            and isinstance(self.stack[-1].data, dict)
-            and self.stack[-1].key is None
-        )
+        return bool(self.stack) and isinstance(self.stack[-1].data, dict) and self.stack[-1].key is None
 
     def _key(self, event: Any) -> None:
         name = str(event.value)
         if odd := odd_character(name):
-            raise self._fault(
-                event, f"{odd} in the name {quoted(name)}", "names in letters that can be printed"
-            )
+            raise self._fault(event, f"{odd} in the name {quoted(name)}", "names in letters that can be printed")
         top = self.stack[-1]
         path = (*top.path, name)
         if name in top.data and len(self.document.faults) < 100:
             first = self.document.keys[path].line
             found = f"the key a second time (first in line {first})"
             place = _place(event)
-            self.document.faults.append(
-                Fault(dotted(path), found, "each key once", place.line, place.column)
-            )
+            self.document.faults.append(Fault(dotted(path), found, "each key once", place.line, place.column))
         top.key = name
         self.document.keys[path] = _place(event)
 
@@ -308,9 +280,7 @@ class _Builder:
         """Puts a value where it belongs and gives back its path."""
         self.count += size
         if self.count > _MAX_VALUES:
-            raise self._fault(
-                event, f"more than {_MAX_VALUES} values (aliases counted)", "a smaller study"
-            )
+            raise self._fault(event, f"more than {_MAX_VALUES} values (aliases counted)", "a smaller study")
         path: KeyPath = ()
         if not self.stack:
             self.document.data = value
@@ -384,9 +354,7 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
         key, equals, value = text.partition("=")
         path = path_of(key.strip())
         if not equals or not all(path) or odd_character(key):
-            document.faults.append(
-                Fault("", f"--set {text[:80]}", "--set key=value, as in --set operation.wob=30kN")
-            )
+            document.faults.append(Fault("", f"--set {text[:80]}", "--set key=value, as in --set operation.wob=30kN"))
             continue
         label = f"--set {text[:80]}"
         try:
@@ -450,9 +418,7 @@ def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:
         inside = inside[part]
     if not isinstance(inside, dict):
         found = f"{shown(inside)}, which has no keys to set ({place.override})"
-        document.faults.append(
-            Fault(dotted(path[:-1]), found, "a mapping, or --set of the whole value")
-        )
+        document.faults.append(Fault(dotted(path[:-1]), found, "a mapping, or --set of the whole value"))
         return
     for places in (document.values, document.keys):
         for old in [known for known in places if known[: len(path)] == path]:
@@ -486,9 +452,7 @@ def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
     for key, value in changes.items():
         plain = _plain_value(value, (str(key),), faults)
         if not isinstance(key, str) or not key.strip() or "=" in key:
-            faults.append(
-                Fault("", f"{key!r} as a key", "dotted keys, as in {'operation.wob': '30 kN'}")
-            )
+            faults.append(Fault("", f"{key!r} as a key", "dotted keys, as in {'operation.wob': '30 kN'}"))
         elif not faults:
             texts.append(f"{key}={_value_text(plain)}")
     if faults:
@@ -506,19 +470,11 @@ def _take_mapping(
 ) -> None:
     for key, value in mapping.items():
         if not isinstance(key, str) or not all(key.split(".")):
-            faults.append(
-                Fault(
-                    dotted(above),
-                    f"{key!r} as a key",
-                    "names, nested or dotted, as 'operation.wob'",
-                )
-            )
+            faults.append(Fault(dotted(above), f"{key!r} as a key", "names, nested or dotted, as 'operation.wob'"))
             continue
         path = tuple(map(str, path_of(".".join((*above, key)))))
         if len(path) > _DEEPEST:
-            faults.append(
-                Fault(dotted(path), f"more than {_DEEPEST} levels", "the five levels of a study")
-            )
+            faults.append(Fault(dotted(path), f"more than {_DEEPEST} levels", "the five levels of a study"))
             continue
         if isinstance(value, Mapping) and value:
             _take_mapping(value, path, into, faults)
@@ -527,9 +483,7 @@ def _take_mapping(
         for part in path[:-1]:
             inside = inside.setdefault(part, {}) if isinstance(inside, dict) else None
         if not isinstance(inside, dict) or path[-1] in inside:
-            faults.append(
-                Fault(dotted(path), "the key a second time", "each key once, nested or dotted")
-            )
+            faults.append(Fault(dotted(path), "the key a second time", "each key once, nested or dotted"))
             continue
         inside[path[-1]] = _plain_value(value, path, faults)
 
@@ -545,10 +499,7 @@ def _plain_value(value: Any, path: tuple[str, ...], faults: list[Fault]) -> Any:
     if isinstance(value, list | tuple):
         return [_plain_value(item, path, faults) for item in value]
     if isinstance(value, Mapping):
-        return {
-            str(name): _plain_value(item, (*path, str(name)), faults)
-            for name, item in value.items()
-        }
+        return {str(name): _plain_value(item, (*path, str(name)), faults) for name, item in value.items()}
     faults.append(Fault(dotted(path), f"a value of the type {type(value).__name__}", TAKEN))
     return None
 

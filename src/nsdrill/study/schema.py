@@ -32,18 +32,7 @@ from nsdrill.study.forms import (
     Unread,
     member,
 )
-from nsdrill.study.keys import (
-    MEANINGS,
-    MODEL_LEAF,
-    RAMP,
-    SLICE,
-    TIME,
-    UNITS_LEAF,
-    Keys,
-    Leaf,
-    keys_of,
-    shown,
-)
+from nsdrill.study.keys import MEANINGS, MODEL_LEAF, RAMP, SLICE, TIME, UNITS_LEAF, Keys, Leaf, keys_of, shown
 from nsdrill.study.read import odd_character
 from nsdrill.study.study import Procedure
 from nsdrill.study.uncertain import CUT_WORDS, DESIGN, EXAMPLES, FACTOR, SAMPLES, SEED, correlation
@@ -54,11 +43,7 @@ LONGEST_TITLE = 500  # characters
 
 POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
 PROCEDURE = Leaf(
-    "sweep.procedure",
-    "choice",
-    "same",
-    choices=typing.get_args(Procedure),
-    meaning=MEANINGS["sweep.procedure"],
+    "sweep.procedure", "choice", "same", choices=typing.get_args(Procedure), meaning=MEANINGS["sweep.procedure"]
 )
 REFINE = Leaf("sweep.refine", "whole", 0, low=0, high=6, meaning=MEANINGS["sweep.refine"])
 SPACING = Leaf("spacing", "choice", "linear", choices=("linear", "log"))
@@ -83,11 +68,7 @@ def study_form(model: str = MODEL) -> Section:
     """The form of a whole study file of the model of this name."""
     keys = keys_of(model)
     title = Read(_title, {"type": "string", "maxLength": LONGEST_TITLE})
-    members = {
-        "title": member(title, MEANINGS["title"]),
-        "units": _leaf(UNITS_LEAF),
-        "model": _leaf(MODEL_LEAF),
-    }
+    members = {"title": member(title, MEANINGS["title"]), "units": _leaf(UNITS_LEAF), "model": _leaf(MODEL_LEAF)}
     for name, cls in keys.sections.items():
         if name == "simulation":  # these two stand before it in the file
             members["sweep"] = member(_sweep(keys), MEANINGS["sweep"])
@@ -104,15 +85,10 @@ def description(found: Leaf) -> str:
     if found.units and found.kind != "table":
         parts.append(f"In {found.units}")
     if found.kind in ("quantity", "number", "whole"):
-        parts.append(
-            f"Range: {found.range()}" + (f" (in the field: {found.usual})" if found.usual else "")
-        )
+        parts.append(f"Range: {found.range()}" + (f" (in the field: {found.usual})" if found.usual else ""))
     parts.append(f"Default {found.default_text}")
     if found.source:
-        parts.append(
-            f"Source: {found.source}"
-            + (f" (confidence: {found.confidence})" if found.confidence else "")
-        )
+        parts.append(f"Source: {found.source}" + (f" (confidence: {found.confidence})" if found.confidence else ""))
     return ". ".join(parts) + "."
 
 
@@ -163,9 +139,7 @@ def _operating(found: Leaf) -> Member:
     knots = Listed(Knot(One(TIME), one), "a list of knots: [[0 s, VALUE], [600 s, VALUE]]")
     text = "Knots [time, value], the first at 0 s; linear between them, constant after the last"
     name = found.key.rpartition(".")[2]
-    ramp = Section(
-        f"Ramp_{name}", {"ramp": member(knots, text)}, True, ["ramp"], missing=RAMP, empty=None
-    )
+    ramp = Section(f"Ramp_{name}", {"ramp": member(knots, text)}, True, ["ramp"], missing=RAMP, empty=None)
     return Member(Either(one, mapping=ramp), lambda: _besides(found))
 
 
@@ -178,9 +152,7 @@ def _sweep(keys: Keys) -> Section:
 def along(keys: Keys) -> Leaf:
     """The key that names the axis along which the state is carried."""
     meaning = keys.meanings["sweep.along"]
-    return Leaf(
-        "sweep.along", "choice", None, choices=tuple(keys.axes), nullable=True, meaning=meaning
-    )
+    return Leaf("sweep.along", "choice", None, choices=tuple(keys.axes), nullable=True, meaning=meaning)
 
 
 def _axis(name: str, value: Leaf) -> Member:
@@ -212,19 +184,12 @@ def _range(name: str, one: Form, spacing: bool = False) -> Section:
 def _uncertain(keys: Keys) -> Section:
     """The section of the unknowns: their distributions by key, a joint table of
     samples, and how they are drawn."""
-    numbers = {
-        name: leaf for name, leaf in keys.axes.items() if not is_compiled_in(keys.model.name, name)
-    }
-    columns = {
-        name: member(Listed(Briefly(One(leaf), SHORT)), leaf.meaning)
-        for name, leaf in numbers.items()
-    }
+    numbers = {name: leaf for name, leaf in keys.axes.items() if not is_compiled_in(keys.model.name, name)}
+    columns = {name: member(Listed(Briefly(One(leaf), SHORT)), leaf.meaning) for name, leaf in numbers.items()}
     members = {}
     for name, leaf in numbers.items():
         units = f", in {leaf.units}" if leaf.units else ""
-        members[name] = member(
-            _distribution(leaf), f"{leaf.meaning} ({name}){units}: its distribution."
-        )
+        members[name] = member(_distribution(leaf), f"{leaf.meaning} ({name}){units}: its distribution.")
     members["table"] = member(Section("Table", columns), MEANINGS["uncertain.table"])
     three = {"type": "array", "minItems": 3, "maxItems": 3}
     pairs = Listed(Read(correlation, three))
@@ -281,8 +246,7 @@ def json_schema(model: str = MODEL) -> Schema:
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": "urn:nsdrill:study",
         "title": "nsdrill study",
-        "description": "A sweep of the coupled axial, torsional and lateral vibration of a drill "
-        "string.",
+        "description": "A sweep of the coupled axial, torsional and lateral vibration of a drill string.",
         **whole,
         "$defs": parts,
     }

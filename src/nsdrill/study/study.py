@@ -135,12 +135,7 @@ LAW_KEYS = ("law", "dynamic_from", "b0", "b1", "b2", "b3")
 
 
 def study_from_resolved(
-    resolved: dict[str, Any],
-    text: str = "",
-    source: str = "",
-    overrides: Sequence[str] = (),
-    *,
-    most: int = 10**8,
+    resolved: dict[str, Any], text: str = "", source: str = "", overrides: Sequence[str] = (), *, most: int = 10**8
 ) -> Study:
     """The study that ``resolved`` describes, with at most ``most`` values of an axis
     and as many samples. :class:`FileError` where it is not a resolved study of this
@@ -157,14 +152,9 @@ def study_from_resolved(
         # numbered alike in every order.
         swept = tuple(axis for axis in leaves if axis in sweep)
         sweep = {axis: sweep[axis] for axis in swept} | sweep
-        ramps = {
-            name: Ramp(tuple(times), tuple(values))
-            for name, (times, values) in resolved.get("ramps", {}).items()
-        }
+        ramps = {name: Ramp(tuple(times), tuple(values)) for name, (times, values) in resolved.get("ramps", {}).items()}
         if unknown := set(ramps) - set(AXES):
-            raise ValueError(
-                f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}"
-            )
+            raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}")
         refined = refined_axes(sweep)
         axes = {
             axis: axis_values(
@@ -177,9 +167,7 @@ def study_from_resolved(
         }
         for axis, values in axes.items():
             if not leaves[axis].low <= values[0] <= values[-1] <= leaves[axis].high:
-                raise ValueError(
-                    f"{axis}: found {values[0]} to {values[-1]}, allowed: {leaves[axis].range()}"
-                )
+                raise ValueError(f"{axis}: found {values[0]} to {values[-1]}, allowed: {leaves[axis].range()}")
         more = [leaves[axis] for axis in swept if axis not in AXES]
         drawn = _drawn(resolved, keys, axes, most)
         if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
@@ -223,25 +211,14 @@ def study_from_resolved(
             drawn=drawn,
             unknowns=tuple(Unknown(**vars(_axis(leaves[key], keys, resolved))) for key in drawn),
         )
-    except (
-        KeyError,
-        TypeError,
-        ValueError,
-        AttributeError,
-        IndexError,
-        OverflowError,
-        RecursionError,
-    ) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         name = source or "the resolved study"
         raise FileError(
-            f"{name}: does not hold a study that this version can use ({type(error).__name__}: "
-            f"{error})."
+            f"{name}: does not hold a study that this version can use ({type(error).__name__}: {error})."
         ) from error
 
 
-def _drawn(
-    resolved: dict[str, Any], keys: Keys, axes: dict[str, np.ndarray], most: int
-) -> dict[str, np.ndarray]:
+def _drawn(resolved: dict[str, Any], keys: Keys, axes: dict[str, np.ndarray], most: int) -> dict[str, np.ndarray]:
     """The samples of the unknowns by key; none where the study has none. ValueError
     where they are not such."""
     if "uncertain" not in resolved:
@@ -261,18 +238,14 @@ def _known(resolved: dict[str, Any], section: str, cls: type) -> dict[str, Any]:
     """A section, of the fields of ``cls``, with what an earlier version did not know as
     it was then."""
     names = {item.name for item in fields(cls)}
-    return {
-        name: off for (of, name), off in NEW_KEYS.items() if of == section and name in names
-    } | resolved[section]
+    return {name: off for (of, name), off in NEW_KEYS.items() if of == section and name in names} | resolved[section]
 
 
 def _with_law(resolved: dict[str, Any], leaves: dict[str, Leaf]) -> dict[str, Any]:
     """A resolved study of any version with the keys of the bit's friction law, if its
     model has them."""
     bit = resolved.get("bit", {})
-    law = {
-        name: leaves[key].default for name in LAW_KEYS if (key := f"bit.friction.{name}") in leaves
-    }
+    law = {name: leaves[key].default for name in LAW_KEYS if (key := f"bit.friction.{name}") in leaves}
     if not law or "law" in bit.get("friction", {}):
         return resolved
     return {**resolved, "bit": {**bit, "friction": {**bit["friction"], **law}}}
@@ -307,11 +280,7 @@ def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
     but for the one along which the state is carried."""
     if not sweep["refine"]:
         return ()
-    return tuple(
-        axis
-        for axis, values in sweep.items()
-        if isinstance(values, dict) and axis != sweep["along"]
-    )
+    return tuple(axis for axis, values in sweep.items() if isinstance(values, dict) and axis != sweep["along"])
 
 
 def axis_values(axis: Any, refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
@@ -343,16 +312,12 @@ def digest(resolved: dict[str, Any]) -> str:
     that sweep words are younger than all keys.)"""
     apart = (*IN_WORDS_ONLY, SECTION)
     parts = {name: value for name, value in resolved.items() if name not in apart}
-    if parts.get("model", MODEL_LEAF.default) == MODEL_LEAF.default and not any(
-        map(words_of, parts["sweep"])
-    ):
+    if parts.get("model", MODEL_LEAF.default) == MODEL_LEAF.default and not any(map(words_of, parts["sweep"])):
         parts = _as_before(parts)
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
         parts = _without(parts, sections, name)
-    ramps = {
-        name: ramp for name, ramp in parts.pop("ramps", {}).items() if name not in parts["sweep"]
-    }
+    ramps = {name: ramp for name, ramp in parts.pop("ramps", {}).items() if name not in parts["sweep"]}
     if ramps:
         parts["ramps"] = ramps
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
@@ -380,19 +345,9 @@ def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
     if parts.get("drive", {"gains": 0.0}).get("gains") is None:
         parts = _without(parts, ["drive"], "gains")
     if parts.get("drive", {}).get("kind") != "dc_motor":
-        for name in (
-            "inductance",
-            "resistance",
-            "torque_constant",
-            "gear",
-            "table_inertia",
-            "motor_inertia",
-        ):
+        for name in ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia"):
             parts = _without(parts, ["drive"], name)
-    if (
-        parts.get("stabilizer", {}).get("clearance") is None
-        and "stabilizer.clearance" not in parts["sweep"]
-    ):
+    if parts.get("stabilizer", {}).get("clearance") is None and "stabilizer.clearance" not in parts["sweep"]:
         parts.pop("stabilizer", None)
     for (section, name), off in NEW_KEYS.items():
         if section in parts and parts[section].get(name) == off:

@@ -30,18 +30,9 @@ from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
 from nsdrill.variables import short_key
 
-SAMPLES = Leaf(
-    "uncertain.samples",
-    "whole",
-    256,
-    low=2,
-    high=MAX_SAMPLES,
-    meaning=MEANINGS["uncertain.samples"],
-)
+SAMPLES = Leaf("uncertain.samples", "whole", 256, low=2, high=MAX_SAMPLES, meaning=MEANINGS["uncertain.samples"])
 SEED = Leaf("uncertain.seed", "whole", 1, low=0, high=10**15, meaning=MEANINGS["uncertain.seed"])
-DESIGN = Leaf(
-    "uncertain.design", "choice", "sobol", choices=DESIGNS, meaning=MEANINGS["uncertain.design"]
-)
+DESIGN = Leaf("uncertain.design", "choice", "sobol", choices=DESIGNS, meaning=MEANINGS["uncertain.design"])
 FACTOR = Leaf("factor", "number", 2.0, low=1.001, high=1e3)
 CUT_WORDS = {"low": "below", "high": "above"}
 HOW = ("samples", "seed", "design", "correlations", "table")  # all keys but those of unknowns
@@ -60,14 +51,8 @@ EXAMPLES = {
 
 def correlation(raw: Any) -> tuple[str, str, float]:
     """One entry of the correlations; :class:`QuantityError` where it is none."""
-    if (
-        not isinstance(raw, list)
-        or len(raw) != 3
-        or not all(isinstance(key, str) for key in raw[:2])
-    ):
-        raise QuantityError(
-            shown(raw), "two keys of unknowns and their rank correlation: [KEY, KEY, 0.5]"
-        )
+    if not isinstance(raw, list) or len(raw) != 3 or not all(isinstance(key, str) for key in raw[:2]):
+        raise QuantityError(shown(raw), "two keys of unknowns and their rank correlation: [KEY, KEY, 0.5]")
     return short_key(raw[0]), short_key(raw[1]), float(RANK.read(raw[2]))
 
 
@@ -105,10 +90,7 @@ def _within(numbers: dict[str, Any], leaf: Leaf) -> dict[str, Any]:
         ends["low"] = leaf.low
     if ends["high"] is None and made.sf(leaf.high) > 0.0:
         ends["high"] = leaf.high
-    return {
-        kind: {name: value[name] for name in NUMBERS_OF[kind]}
-        | {k: v for k, v in ends.items() if v is not None}
-    }
+    return {kind: {name: value[name] for name in NUMBERS_OF[kind]} | {k: v for k, v in ends.items() if v is not None}}
 
 
 def uncertain_of(section: dict[str, Any]) -> Uncertain:
@@ -129,26 +111,17 @@ def draws(section: dict[str, Any], keys: Keys) -> dict[str, Array]:
     unknown = uncertain_of(section)
     if not unknown.keys:
         raise ValueError("uncertain: found no unknown")
-    if strange := [
-        key for key in unknown.keys if key not in keys.axes or is_compiled_in(keys.model.name, key)
-    ]:
+    if strange := [key for key in unknown.keys if key not in keys.axes or is_compiled_in(keys.model.name, key)]:
         raise ValueError(f"uncertain: found {', '.join(strange)}, which are no numbers to sample")
     drawn = draw(unknown)
     for key, values in drawn.items():
         leaf = keys.axes[key]
-        if values.shape != (unknown.runs,) or not np.all(
-            (values >= leaf.low) & (values <= leaf.high)
-        ):
-            raise ValueError(
-                f"uncertain.{key}: found samples beyond {leaf.range()}, or not "
-                f"{unknown.runs} of them"
-            )
+        if values.shape != (unknown.runs,) or not np.all((values >= leaf.low) & (values <= leaf.high)):
+            raise ValueError(f"uncertain.{key}: found samples beyond {leaf.range()}, or not {unknown.runs} of them")
     return {key: drawn[key] for key in keys.axes if key in drawn}
 
 
-def _faults(
-    document: Document, given: dict[str, Any], swept: dict[str, Any], keys: Keys
-) -> Iterator[Fault]:
+def _faults(document: Document, given: dict[str, Any], swept: dict[str, Any], keys: Keys) -> Iterator[Fault]:
     told = [key for key in given if key not in HOW]
     columns = given.get("table") or {}
     if not told and not columns:
@@ -157,30 +130,20 @@ def _faults(
             yield document.fault(("uncertain",), "no unknown", f"one by its key, {_example(keys)}")
         return
     if len(told) + len(columns) > MAX_UNKNOWNS:
-        yield document.fault(
-            ("uncertain",), f"{len(told) + len(columns)} unknowns", f"at most {MAX_UNKNOWNS}"
-        )
+        yield document.fault(("uncertain",), f"{len(told) + len(columns)} unknowns", f"at most {MAX_UNKNOWNS}")
     for key in told:
         yield from _of_one(document, key, given[key], keys.axes[key])
     for key in (*told, *columns):
         path = ("uncertain", key) if key in told else ("uncertain", "table", key)
         if key in swept:
-            yield document.fault(
-                path, f"{key}, which the sweep varies", "a key that is swept or uncertain, not both"
-            )
+            yield document.fault(path, f"{key}, which the sweep varies", "a key that is swept or uncertain, not both")
         elif key in told and key in columns:
-            yield document.fault(
-                ("uncertain", "table", key), f"{key} a second time", "a distribution, or a column"
-            )
+            yield document.fault(("uncertain", "table", key), f"{key} a second time", "a distribution, or a column")
     yield from _of_table(document, given, columns)
     yield from _of_correlations(document, given, told, columns)
     if given.get("design") == "saltelli" and (columns or given.get("correlations")):
         why = "a table" if columns else "correlations"
-        yield document.fault(
-            ("uncertain", "design"),
-            f"saltelli with {why}",
-            "saltelli of independent unknowns; sobol",
-        )
+        yield document.fault(("uncertain", "design"), f"saltelli with {why}", "saltelli of independent unknowns; sobol")
 
 
 def _of_one(document: Document, key: str, numbers: dict[str, Any], leaf: Leaf) -> Iterator[Fault]:
@@ -189,9 +152,7 @@ def _of_one(document: Document, key: str, numbers: dict[str, Any], leaf: Leaf) -
     given = {kind: value for kind, value in numbers.items() if value is not None}
     if len(given) != 1:
         found = f"{' and '.join(given)}" if given else "no distribution"
-        yield document.fault(
-            path, found, f"one of {', '.join(f'{kind}: {EXAMPLES[kind]}' for kind in KINDS)}"
-        )
+        yield document.fault(path, found, f"one of {', '.join(f'{kind}: {EXAMPLES[kind]}' for kind in KINDS)}")
         return
     ((kind, value),) = given.items()
     path = (*path, kind)
@@ -208,9 +169,7 @@ def _of_one(document: Document, key: str, numbers: dict[str, Any], leaf: Leaf) -
         yield from _of_named(document, path, given, leaf)
 
 
-def _of_named(
-    document: Document, path: KeyPath, numbers: dict[str, Any], leaf: Leaf
-) -> Iterator[Fault]:
+def _of_named(document: Document, path: KeyPath, numbers: dict[str, Any], leaf: Leaf) -> Iterator[Fault]:
     """The faults of a normal or lognormal distribution: it lies within the range of its
     key, or is cut off there."""
     ((kind, value),) = numbers.items()
@@ -227,30 +186,18 @@ def _of_named(
         yield document.fault((*path, "high"), "an end at or below low", "low below high")
         return
     if above - below < 1e-6:
-        yield document.fault(
-            path, "ends that leave nothing of the distribution", "ends near its middle"
-        )
+        yield document.fault(path, "ends that leave nothing of the distribution", "ends near its middle")
         return
     made, inside = distribution(numbers), above - below
-    parts = {
-        "low": max(0.0, float(made.cdf(leaf.low)) - below),
-        "high": max(0.0, above - float(made.cdf(leaf.high))),
-    }
+    parts = {"low": max(0.0, float(made.cdf(leaf.low)) - below), "high": max(0.0, above - float(made.cdf(leaf.high)))}
     for end, part in parts.items():
         if part / inside > OUTSIDE:
-            found = (
-                f"a distribution of which {100 * part / inside:.2g} % lie {CUT_WORDS[end]} the "
-                f"range of {leaf.key}"
-            )
+            found = f"a distribution of which {100 * part / inside:.2g} % lie {CUT_WORDS[end]} the range of {leaf.key}"
             hint = f"Cut it off with {end}: {leaf.text(leaf.low if end == 'low' else leaf.high)}."
-            yield document.fault(
-                path, found, f"{leaf.range()} for all but {100 * OUTSIDE:g} %", hint
-            )
+            yield document.fault(path, found, f"{leaf.range()} for all but {100 * OUTSIDE:g} %", hint)
 
 
-def _of_table(
-    document: Document, given: dict[str, Any], columns: dict[str, Any]
-) -> Iterator[Fault]:
+def _of_table(document: Document, given: dict[str, Any], columns: dict[str, Any]) -> Iterator[Fault]:
     lengths = {key: len(column) for key, column in columns.items()}
     if not lengths:
         return
@@ -260,9 +207,7 @@ def _of_table(
             allowed = f"as many values as of {first}, {length}: each row is a sample"
             yield document.fault(("uncertain", "table", key), f"{count} values", allowed)
     if not 2 <= length <= MAX_SAMPLES:
-        yield document.fault(
-            ("uncertain", "table", first), f"{length} values", f"2 to {MAX_SAMPLES}"
-        )
+        yield document.fault(("uncertain", "table", first), f"{length} values", f"2 to {MAX_SAMPLES}")
     if given.get("samples") not in (None, length):
         found = f"{given['samples']} beside a table of {length} rows"
         yield document.fault(("uncertain", "samples"), found, "left out: every row is a sample")
@@ -277,21 +222,15 @@ def _of_correlations(
         path = ("uncertain", "correlations", number)
         if strange := [key for key in (one, two) if key not in told]:
             why = ", which the table gives" if strange[0] in columns else ""
-            yield document.fault(
-                path, f"{strange[0]}{why}", f"keys with a distribution: {', '.join(told)}"
-            )
+            yield document.fault(path, f"{strange[0]}{why}", f"keys with a distribution: {', '.join(told)}")
             return
         if one == two or frozenset((one, two)) in seen:
-            yield document.fault(
-                path, f"{one} and {two}{' a second time' if one != two else ''}", "each pair once"
-            )
+            yield document.fault(path, f"{one} and {two}{' a second time' if one != two else ''}", "each pair once")
             return
         seen.add(frozenset((one, two)))
     if found and float(np.linalg.eigvalsh(correlation_matrix(told, found))[0]) < 1e-6:
         allowed = "correlations that can hold together (a positive definite matrix)"
-        yield document.fault(
-            ("uncertain", "correlations"), "correlations that contradict each other", allowed
-        )
+        yield document.fault(("uncertain", "correlations"), "correlations that contradict each other", allowed)
 
 
 def _example(keys: Keys) -> str:

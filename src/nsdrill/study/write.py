@@ -40,12 +40,7 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
                     [
                         line("", "sweep", "", MEANINGS["sweep"]),
                         *(
-                            line(
-                                "  ",
-                                key,
-                                value_text(resolved, f"sweep.{key}") or "",
-                                _meaning(keys, key),
-                            )
+                            line("  ", key, value_text(resolved, f"sweep.{key}") or "", _meaning(keys, key))
                             for key in _sweep_keys(resolved)
                         ),
                     ]
@@ -56,9 +51,7 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
         parts.append("\n".join(section_lines(keys, name, lambda leaf: _needed(resolved, leaf))))
         if name == "initial" and (plane := resolved["initial"].get("slice")):
             ranges = [
-                f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}"
-                for state in keys.slices
-                if state in plane
+                f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}" for state in keys.slices if state in plane
             ]
             parts[-1] += "\n" + "\n".join([line("  ", "slice", "", keys.meanings[SLICE]), *ranges])
     if resolved.get(CONTINUE):
@@ -66,9 +59,7 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 
-def _continued(
-    keys: Keys, found: dict[str, Any], prefix: str = CONTINUE, indent: str = ""
-) -> Iterator[str]:
+def _continued(keys: Keys, found: dict[str, Any], prefix: str = CONTINUE, indent: str = "") -> Iterator[str]:
     """The lines of the section ``continue``, or of its curves."""
     yield line(indent, prefix.rpartition(".")[2], "", MEANINGS[prefix])
     leaf = keys.axes[found["over" if "over" in found else "along"]]
@@ -79,9 +70,7 @@ def _continued(
             continue
         text = leaf.text(value) if name in ("from", "to") else _plain_text(value)
         if isinstance(value, dict):
-            text = ", ".join(
-                f"{axis}: [{', '.join(map(leaf.text, values))}]" for axis, values in value.items()
-            )
+            text = ", ".join(f"{axis}: [{', '.join(map(leaf.text, values))}]" for axis, values in value.items())
             text = f"{{{text}}}"
         yield line(indent + "  ", name, text, meaning)
 
@@ -94,11 +83,7 @@ def _plain_text(value: Any) -> str:
 
 def name_like(value: Any) -> bool:
     """Whether a value is a plain word in YAML."""
-    return (
-        isinstance(value, str)
-        and value.replace("_", "").replace(".", "").isalpha()
-        and value.isascii()
-    )
+    return isinstance(value, str) and value.replace("_", "").replace(".", "").isalpha() and value.isascii()
 
 
 def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None, str | None]]:
@@ -113,13 +98,8 @@ def changes_text(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | Non
     a part of a message: ``bit.friction.static: 0.5 there, 0.6 here; ...``."""
     if keys is None:
         keys = [key for key, _, _ in changes(a, b) if key not in IN_WORDS_ONLY]
-    told = [
-        f"{key}: {value_text(a, key) or 'nothing'} there, {value_text(b, key) or 'nothing'} here"
-        for key in keys
-    ]
-    return "; ".join(told[:MAX_TOLD]) + (
-        f" and {len(told) - MAX_TOLD} more" if len(told) > MAX_TOLD else ""
-    )
+    told = [f"{key}: {value_text(a, key) or 'nothing'} there, {value_text(b, key) or 'nothing'} here" for key in keys]
+    return "; ".join(told[:MAX_TOLD]) + (f" and {len(told) - MAX_TOLD} more" if len(told) > MAX_TOLD else "")
 
 
 def value_text(resolved: dict[str, Any], key: str) -> str | None:
@@ -131,10 +111,7 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
     if key.startswith("operation.") and name in resolved.get("ramps", {}):
         knots = zip(*resolved["ramps"][name], strict=True)
         leaf = keys.leaf(key, resolved)
-        return (
-            f"{{ramp: "
-            f"[{', '.join(f'[{TIME.text(time)}, {leaf.text(value)}]' for time, value in knots)}]}}"
-        )
+        return f"{{ramp: [{', '.join(f'[{TIME.text(time)}, {leaf.text(value)}]' for time, value in knots)}]}}"
     if key.startswith("uncertain."):
         return _of_unknowns(keys, resolved, key.removeprefix("uncertain."))
     value: Any = resolved
@@ -152,10 +129,7 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
         leaf = keys.leaf(varied, resolved)
         if isinstance(value, dict):
             spacing = f", spacing: {value['spacing']}" if "spacing" in value else ""
-            ends = (
-                f"from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: "
-                f"{value['points']}"
-            )
+            ends = f"from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: {value['points']}"
             return f"{{{ends}{spacing}}}"
         return f"[{', '.join(map(leaf.text, value))}]"
     if key in keys.leaves:
@@ -167,17 +141,8 @@ def _uncertain(keys: Keys, resolved: dict[str, Any]) -> str:
     """The section of the unknowns."""
     found = resolved["uncertain"]
     names = [key for key in found if key not in HOW]
-    told = {key: keys.axes[key].meaning for key in names} | {
-        name: MEANINGS[f"uncertain.{name}"] for name in HOW
-    }
-    written = [
-        *names,
-        *(
-            name
-            for name in ("seed", "design", "correlations", "table")
-            if found[name] not in ([], {})
-        ),
-    ]
+    told = {key: keys.axes[key].meaning for key in names} | {name: MEANINGS[f"uncertain.{name}"] for name in HOW}
+    written = [*names, *(name for name in ("seed", "design", "correlations", "table") if found[name] not in ([], {}))]
     lines = [
         line("  ", long_key(key), _of_unknowns(keys, resolved, key) or "", told[key])
         for key in written
@@ -186,8 +151,7 @@ def _uncertain(keys: Keys, resolved: dict[str, Any]) -> str:
     if found["table"]:
         lines.append(line("  ", "table", "", told["table"]))
         lines += [
-            f"    {long_key(key)}: {_values(keys, resolved, key, values)}"
-            for key, values in found["table"].items()
+            f"    {long_key(key)}: {_values(keys, resolved, key, values)}" for key, values in found["table"].items()
         ]
     else:
         lines.insert(len(names), line("  ", "samples", str(found["samples"]), told["samples"]))
@@ -201,24 +165,16 @@ def _of_unknowns(keys: Keys, resolved: dict[str, Any], name: str) -> str | None:
     name, column = short_key(name), short_key(column)
     found = resolved.get("uncertain", {})
     if table == "table" and column:
-        return (
-            _values(keys, resolved, column, found["table"][column])
-            if column in found.get("table", {})
-            else None
-        )
+        return _values(keys, resolved, column, found["table"][column]) if column in found.get("table", {}) else None
     if name not in found:
         return None
     if name in HOW:
-        return (
-            json.dumps(found[name], allow_nan=False).replace('"', "") if name != "table" else None
-        )
+        return json.dumps(found[name], allow_nan=False).replace('"', "") if name != "table" else None
     ((kind, numbers),) = found[name].items()
     if isinstance(numbers, list):
         return f"{{{kind}: {_values(keys, resolved, name, numbers)}}}"
     leaf = keys.leaf(keys.axes[name].key, resolved)
-    texts = (
-        f"{of}: {FACTOR.text(v) if of == 'factor' else leaf.text(v)}" for of, v in numbers.items()
-    )
+    texts = (f"{of}: {FACTOR.text(v) if of == 'factor' else leaf.text(v)}" for of, v in numbers.items())
     return f"{{{kind}: {{{', '.join(texts)}}}}}"
 
 
@@ -232,12 +188,7 @@ def _key_of(entry: str) -> str:
     if parts[0] == "ramps":
         return f"operation.{parts[1]}"
     if parts[0] == "sweep":
-        return (
-            entry.removesuffix(".from")
-            .removesuffix(".to")
-            .removesuffix(".points")
-            .removesuffix(".spacing")
-        )
+        return entry.removesuffix(".from").removesuffix(".to").removesuffix(".points").removesuffix(".spacing")
     if parts[0] == "uncertain":
         section, _, key = _unknown_of(entry).partition(".")
         table, dot, column = key.rpartition("table.")
@@ -259,10 +210,7 @@ def _sweep_keys(resolved: dict[str, Any]) -> list[str]:
     """The keys of the sweep in the order of a study file: the axes, then how they are
     run."""
     last = ("procedure", "along", "refine")
-    return [
-        *(key for key in resolved["sweep"] if key not in last),
-        *(key for key in last if key in resolved["sweep"]),
-    ]
+    return [*(key for key in resolved["sweep"] if key not in last), *(key for key in last if key in resolved["sweep"])]
 
 
 def _meaning(keys: Keys, key: str) -> str:
@@ -278,11 +226,7 @@ def _needed(resolved: dict[str, Any], leaf: Leaf) -> str | None:
     """The value of ``leaf``, but for a default that the sweep replaces: as a given
     value it might be refused, a depth above the end of the collars say."""
     prefix, _, name = leaf.key.rpartition(".")
-    if (
-        prefix == "operation"
-        and name in resolved["sweep"]
-        and resolved["operation"][name] == leaf.default
-    ):
+    if prefix == "operation" and name in resolved["sweep"] and resolved["operation"][name] == leaf.default:
         return None
     return value_text(resolved, leaf.key)
 
@@ -349,10 +293,7 @@ _SHORT_KEYS = (
     "operation.depth",
     "operation.wob",
 )
-_SCHEMA_LINE = (
-    "# yaml-language-server: $schema=study.schema.json"
-    "  (for editors; nsdrill schema -o study.schema.json)\n"
-)
+_SCHEMA_LINE = "# yaml-language-server: $schema=study.schema.json  (for editors; nsdrill schema -o study.schema.json)\n"
 _SHORT_HEAD = """\
 # Each quantity has its unit: 9 in, 8 1/2 in, 15 klbf, 60 rpm. nsdrill new --all shows every key.
 title: Rotary speed up and down
@@ -410,10 +351,7 @@ def template_text(model: str = MODEL, units: str = "si") -> str:
     """The text of a complete, commented study of the model of this name that loads as
     it stands; ``units`` is its key of this name."""
     keys = keys_of(model)
-    parts = [
-        _SCHEMA_LINE + _HEAD,
-        line("", "title", "Depth sweep, same initial state", MEANINGS["title"]),
-    ]
+    parts = [_SCHEMA_LINE + _HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
     parts.append(line("", "units", units, _comment(UNITS_LEAF)))
     parts.append(line("", "model", model, _comment(MODEL_LEAF)))
     for name in keys.sections:
@@ -422,15 +360,11 @@ def template_text(model: str = MODEL, units: str = "si") -> str:
             told |= {key: MEANINGS[f"uncertain.{key}"] for key in ("samples", "seed")}
             told["uncertain"] = MEANINGS["uncertain"].partition(";")[0]
             axis, low, high = keys.model.example_axis
-            parts.append(
-                _SWEEP.format(sweep=MEANINGS["sweep"], axis=axis, low=low, high=high, **told)
-            )
+            parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], axis=axis, low=low, high=high, **told))
         parts.append("\n".join(section_lines(keys, name, lambda leaf: leaf.default_text)))
         if name == "initial":
             parts[-1] += f"\n  # {keys.meanings[SLICE]}:\n  # slice: {keys.model.example_slice}"
-    parts.append(
-        f"# continue: {{along: rotary_speed, from: 2 rad/s, to: 8 rad/s}}  # {MEANINGS['continue']}"
-    )
+    parts.append(f"# continue: {{along: rotary_speed, from: 2 rad/s, to: 8 rad/s}}  # {MEANINGS['continue']}")
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 
@@ -478,7 +412,5 @@ def examples() -> dict[str, Path]:
 def title_of(path: Path) -> str:
     """The title that a study's file begins with, or its name."""
     lines = path.read_text(encoding="utf-8").splitlines()
-    found = next(
-        (line.partition(":")[2].strip() for line in lines if line.startswith("title:")), ""
-    )
+    found = next((line.partition(":")[2].strip() for line in lines if line.startswith("title:")), "")
     return found.strip("\"'") or path.stem

@@ -76,11 +76,7 @@ class Starts:
             return states[chain, place] if (chain, place) in states else before(chain, place)
 
         numbers = np.array([(chain, place) for chain, place, _ in handed], np.int64).reshape(-1, 2)
-        return Starts(
-            np.concatenate([self.chains, numbers[:, 0]]),
-            np.concatenate([self.places, numbers[:, 1]]),
-            state,
-        )
+        return Starts(np.concatenate([self.chains, numbers[:, 0]]), np.concatenate([self.places, numbers[:, 1]]), state)
 
     def next_points(self, plan: Plan) -> Array:
         """The points at which the chains begin."""
@@ -151,17 +147,11 @@ class Engine:
         plan = self.work.plan
         self._carried = plan.chain_length > 1
         if self._carried:
-            self._starts = (
-                Starts(np.arange(plan.chains), np.zeros(plan.chains, np.int64))
-                if starts is None
-                else starts
-            )
+            self._starts = Starts(np.arange(plan.chains), np.zeros(plan.chains, np.int64)) if starts is None else starts
             self._pending = np.argsort(self._starts.places, kind="stable")
             runs = self._starts.runs(plan)
         else:
-            self._pending = self._longest_first(
-                np.arange(plan.points) if pending is None else pending
-            )
+            self._pending = self._longest_first(np.arange(plan.points) if pending is None else pending)
             runs = len(self._pending)
         self._next = 0  # of the pending points, or starts
         self.progress.before = plan.points - runs
@@ -188,9 +178,7 @@ class Engine:
                     self.watch(self.progress)
             except BaseException:
                 # Wait for the tasks in progress and deliver their results.
-                ended, _ = wait(
-                    futures, timeout=None if not self.remote else 2 * self.quantum_seconds
-                )
+                ended, _ = wait(futures, timeout=None if not self.remote else 2 * self.quantum_seconds)
                 for future in ended:
                     if not future.cancelled() and future.exception() is None:
                         self._receive(futures[future], future)
@@ -219,9 +207,7 @@ class Engine:
         if worker.batch.idle:
             return
         drain = self._pending_count() == 0 and not any(worker.ends.values())
-        future = self.executor.submit(
-            advance, worker.batch, self.work.variant, self.quantum_seconds, drain
-        )
+        future = self.executor.submit(advance, worker.batch, self.work.variant, self.quantum_seconds, drain)
         futures[future] = worker
 
     def _is_lost(self, worker: _WorkerSlot, future: Future[Any]) -> bool:
@@ -241,9 +227,7 @@ class Engine:
 
     def _count_lanes(self, slots: list[_WorkerSlot]) -> None:
         packed = sum(worker.batch.packed_steps * worker.batch.lanes for worker in slots)
-        self.progress.lanes_in_use = (
-            sum(worker.batch.lane_steps for worker in slots) / packed if packed else 1.0
-        )
+        self.progress.lanes_in_use = sum(worker.batch.lane_steps for worker in slots) / packed if packed else 1.0
 
     def _refill(self, worker: _WorkerSlot) -> None:
         """Refill the batch of a worker: a single worker's with as many points as fit,
@@ -251,10 +235,7 @@ class Engine:
         about the same time."""
         quota = self._pending_count()
         if self.workers > 1:
-            quota = (
-                min(worker.batch_size, max(self.lanes, -(-quota // (2 * self.workers))))
-                - worker.batch.waiting
-            )
+            quota = min(worker.batch_size, max(self.lanes, -(-quota // (2 * self.workers)))) - worker.batch.waiting
         if not self._carried:
             count = min(quota, worker.batch.free, self._pending_count())
             if count > 0:
@@ -263,22 +244,14 @@ class Engine:
                 worker.batch.add_many(points, self.work.prepare(points))
             return
         # The slots of finished points stay reserved for the next segments of the chain.
-        while (
-            quota > 0
-            and self._pending_count()
-            and (len(worker.ends) + 1) * self._segment <= worker.batch.slots
-        ):
+        while quota > 0 and self._pending_count() and (len(worker.ends) + 1) * self._segment <= worker.batch.slots:
             number = self._pending[self._next]
             chain, place = int(self._starts.chains[number]), int(self._starts.places[number])
-            self._add_segment(
-                worker, chain, place, self._starts.state(chain, place) if place else None
-            )
+            self._add_segment(worker, chain, place, self._starts.state(chain, place) if place else None)
             self._next += 1
             quota -= 1
 
-    def _add_segment(
-        self, worker: _WorkerSlot, chain: int, place: int, state: Array | None
-    ) -> None:
+    def _add_segment(self, worker: _WorkerSlot, chain: int, place: int, state: Array | None) -> None:
         plan = self.work.plan
         end = min(place + self._segment, plan.chain_length)
         points = plan.points_of(chain, np.arange(place, end))

@@ -44,6 +44,4 @@ class Chosen:
         for first in range(0, self.plan.points, _BLOCK):
             block = np.arange(first, min(first + _BLOCK, self.plan.points))
             choices |= set(self.points(block).tolist())
-        return tuple(
-            word for word, value in (("explicit", False), ("implicit", True)) if value in choices
-        )
+        return tuple(word for word, value in (("explicit", False), ("implicit", True)) if value in choices)

@@ -44,14 +44,9 @@ class Plan:
 
     def __post_init__(self) -> None:
         if self.starts and self.drawn:
-            raise ValueError(
-                f"starts: found {self.starts} with samples of uncertain numbers, "
-                f"allowed: one of the two"
-            )
+            raise ValueError(f"starts: found {self.starts} with samples of uncertain numbers, allowed: one of the two")
         if self.starts and self.procedure != "same":
-            raise ValueError(
-                f"starts: found {self.starts} with procedure {self.procedure}, allowed: with same"
-            )
+            raise ValueError(f"starts: found {self.starts} with procedure {self.procedure}, allowed: with same")
 
     @property
     def procedures(self) -> tuple[str, ...]:
@@ -121,13 +116,8 @@ class Plan:
     def values(self, points: Array) -> dict[str, Array]:
         """The values of every axis, and of the uncertain numbers, at these points."""
         _, *indices = np.unravel_index(points, self.grid)
-        on_axes = {
-            name: values[index]
-            for (name, values), index in zip(self.axes.items(), indices, strict=False)
-        }
-        return on_axes | {
-            name: values[indices[len(self.axes)]] for name, values in self.drawn.items()
-        }
+        on_axes = {name: values[index] for (name, values), index in zip(self.axes.items(), indices, strict=False)}
+        return on_axes | {name: values[indices[len(self.axes)]] for name, values in self.drawn.items()}
 
     def starts_of(self, points: Array) -> Array:
         """The numbers of the starts of these points."""
@@ -145,13 +135,8 @@ class Plan:
             raise ValueError(f"start: found {start}, allowed: 0 to {max(self.starts, 1) - 1}")
         if procedure not in self.procedures:
             raise ValueError(f"procedure: found {procedure}, allowed: {', '.join(self.procedures)}")
-        nearest = [
-            int(np.argmin(np.abs(values - wanted[name]))) for name, values in self.axes.items()
-        ]
-        point_values = {
-            name: float(values[i])
-            for (name, values), i in zip(self.axes.items(), nearest, strict=True)
-        }
+        nearest = [int(np.argmin(np.abs(values - wanted[name]))) for name, values in self.axes.items()]
+        point_values = {name: float(values[i]) for (name, values), i in zip(self.axes.items(), nearest, strict=True)}
         point_values |= {name: float(values[sample]) for name, values in self.drawn.items()}
         index = (self.procedures.index(procedure), *nearest, *([sample] if self.samples else []))
         number = int(np.ravel_multi_index(index, self.shape)) * max(self.starts, 1) + start

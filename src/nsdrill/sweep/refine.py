@@ -36,9 +36,7 @@ def fine_length(points: int, depth: int) -> int:
     return (points - 1) * 2**depth + 1
 
 
-def refine(
-    classes: Array, known: Array, axes: Sequence[bool], depth: int, *, everything: bool = False
-) -> Refinement:
+def refine(classes: Array, known: Array, axes: Sequence[bool], depth: int, *, everything: bool = False) -> Refinement:
     """Repeat the refinement of a grid from the units that are known.
 
     ``classes`` (int, fine grid) has the class of each unit for which ``known`` (bool,
@@ -68,11 +66,7 @@ def refine(
         at_spacing = _every(axes, 2 ** (depth - level))
         divided: Array | None = None
         while True:
-            counted = (
-                known[at_spacing]
-                if everything and level == depth
-                else needed[at_spacing] & known[at_spacing]
-            )
+            counted = known[at_spacing] if everything and level == depth else needed[at_spacing] & known[at_spacing]
             low, high = (
                 np.where(counted, classes[at_spacing], _NO_CLASS),
                 np.where(counted, classes[at_spacing], -_NO_CLASS),
@@ -106,9 +100,7 @@ def _over_cells(values: Array, axes: Sequence[bool], join: Any) -> Array:
     which are shared with the adjacent cells."""
     for axis, refined in enumerate(axes):
         if refined:
-            parts = [
-                values[_along(axis, *bounds)] for bounds in ((0, -1, 2), (1, None, 2), (2, None, 2))
-            ]
+            parts = [values[_along(axis, *bounds)] for bounds in ((0, -1, 2), (1, None, 2), (2, None, 2))]
             values = join(join(parts[0], parts[1]), parts[2])
     return values
 

@@ -51,9 +51,7 @@ class Rerun(Work):
         """The runs of these points."""
         return replace(
             super().prepare(points),
-            initial=self.to_own_states(
-                self.start_states[np.searchsorted(self.point_numbers, points)]
-            ),
+            initial=self.to_own_states(self.start_states[np.searchsorted(self.point_numbers, points)]),
         )
 
     def columns(self, done: FinishedRuns) -> dict[str, Array]:

@@ -107,11 +107,7 @@ class Work:
         scalars or arrays [points]. What is compiled in is that of the work's own
         parameters (:meth:`parts`)."""
         unused = getattr(self.parameters, "unread", ()) if any(map(words_of, self.compiled)) else ()
-        free = {
-            key: value
-            for key, value in values.items()
-            if key not in self.compiled and key not in unused
-        }
+        free = {key: value for key, value in values.items() if key not in self.compiled and key not in unused}
         return values_at(self.parameters, self.initial, free)
 
     @property
@@ -187,9 +183,7 @@ class Work:
         """The states of all points, the angle of the drive last. A point may have only
         some of them."""
         variants = parts_of(self.model, self.parameters, self.initial, self.plan.axes)
-        return states_of_all(
-            [described(self.model).states(parameters) for parameters, _ in variants]
-        )
+        return states_of_all([described(self.model).states(parameters) for parameters, _ in variants])
 
     def to_all_states(self, state: Array) -> Array:
         """States with the phase last [points, own states + 1] as values of the states
@@ -236,9 +230,7 @@ class Work:
 
     def measured(self, done: FinishedRuns) -> dict[str, Array]:
         """The features of finished runs; NaN where a run failed."""
-        features = self.kind.features(
-            done.outcome, done.parameters, self.simulation.observe, self.variant.fixed
-        )
+        features = self.kind.features(done.outcome, done.parameters, self.simulation.observe, self.variant.fixed)
         return _or_nan(done.status == OK, features)
 
     def columns(self, done: FinishedRuns) -> dict[str, Array]:
@@ -254,9 +246,7 @@ class Work:
         measured |= _or_nan(ok, model.derived(measured, self.at(self.plan.values(done.job))))
         state_scales = model.state_scales(done.parameters, self.variant.fixed)
         if record.poincare:
-            measured |= _or_nan(
-                ok, model.section(done.outcome, record, done.parameters, self.variant.fixed)
-            )
+            measured |= _or_nan(ok, model.section(done.outcome, record, done.parameters, self.variant.fixed))
             measured["zero_one"] = self._zero_one(model.returns(measured), state_scales)
         labels = model.classify(measured, done.status, self.thresholds, state_scales)
         return {
@@ -285,10 +275,7 @@ class Work:
 
 def _or_nan(ok: Array, arrays: dict[str, Array]) -> dict[str, Array]:
     """These arrays [n, ...] with NaN where not ``ok`` [n]."""
-    return {
-        name: np.where(ok.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan)
-        for name, value in arrays.items()
-    }
+    return {name: np.where(ok.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan) for name, value in arrays.items()}
 
 
 @lru_cache
@@ -321,14 +308,10 @@ def make_observers(lanes: int, variant: Variant) -> tuple[Any, Any]:
     model, rows, stepper = model_named(variant.model), variant.rows, STEPPERS[variant.stepper]
     place, contacts = _landing_place(model), len(model.contacts)
     identity = (NAMES.index(variant.model), *variant.fixed, list(STEPPERS).index(variant.stepper))
-    observer, marker = model.observer(
-        lanes, variant.fixed, tangent=True, others=_deviation_rows(model)
-    )
+    observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_deviation_rows(model))
     measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
     tangent = model.tangent(1, variant.fixed, place)
-    landing = make_landing(
-        lanes, rows, stepper.scheme(rows), place, measure, tangent, contacts, identity
-    )
+    landing = make_landing(lanes, rows, stepper.scheme(rows), place, measure, tangent, contacts, identity)
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
 
@@ -346,9 +329,7 @@ def make_observers(lanes: int, variant: Variant) -> tuple[Any, Any]:
     return observe, observe_mark
 
 
-def advance(
-    batch: Batch, variant: Variant, seconds: float, drain: bool
-) -> tuple[Batch, FinishedRuns]:
+def advance(batch: Batch, variant: Variant, seconds: float, drain: bool) -> tuple[Batch, FinishedRuns]:
     """Advance a batch for one quantum: a task for any executor, in this process or in
     another."""
     done = batch.advance(compiled_parts(batch.lanes, variant), seconds, drain)

@@ -8,15 +8,7 @@ import html
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from nsdrill.app.contrast import (
-    border_rows,
-    contrast,
-    difference,
-    notes,
-    onset_rows,
-    sentence,
-    thresholds,
-)
+from nsdrill.app.contrast import border_rows, contrast, difference, notes, onset_rows, sentence, thresholds
 from nsdrill.app.contrast import rows as contrast_rows
 from nsdrill.app.sensitivity import sensitivity
 from nsdrill.app.window import window_of, with_passed_over
@@ -95,13 +87,7 @@ def picture(results: Results, kind: str, words: str, units: str, **drawing: Any)
     """A picture of the program as vectors, without the title and the warnings, which the
     page has; a sentence where it cannot be drawn."""
     try:
-        drawn = draw(
-            with_passed_over(results),
-            kind,
-            units=units,
-            look=Look(title=False, warnings=False),
-            **drawing,
-        )
+        drawn = draw(with_passed_over(results), kind, units=units, look=Look(title=False, warnings=False), **drawing)
         return image(svg(drawn), words)
     except NsdrillError as error:
         return paragraph(str(error))
@@ -187,9 +173,7 @@ def comparison(
         [
             paragraph(sentence(found, units), "answer"),
             paragraph(difference(found)),
-            warning_list(
-                text for text in notes(found, units) if not text.startswith(("a: ", "b: "))
-            ),
+            warning_list(text for text in notes(found, units) if not text.startswith(("a: ", "b: "))),
         ]
     )
     data = [with_passed_over(one) for one in results]
@@ -211,9 +195,7 @@ def comparison(
         if rows:
             pieces.append(f"<h3>{escaped(heading)}</h3>{table(columns, rows[:MAX_ROWS])}")
             if len(rows) > MAX_ROWS:
-                pieces.append(
-                    paragraph(f"And {len(rows) - MAX_ROWS} more: nsdrill window A.h5 B.h5 --json.")
-                )
+                pieces.append(paragraph(f"And {len(rows) - MAX_ROWS} more: nsdrill window A.h5 B.h5 --json."))
     return first, "".join(pieces)
 
 

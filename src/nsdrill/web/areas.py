@@ -20,14 +20,7 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.observe.trust import (
-    AGREES,
-    CHECK_FAILED,
-    FEATURES_DIFFER,
-    RESPONSE_DIFFERS,
-    UNCHECKED,
-    verdict,
-)
+from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.style import BAD_TO_GOOD, GREY, SAFE_COLOUR
@@ -68,9 +61,7 @@ VERDICT_CLASSES = {
 }
 
 
-def window_areas(
-    results: Results, units: str, thirds: Sequence[int] | None = None
-) -> Iterator[TitledReply]:
+def window_areas(results: Results, units: str, thirds: Sequence[int] | None = None) -> Iterator[TitledReply]:
     """Safe, dependent on the history and critical over the axes of a window, for each
     of up to four values of a third axis, or for those with the numbers ``thirds``;
     nothing where there are not two or three axes."""
@@ -167,13 +158,9 @@ def occurring_outcomes(probabilities: Probabilities) -> list[tuple[str, str]]:
 
 def basin_area(results: Results, units: str) -> TitledReply:
     """The response that each start of a slice leads to, at one operating point."""
-    (x_name, x), (y_name, y) = slice_values(
-        Starts(slice=results.slice), tuple(results["state"].tolist())
-    ).items()
+    (x_name, x), (y_name, y) = slice_values(Starts(slice=results.slice), tuple(results["state"].tolist())).items()
     codes = outcome(results["status"], results["response"]).reshape(-1, len(x), len(y))[0].T
-    styles = {
-        code: (style["name"], style["colour"]) for code, style in enumerate(response_styles())
-    }
+    styles = {code: (style["name"], style["colour"]) for code, style in enumerate(response_styles())}
     axes = [
         {**quantity_data(name, units), "values": values / quantity(name, units).scale, "log": False}
         for name, values in ((x_name, x), (y_name, y))
@@ -199,22 +186,11 @@ def _plain_quantity(words: str, unit: str = "") -> dict[str, Any]:
     """The data of a quantity that is no variable of a file, in the form of
     :func:`nsdrill.web.shown.quantity_data`."""
     label = f"{words} [{unit}]" if unit else words
-    return {
-        "name": words,
-        "words": words,
-        "unit": unit,
-        "label": label,
-        "scale": 1.0,
-        "long": words,
-    }
+    return {"name": words, "words": words, "unit": unit, "label": label, "scale": 1.0, "long": words}
 
 
 def _area(
-    x: Mapping[str, Any],
-    y: Mapping[str, Any],
-    values: Array,
-    words: str,
-    styles: Mapping[int, tuple[str, ...]] | None,
+    x: Mapping[str, Any], y: Mapping[str, Any], values: Array, words: str, styles: Mapping[int, tuple[str, ...]] | None
 ) -> Reply:
     """``values`` [y, x] as a map: of classes, whose names, colours and stripes
     ``styles`` gives, or of numbers."""
@@ -227,19 +203,13 @@ def _area(
         "place": None,
         "x_edges": edges(np.asarray(x["values"])),
         "y_edges": edges(np.asarray(y["values"])),
-        "classes": [
-            dict(zip(("name", "colour", "stripes"), style, strict=False))
-            for style in _in_order(styles)
-        ]
+        "classes": [dict(zip(("name", "colour", "stripes"), style, strict=False)) for style in _in_order(styles)]
         if styles
         else None,
         "limits": None,
     }
     shown = np.where(failed, np.nan, values.astype(float))
-    return head, {
-        "values": shown[np.newaxis],
-        "outcome": np.where(failed, values, 0)[np.newaxis].astype(int),
-    }
+    return head, {"values": shown[np.newaxis], "outcome": np.where(failed, values, 0)[np.newaxis].astype(int)}
 
 
 def _in_order(styles: Mapping[int, tuple[str, ...]]) -> Sequence[tuple[str, ...]]:

@@ -54,13 +54,7 @@ def local(session: Source, request: Mapping[str, Any]) -> Reply:
 
 
 def _drawn(
-    session: Source,
-    study: Study,
-    key: str,
-    x: Array,
-    point_columns: Mapping[str, Array],
-    centre: float,
-    state: Array,
+    session: Source, study: Study, key: str, x: Array, point_columns: Mapping[str, Array], centre: float, state: Array
 ) -> Reply:
     from nsdrill.analysis.outcome import outcome
 
@@ -76,9 +70,7 @@ def _drawn(
         "state": state,
         "states": session.motions.states(study),
     }
-    columns: dict[str, Array] = {
-        "outcome": outcome(point_columns["status"], point_columns["response"])[np.newaxis]
-    }
+    columns: dict[str, Array] = {"outcome": outcome(point_columns["status"], point_columns["response"])[np.newaxis]}
     for panel in drawn_in(session.attrs).panels:
         values = point_columns[panel.peaks].copy()
         constant = np.asarray(~np.isfinite(values).any(axis=1))

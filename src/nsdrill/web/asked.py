@@ -68,13 +68,10 @@ def place(request: Mapping[str, Any], shape: tuple[int, ...]) -> tuple[int, ...]
         not isinstance(found, list)
         or len(found) != len(shape)
         or not all(
-            isinstance(i, int) and not isinstance(i, bool) and 0 <= i < n
-            for i, n in zip(found, shape, strict=True)
+            isinstance(i, int) and not isinstance(i, bool) and 0 <= i < n for i, n in zip(found, shape, strict=True)
         )
     ):
-        raise InputError(
-            f"place: found {str(found)[:60]}; allowed: a point of {' x '.join(map(str, shape))}."
-        )
+        raise InputError(f"place: found {str(found)[:60]}; allowed: a point of {' x '.join(map(str, shape))}.")
     return tuple(found)
 
 

@@ -63,9 +63,7 @@ class Branches:
     def study(self) -> Study:
         """The study that the branches were continued from."""
         if "study_resolved" not in self.attrs:
-            raise FileError(
-                f"{self.path}: found no study in the file; allowed: a file of nsdrill branches."
-            )
+            raise FileError(f"{self.path}: found no study in the file; allowed: a file of nsdrill branches.")
         return study_from_resolved(
             json.loads(self.attrs["study_resolved"]), str(self.attrs.get("study", "")), self.path
         )
@@ -100,10 +98,7 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
     damaged."""
     with hdf5.opened(path) as file:
         if (kind := str(file.attrs["nsdrill_kind"])) != KIND:
-            raise FileError(
-                f"{path}: this is a {kind} file; a file of branches, of nsdrill "
-                f"continue, is needed."
-            )
+            raise FileError(f"{path}: this is a {kind} file; a file of branches, of nsdrill continue, is needed.")
         attrs = get_attributes(path, file)
         along = str(attrs.get("along", "rotary_speed"))
         try:
@@ -114,56 +109,32 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
             features = {
                 name: np.asarray(file[name][()], dtype=float)
                 for name in file
-                if file[name].shape == (count,)
-                and file[name].dtype.kind == "f"
-                and (name in BY_NAME or name == along)
+                if file[name].shape == (count,) and file[name].dtype.kind == "f" and (name in BY_NAME or name == along)
             }
-            features |= {
-                name: np.asarray(file[name][()], dtype=float) for name in AXES if name in file
-            }
+            features |= {name: np.asarray(file[name][()], dtype=float) for name in AXES if name in file}
             branches = Branches(
                 str(path),
                 attrs,
                 along,
                 str(attrs.get("along_key", along)),
                 sizes,
-                tuple(
-                    _name(m, n)
-                    for m, n in zip(file["motion"].asstr()[()], file["lobes"][()], strict=True)
-                ),
+                tuple(_name(m, n) for m, n in zip(file["motion"].asstr()[()], file["lobes"][()], strict=True)),
                 tuple(file["end_reason"].asstr()[()]),
                 features,
                 np.asarray(file["state"][()], dtype=float),
                 np.asarray(file["period"][()], dtype=float),
                 np.asarray(file["unstable"][()], dtype=int),
                 np.asarray(file["label"][()], dtype=int),
-                {
-                    int(code): word.replace("_", " ")
-                    for code, word in zip(codes, words, strict=False)
-                },
+                {int(code): word.replace("_", " ") for code, word in zip(codes, words, strict=False)},
             )
         except (KeyError, ValueError, TypeError, AttributeError, OSError) as error:
-            raise FileError(
-                f"{path}: is damaged, or of another version ({type(error).__name__}: {error})."
-            ) from error
+            raise FileError(f"{path}: is damaged, or of another version ({type(error).__name__}: {error}).") from error
     lengths = {
         len(values)
-        for values in (
-            *branches.features.values(),
-            branches.state,
-            branches.period,
-            branches.unstable,
-            branches.label,
-        )
+        for values in (*branches.features.values(), branches.state, branches.period, branches.unstable, branches.label)
     }
-    if (
-        along not in branches.features
-        or lengths != {int(sizes.sum())}
-        or len(branches.ends) != len(sizes)
-    ):
-        raise FileError(
-            f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}"
-        )
+    if along not in branches.features or lengths != {int(sizes.sum())} or len(branches.ends) != len(sizes):
+        raise FileError(f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}")
     return branches
 
 
@@ -173,11 +144,7 @@ def _plain(value: Any) -> Any:
 
 def _name(motion: Any, lobes: Any) -> str:
     words = str(motion).replace("_", " ")
-    return (
-        f"{words} over {int(lobes)} lobe{'' if int(lobes) == 1 else 's'}"
-        if words == "periodic"
-        else words
-    )
+    return f"{words} over {int(lobes)} lobe{'' if int(lobes) == 1 else 's'}" if words == "periodic" else words
 
 
 def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], dict[str, Array]]:
@@ -194,9 +161,7 @@ def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], d
         "kinds": [{"name": kind, "colour": _colour(kind, kinds)} for kind in kinds],
         "kind": [kinds.index(kind) for kind in branches.names],
         "special": [[int(i), codes.index(int(branches.label[i]))] for i in points],
-        "marks": [
-            {"name": branches.meanings.get(code, str(code)), **_mark(code, codes)} for code in codes
-        ],
+        "marks": [{"name": branches.meanings.get(code, str(code)), **_mark(code, codes)} for code in codes],
     }
     columns = {
         "curve x": branches.numbers / x.scale,
@@ -247,10 +212,7 @@ def branch_choices(branches: Branches, units: str) -> dict[str, Any]:
         "labels": [],
         "areas": [],
         "dimensions": 0,
-        "panels": [
-            {**quantity_data(panel.peaks, units), "mode": panel.mode, "trace": panel.trace}
-            for panel in panels
-        ],
+        "panels": [{**quantity_data(panel.peaks, units), "mode": panel.mode, "trace": panel.trace} for panel in panels],
         "features": [quantity_data(name, units) for name in features if name in BY_NAME],
     }
 
@@ -303,10 +265,7 @@ def mismatch(branches: Branches, results: Results, axis: str, place: Any, units:
     where they do."""
     if other := other_string(branches.attrs, results, {}, (branches.key,)):
         key, branch_value, sweep_value = other[0]
-        return (
-            f"The branches are of another string: {key} is {branch_value} there, "
-            f"{sweep_value} here."
-        )
+        return f"The branches are of another string: {key} is {branch_value} there, {sweep_value} here."
     if axis != branches.along:
         return f"The branches run along {plain(quantity(branches.along).words)}."
     for name, i in zip(results.grid, place, strict=True):

@@ -30,28 +30,16 @@ def choices(results: Results, units: str) -> dict[str, Any]:
     and ``labels`` for maps."""
     drawn, variables = drawn_in(results.attrs), results.variables
     panels = [panel for panel in drawn.panels if panel.greatest in variables]
-    single = [
-        name
-        for name in variables
-        if (v := BY_NAME.get(name)) and v.dims == POINT and v.dtype == "f8"
-    ]
-    labels = [
-        "response",
-        *(n for n in variables if (v := BY_NAME.get(n)) and v.room == "label" and v.flag_meanings),
-    ]
+    single = [name for name in variables if (v := BY_NAME.get(name)) and v.dims == POINT and v.dtype == "f8"]
+    labels = ["response", *(n for n in variables if (v := BY_NAME.get(n)) and v.room == "label" and v.flag_meanings)]
     return {
         "axes": [axis_data(results, name, units) for name in results.swept],
         "procedures": [text(name) for name in results.coords["procedure"]],
         "members": {"name": member_dimension(results), "count": len(results.coords[name])}
         if (name := member_dimension(results))
         else None,
-        "panels": [
-            {**quantity_data(panel.peaks, units), "mode": panel.mode, "trace": panel.trace}
-            for panel in panels
-        ],
-        "features": [
-            quantity_data(name, units) for name in _preferred_first(drawn.summary, single)
-        ],
+        "panels": [{**quantity_data(panel.peaks, units), "mode": panel.mode, "trace": panel.trace} for panel in panels],
+        "features": [quantity_data(name, units) for name in _preferred_first(drawn.summary, single)],
         "labels": [quantity_data(name, units) for name in dict.fromkeys(labels)],
         "dimensions": len(results.grid),
     }
@@ -64,10 +52,7 @@ def member_dimension(results: Results) -> str | None:
 
 
 def _preferred_first(preferred: Sequence[str], names: Sequence[str]) -> list[str]:
-    return [
-        *(name for name in preferred if name in names),
-        *(name for name in names if name not in preferred),
-    ]
+    return [*(name for name in preferred if name in names), *(name for name in names if name not in preferred)]
 
 
 def axis_data(results: Results, name: str, units: str) -> dict[str, Any]:
@@ -87,12 +72,7 @@ def axis_data(results: Results, name: str, units: str) -> dict[str, Any]:
 
 
 def diagram(
-    results: Results,
-    units: str,
-    y: str,
-    x: str | None = None,
-    held: Mapping[str, int] | None = None,
-    member: int = 0,
+    results: Results, units: str, y: str, x: str | None = None, held: Mapping[str, int] | None = None, member: int = 0
 ) -> Reply:
     """Peaks or a feature ``y`` along the axis ``x``, the other axes ``held`` at the
     values with these indices (0 where not given).
@@ -141,8 +121,7 @@ def diagram(
         "place": place,
         "dimension": results.grid.index(axis),
         "hysteresis": [
-            [x_edges[first], x_edges[last + 1]]
-            for first, last in spans(differences(series.procedures, outcomes))
+            [x_edges[first], x_edges[last + 1]] for first, last in spans(differences(series.procedures, outcomes))
         ],
         "lines": _reference_lines(results, series, panel.mode if panel else None, axis, units),
         "edges": [x_edges[0], x_edges[-1]],
@@ -150,15 +129,11 @@ def diagram(
     scales = np.array([quantity(n, units).scale for n in names])
     columns = {"values": values / shown.scale, "outcome": outcomes, "constant": constant}
     if names:
-        columns["hover"] = (
-            np.stack([np.asarray(series[n], dtype=float) for n in names], axis=-1) / scales
-        )
+        columns["hover"] = np.stack([np.asarray(series[n], dtype=float) for n in names], axis=-1) / scales
     return head, columns
 
 
-def _reference_lines(
-    results: Results, series: Line, mode: str | None, axis: str, units: str
-) -> list[dict[str, Any]]:
+def _reference_lines(results: Results, series: Line, mode: str | None, axis: str, units: str) -> list[dict[str, Any]]:
     """The rotary speed and the wall of the hole, as the pictures draw them."""
     gap = results.attrs.get("gap")
     if mode == "lateral" and gap is not None:
@@ -169,22 +144,12 @@ def _reference_lines(
     scale = quantity("rotary_speed", units).scale
     place = series.place[1 + results.axes.index("rotary_speed")]
     speeds = results.coords["rotary_speed"] / scale
-    ends = (
-        [speeds[0], speeds[-1]]
-        if axis == "rotary_speed"
-        else [speeds[place if isinstance(place, int) else 0]] * 2
-    )
+    ends = [speeds[0], speeds[-1]] if axis == "rotary_speed" else [speeds[place if isinstance(place, int) else 0]] * 2
     return [{"words": "rotary speed", "y": [float(value) for value in ends]}]
 
 
 def plane(
-    results: Results,
-    units: str,
-    colour: str,
-    x: str,
-    y: str,
-    held: Mapping[str, int] | None = None,
-    member: int = 0,
+    results: Results, units: str, colour: str, x: str, y: str, held: Mapping[str, int] | None = None, member: int = 0
 ) -> Reply:
     """The label or feature ``colour`` over two axes: column ``values``
     [procedure, y, x], and ``outcome`` of the same shape."""
@@ -207,9 +172,7 @@ def plane(
 
     values, outcomes = select(colour).astype(float), outcome(select("status"), select("response"))
     if values.size > MAX_CELLS:
-        raise InputError(
-            f"The map has {values.size} cells; allowed: {MAX_CELLS}. Use nsdrill plot."
-        )
+        raise InputError(f"The map has {values.size} cells; allowed: {MAX_CELLS}. Use nsdrill plot.")
     is_label = variable.room == "label"
     if not is_label:
         values = values / quantity(colour, units).scale
@@ -225,11 +188,7 @@ def plane(
         "place": place,
         "x_edges": edges(x_values) / quantity(x, units).scale,
         "y_edges": edges(y_values) / quantity(y, units).scale,
-        "classes": response_styles()
-        if colour == "response"
-        else classes(colour)
-        if is_label
-        else None,
+        "classes": response_styles() if colour == "response" else classes(colour) if is_label else None,
         "limits": None if is_label else [low, high],
     }
     return head, {"values": np.where(outcomes < 0, np.nan, values), "outcome": outcomes}
@@ -238,10 +197,7 @@ def plane(
 def longest(results: Results) -> str:
     """The axis with the most values, as in the pictures; an axis of numbers before one
     of words."""
-    return max(
-        results.swept or ["rotary_speed"],
-        key=lambda name: (not words_along(name), len(results.coords[name])),
-    )
+    return max(results.swept or ["rotary_speed"], key=lambda name: (not words_along(name), len(results.coords[name])))
 
 
 def _place_of(results: Results, held: Mapping[str, int], member: int) -> list[int]:

@@ -57,14 +57,8 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         maps = classes(results, None, USUAL_CONFIDENCE if name == PROBABILITY else None)
         assert maps.y is not None
         third = held.get(maps.third, 0) if maps.third else 0
-        if (
-            isinstance(third, bool)
-            or not isinstance(third, int)
-            or not 0 <= third < len(maps.state)
-        ):
-            raise InputError(
-                f"{maps.third}: found number {third}; allowed: 0 to {len(maps.state) - 1}."
-            )
+        if isinstance(third, bool) or not isinstance(third, int) or not 0 <= third < len(maps.state):
+            raise InputError(f"{maps.third}: found number {third}; allowed: 0 to {len(maps.state) - 1}.")
         if name == WINDOW:
             ((_, (head, columns)),) = window_areas(results, units, [third])
         else:
@@ -87,8 +81,7 @@ def _stacked(areas: list[tuple[str, Reply]]) -> Reply:
     """Areas of one kind as one: ``values`` [area, y, x], with the colour scale of each."""
     head = areas[0][1][0]
     columns: dict[str, Array] = {
-        name: np.concatenate([reply[1][name] for _, reply in areas])
-        for name in ("values", "outcome")
+        name: np.concatenate([reply[1][name] for _, reply in areas]) for name in ("values", "outcome")
     }
     scales = [reply[0].get("scale") for _, reply in areas]
     return head | {"procedures": [words for words, _ in areas], "scales": scales}, columns

@@ -36,23 +36,15 @@ def orbit(session: Source, request: Mapping[str, Any]) -> Reply:
     branches, point = session.branches, asked.integer(request, "point", -1)
     if branches is None or not 0 <= point < len(branches.label):
         raise InputError(f"point: found {point}; allowed: a point of the branches.")
-    values = {
-        name: float(branches.features[name][point])
-        for name in DEFAULT_SLIDERS
-        if name in branches.features
-    }
+    values = {name: float(branches.features[name][point]) for name in DEFAULT_SLIDERS if name in branches.features}
     values[branches.key] = float(branches.numbers[point])
     period = float(branches.period[point])
     if not 0.0 < period < asked.MAX_SECONDS:  # steady drilling has none
         period = asked.DEFAULT_SECONDS
-    seconds = period * (
-        1 if branches.unstable[point] else max(1, math.ceil(asked.DEFAULT_SECONDS / period))
-    )
+    seconds = period * (1 if branches.unstable[point] else max(1, math.ceil(asked.DEFAULT_SECONDS / period)))
     with session.computing():
         study = session.motions.at(session.motions.own | values)
-        simulation = replace(
-            study.simulation, rtol=float(branches.attrs.get("rtol", study.simulation.rtol))
-        )
+        simulation = replace(study.simulation, rtol=float(branches.attrs.get("rtol", study.simulation.rtol)))
         study = replace(study, simulation=simulation)
         state = np.append(branches.state[point], 0.0)
         motion = session.motions.run_from(study, state, seconds, min(asked.SAMPLE, period / 400))
@@ -64,8 +56,7 @@ def orbit(session: Source, request: Mapping[str, Any]) -> Reply:
         head["features"] = value_rows(described(study.model).shown, motion.found, session.units)
     file = shlex.quote(branches.path)
     head |= {
-        "begins": f"Point {point}, {branches.name_of(point)}: run for {seconds:.4g} s, its "
-        f"period is {period:.4g} s.",
+        "begins": f"Point {point}, {branches.name_of(point)}: run for {seconds:.4g} s, its period is {period:.4g} s.",
         "changes": values,
         "command": f"nsdrill show {file} --study > branches_study.yaml && nsdrill simulate "
         f"branches_study.yaml "
@@ -83,9 +74,7 @@ def replay(session: Source, request: Mapping[str, Any]) -> Reply:
     with session.computing():
         motion = session.motions.replay(place, seconds, asked.sample(seconds))
         study = session.motions.stored(place)
-    stored = {
-        name: v[place].item() for name, v in results.variables.items() if v.ndim == len(place)
-    }
+    stored = {name: v[place].item() for name, v in results.variables.items() if v.ndim == len(place)}
     head, columns = motion_reply(session, motion, study, stored)
     names = [name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])]
     head |= {
@@ -93,9 +82,7 @@ def replay(session: Source, request: Mapping[str, Any]) -> Reply:
         "same_bits": motion.same_bits,
         "command": command(session, place),
         "features": value_rows(names, stored, session.units),
-        "differing": []
-        if motion.same_bits
-        else unlike(session.sweep().attrs, "numpy_version", "processor"),
+        "differing": [] if motion.same_bits else unlike(session.sweep().attrs, "numpy_version", "processor"),
         "from": point_rows(session, place),
         "begins": "stored",
     }
@@ -108,25 +95,19 @@ def live(session: Source, request: Mapping[str, Any]) -> Reply:
     local diagram. ``chosen`` says that the state was clicked, and nothing else."""
     values = session.values(request)
     seconds = asked.seconds(request)
-    settle, observe = (
-        asked.number(request, name, 0.0, asked.MAX_SECONDS, 0.0) for name in ("settle", "observe")
-    )
+    settle, observe = (asked.number(request, name, 0.0, asked.MAX_SECONDS, 0.0) for name in ("settle", "observe"))
     with session.computing():
         study = session.motions.at(values, changes(session, request))
         state = start_state(session, request, study)
         if state is None:
             state = session.motions.start(study)
             settle, observe = study.simulation.transient, study.simulation.observe
-        motion = session.motions.run_from(
-            study, state, seconds, asked.sample(seconds), settle=settle, observe=observe
-        )
+        motion = session.motions.run_from(study, state, seconds, asked.sample(seconds), settle=settle, observe=observe)
     names = described(study.model).shown
     head, columns = motion_reply(session, motion, study, {"status": motion.status, **motion.found})
     if motion.status == OK:
         head["features"] = value_rows(names, motion.found, session.units)
-    duration = (
-        f"for {motion.seconds:g} s{', with changed numbers' if request.get('changes') else ''}"
-    )
+    duration = f"for {motion.seconds:g} s{', with changed numbers' if request.get('changes') else ''}"
     if request.get("chosen"):
         head["begins"] = f"Run from the chosen start {duration}."
     elif request.get("state"):
@@ -139,21 +120,11 @@ def live(session: Source, request: Mapping[str, Any]) -> Reply:
 def _middle_of_sweep(session: Source) -> str:
     """The values at which the page of a study that sweeps begins, as a sentence."""
     values = session.motions.own
-    swept = (
-        [name for name in session.study.swept if not words_of(name)]
-        if session.results is None
-        else []
-    )
+    swept = [name for name in session.study.swept if not words_of(name)] if session.results is None else []
     texts = value_rows(
-        list(map(dimension_of, swept)),
-        {dimension_of(name): values[name] for name in swept},
-        session.units,
+        list(map(dimension_of, swept)), {dimension_of(name): values[name] for name in swept}, session.units
     )
-    return (
-        f" The study sweeps; this is the middle: {', '.join(map(' '.join, texts))}."
-        if texts
-        else ""
-    )
+    return f" The study sweeps; this is the middle: {', '.join(map(' '.join, texts))}." if texts else ""
 
 
 def section(session: Source, request: Mapping[str, Any]) -> Reply:
@@ -163,9 +134,7 @@ def section(session: Source, request: Mapping[str, Any]) -> Reply:
     drawn = drawn_in(results.attrs)
     stored = all(name in results.variables for name in drawn.section) and bool(drawn.section)
     if stored:
-        returns = {
-            name: results[name][place] for name in results.variables if name.startswith("section_")
-        }
+        returns = {name: results[name][place] for name in results.variables if name.startswith("section_")}
         source = "stored returns"
     else:
         from nsdrill.plot.kinds.returns import section_of
@@ -206,14 +175,10 @@ def motion_reply(session: Source, motion: Motion, study: Study, labels: Mapping[
         "samples": len(motion.time),
         "labels": label_words(labels),
         "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
-        "ended": ""
-        if motion.status == OK
-        else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
+        "ended": "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
         "state": motion.final if motion.status == OK else None,
         "states": session.motions.states(study),
-        "values": {
-            key: value_at(study.resolved, leaf.key) for key, leaf in session.adjustable.items()
-        },
+        "values": {key: value_at(study.resolved, leaf.key) for key, leaf in session.adjustable.items()},
         "hole": [radius / x.scale for radius in hole] if hole and x else None,
         "features": [],
         "steps": motion.steps,

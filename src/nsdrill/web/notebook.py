@@ -47,10 +47,7 @@ class View:
         if self._explorer.stopped.is_set():
             return f"<p>{html.escape(repr(self))}</p>"
         url = html.escape(self.url, quote=True)
-        return (
-            f'<iframe src="{url}" width="100%" height="{self._height}" title="nsdrill" '
-            f'style="border: 0"></iframe>'
-        )
+        return f'<iframe src="{url}" width="100%" height="{self._height}" title="nsdrill" style="border: 0"></iframe>'
 
     def __enter__(self) -> Self:
         return self

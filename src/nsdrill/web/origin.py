@@ -19,14 +19,7 @@ from nsdrill.web.diagrams import member_dimension
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, quantity_data
 
-VERSIONS = (
-    "python_version",
-    "numpy_version",
-    "llvmlite",
-    "h5py_version",
-    "processor",
-    "model_digest",
-)
+VERSIONS = ("python_version", "numpy_version", "llvmlite", "h5py_version", "processor", "model_digest")
 Rows = list[tuple[str, str]]
 
 
@@ -40,9 +33,7 @@ def origin_rows(session: Session) -> Rows:
         rows += _branches(session, session.branches)
     attrs = _attrs(session)
     software = [
-        f"{name.removesuffix('_version').replace('_', ' ')} {attrs[name]}"
-        for name in VERSIONS
-        if name in attrs
+        f"{name.removesuffix('_version').replace('_', ' ')} {attrs[name]}" for name in VERSIONS if name in attrs
     ]
     version = attrs.get("nsdrill_version", "")
     rows += [

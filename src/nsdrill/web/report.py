@@ -71,26 +71,17 @@ class _Page:
     def add(self, *pieces: str) -> None:
         self.pieces.extend(pieces)
 
-    def add_drawing(
-        self, kind: str, replies: Sequence[Reply], more: Mapping[str, Any], words: str
-    ) -> None:
+    def add_drawing(self, kind: str, replies: Sequence[Reply], more: Mapping[str, Any], words: str) -> None:
         """An element in which the script draws ``replies``; ``words`` are its label for
         screen readers."""
         first = len(self.bodies)
         self.bodies.extend(packed(*reply) for reply in replies)
         data = json_text({"kind": kind, "bodies": list(range(first, len(self.bodies))), **more})
-        self.add(
-            f'<div class="drawing" role="group" aria-label="{_text(words)}" '
-            f'data-draw="{_text(data)}"></div>'
-        )
+        self.add(f'<div class="drawing" role="group" aria-label="{_text(words)}" data-draw="{_text(data)}"></div>')
 
 
 def report(
-    parts: Sequence[Part],
-    command: str,
-    motions: int,
-    severity: int | None = None,
-    confidence: float | None = None,
+    parts: Sequence[Part], command: str, motions: int, severity: int | None = None, confidence: float | None = None
 ) -> str:
     """The page as HTML. ``command`` is the command line that writes it again; of each
     file up to ``motions`` points are drawn moving. ``severity`` and ``confidence`` are
@@ -170,12 +161,7 @@ def _add_answer(
 
 
 def _add_comparison(
-    page: _Page,
-    parts: Sequence[Part],
-    names: Sequence[str],
-    units: str,
-    severity: int | None,
-    confidence: float | None,
+    page: _Page, parts: Sequence[Part], names: Sequence[str], units: str, severity: int | None, confidence: float | None
 ) -> str:
     """The first lines of the comparison of two results, and the limits of validity;
     returns its tables."""
@@ -200,19 +186,14 @@ def _title(session: Session) -> str:
 def _names(paths: Sequence[str]) -> list[str]:
     """The names of the files; where two are equal, with their folders."""
     names = [Path(path).name for path in paths]
-    return [
-        name if names.count(name) == 1 else path for name, path in zip(names, paths, strict=True)
-    ]
+    return [name if names.count(name) == 1 else path for name, path in zip(names, paths, strict=True)]
 
 
 def _stems(paths: Sequence[str]) -> list[str]:
     """The beginnings of the file names in the command lines: the name of each file,
     with a number where two are equal."""
     names = [Path(path).name.partition(".")[0] or "results" for path in paths]
-    return [
-        name if names.count(name) == 1 else f"{name}{number}"
-        for number, name in enumerate(names, start=1)
-    ]
+    return [name if names.count(name) == 1 else f"{name}{number}" for number, name in enumerate(names, start=1)]
 
 
 def _add_file(page: _Page, part: Part, motions: int, stem: str) -> list[str]:
@@ -222,25 +203,18 @@ def _add_file(page: _Page, part: Part, motions: int, stem: str) -> list[str]:
     results = session.results
     if results is None:
         if session.branches is None:
-            raise InputError(
-                f"{session.path}: found a study; allowed: results. Run it first: nsdrill run."
-            )
+            raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
         return _add_branches(page, session, session.branches, stem)
     places = representatives(results, motions)
     page.add("<h3>Diagrams</h3>", '<p class="screen">Point at a diagram for its numbers.</p>')
     _add_diagrams(page, session, results)
     study, again = (shlex.quote(f"{stem}_{name}") for name in ("study.yaml", "again.h5"))
-    commands = [
-        f"nsdrill show {shlex.quote(session.path)} --study > {study}",
-        f"nsdrill run {study} -o {again}",
-    ]
+    commands = [f"nsdrill show {shlex.quote(session.path)} --study > {study}", f"nsdrill run {study} -o {again}"]
     if places:
         page.add("<h3>Motions</h3>", "<p>One point of each kind that is common, run once more.</p>")
         for number, place in enumerate(places, start=1):
             trace = shlex.quote(f"{stem}_trace{number}.h5")
-            commands.append(
-                _add_motion(page, session, place).replace(" -o trace.h5", f" -o {trace}")
-            )
+            commands.append(_add_motion(page, session, place).replace(" -o trace.h5", f" -o {trace}"))
     for heading, lines in part.summaries:
         page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
     return commands
@@ -248,9 +222,7 @@ def _add_file(page: _Page, part: Part, motions: int, stem: str) -> list[str]:
 
 def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
     units = session.units
-    names = sorted(
-        results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name]))
-    )
+    names = sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name])))
     more = {"responses": response_styles()}
     if results.slice and not names:
         _add_maps(page, [basin_area(results, units)])
@@ -266,18 +238,11 @@ def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
         for held, where in _held_values(results, names[2:], units):
             for number, procedure in enumerate(procedures):
                 words = ", ".join(
-                    [
-                        "Responses",
-                        *([procedure] if len(procedures) > 1 else []),
-                        *([where] if where else []),
-                    ]
+                    ["Responses", *([procedure] if len(procedures) > 1 else []), *([where] if where else [])]
                 )
                 page.add(f"<h4>{_text(words)}</h4>")
                 page.add_drawing(
-                    "map",
-                    [plane(results, units, "response", x, y, held)],
-                    {**more, "procedure": number},
-                    words,
+                    "map", [plane(results, units, "response", x, y, held)], {**more, "procedure": number}, words
                 )
     else:
         for held, words in _held_values(results, names[1:], units):
@@ -308,33 +273,22 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
     page.add("<h3>Branches</h3>")
     panels = [p for p in drawn_in(branches.attrs).panels if p.greatest in branches.features]
     replies = [session.diagram({"y": p.peaks}) for p in panels]
-    page.add_drawing(
-        "lines", replies, {"responses": response_styles()}, f"Branches along {branches.along}"
-    )
+    page.add_drawing("lines", replies, {"responses": response_styles()}, f"Branches along {branches.along}")
     first = 0
     branch_rows: list[tuple[str, str]] = []
     for number, (size, name, end) in enumerate(
         zip(branches.sizes.tolist(), branches.names, branches.ends, strict=True)
     ):
         part = branches.numbers[first : first + size]
-        branch_rows.append(
-            (
-                f"Branch {number}",
-                f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}",
-            )
-        )
+        branch_rows.append((f"Branch {number}", f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}"))
         for point in range(first, first + size):
             if (label := int(branches.label[point])) not in (REGULAR, END_POINT):
-                words = (
-                    f"{branches.meanings.get(label, str(label))} at "
-                    f"{x.value(float(branches.numbers[point]))}"
-                )
+                words = f"{branches.meanings.get(label, str(label))} at {x.value(float(branches.numbers[point]))}"
                 branch_rows.append(("", f"{words} (point {point})"))
         first += size
     page.add(_table(branch_rows))
     file, study, again, orbit = map(
-        shlex.quote,
-        (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5"))),
+        shlex.quote, (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5")))
     )
     return [
         f"nsdrill show {file} --study > {study}",
@@ -345,16 +299,13 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
     ]
 
 
-def _held_values(
-    results: Results, others: Sequence[str], units: str
-) -> Iterator[tuple[dict[str, int], str]]:
+def _held_values(results: Results, others: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:
     """All combinations of some values of the ``others`` of the axes, as indices by axis
     and in words."""
     values = [evenly_spaced(len(results.coords[name])) for name in others]
     for index in product(*values):
         words = [
-            f"{plain(quantity(name, units).words)}: "
-            f"{quantity(name, units).value(float(results.coords[name][i]))}"
+            f"{plain(quantity(name, units).words)}: {quantity(name, units).value(float(results.coords[name][i]))}"
             for name, i in zip(others, index, strict=True)
         ]
         yield dict(zip(others, (int(i) for i in index), strict=True)), ", ".join(words)
@@ -366,10 +317,7 @@ def _thinned(reply: Reply) -> Reply:
     head, columns = reply
     values = columns["values"]
     keep = max(1, int(MAX_PEAKS / max(1, values.shape[0] * values.shape[1])))
-    return head, {
-        **columns,
-        "values": values[..., :keep] if columns["constant"].any() else values[..., -keep:],
-    }
+    return head, {**columns, "values": values[..., :keep] if columns["constant"].any() else values[..., -keep:]}
 
 
 def _add_members(page: _Page, session: Session, results: Results) -> None:
@@ -382,12 +330,7 @@ def _add_members(page: _Page, session: Session, results: Results) -> None:
         return
     if member == SAMPLE and len(results.swept) == 1:
         words = f"Probabilities along {axis}"
-        page.add_drawing(
-            "lines",
-            [probability_lines(results, units, axis)],
-            {"responses": response_styles()},
-            words,
-        )
+        page.add_drawing("lines", [probability_lines(results, units, axis)], {"responses": response_styles()}, words)
         return
     if len(results.swept) != 1:
         page.add(f"<p>Several {member}s over several axes: see the numbers below.</p>")
@@ -421,10 +364,7 @@ def _add_members(page: _Page, session: Session, results: Results) -> None:
             )
         )
     page.add_drawing(
-        "lines",
-        replies,
-        {"responses": response_styles()},
-        f"Greatest values along {axis}, of every {member}",
+        "lines", replies, {"responses": response_styles()}, f"Greatest values along {axis}, of every {member}"
     )
 
 
@@ -457,17 +397,11 @@ def _add_motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
     }
     head["channels"] = [channel for channel in head["channels"] if channel["name"] in shown]
     title = ", ".join(f"{a} {b}" for a, b in head["from"])
-    page.add(
-        f"<figure><figcaption><strong>{_text(title)}</strong><br>{_text(', '.join(head['labels']))}<br>"
-    )
+    page.add(f"<figure><figcaption><strong>{_text(title)}</strong><br>{_text(', '.join(head['labels']))}<br>")
     if head["ended"]:
         page.add(_text(f"It ended early: {head['ended']}."))
     else:
-        ending = (
-            "the stored state, bit for bit"
-            if head["same_bits"]
-            else f"not the stored state: {head['differing']}"
-        )
+        ending = "the stored state, bit for bit" if head["same_bits"] else f"not the stored state: {head['differing']}"
         page.add(_text(f"Run again for this page, it ends in: {ending}."))
     page.add("</figcaption>")
     page.add_drawing("motion", [(head, shown)], {"drawn": drawn}, f"The motion at {title}")
@@ -524,20 +458,12 @@ def _table(rows: Sequence[tuple[str, str]]) -> str:
 def _document(title: str, page: _Page) -> str:
     """The whole page. Its policy allows only its own scripts and style, and loads
     nothing."""
-    scripts = [
-        static(name).decode()
-        for name in ("uplot/uPlot.iife.min.js", "charts.js", "motion.js", "report.js")
-    ]
+    scripts = [static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "motion.js", "report.js")]
     scripts[-1:-1] = [static(name).decode() for name in ("vector.js", "paper.js")]
-    style = (
-        static("uplot/uPlot.min.css").decode()
-        + static("style.css").decode()
-        + static("report.css").decode()
-    )
+    style = static("uplot/uPlot.min.css").decode() + static("style.css").decode() + static("report.css").decode()
     licence = static("uplot/LICENSE").decode()
     bodies = "".join(
-        f'<script type="application/octet-stream" '
-        f'id="body{i}">{base64.b64encode(body).decode()}</script>\n'
+        f'<script type="application/octet-stream" id="body{i}">{base64.b64encode(body).decode()}</script>\n'
         for i, body in enumerate(page.bodies)
     )
     policy = (

@@ -35,9 +35,7 @@ def saved(session: Source, request: Mapping[str, Any]) -> dict[str, Any]:
         return {"text": plain_text, "name": "point.yaml"}
     with_start = session.motions.with_start(study, state)
     if with_start is not None:
-        text = study_text(
-            {**with_start, "title": title}, [*head, "Its start is the state that the page showed"]
-        )
+        text = study_text({**with_start, "title": title}, [*head, "Its start is the state that the page showed"])
         try:
             parse_study(text, "point.yaml")
         except InputError:
@@ -45,9 +43,7 @@ def saved(session: Source, request: Mapping[str, Any]) -> dict[str, Any]:
         else:
             return {"text": text, "name": "point.yaml"}
     parse_study(plain_text, "point.yaml")
-    head.append(
-        "Its start is that of the study: the state that the page showed cannot be written as one"
-    )
+    head.append("Its start is that of the study: the state that the page showed cannot be written as one")
     return {"text": study_text(resolved, head), "name": "point.yaml"}
 
 
@@ -78,11 +74,7 @@ def command(session: Source, place: tuple[int, ...]) -> str:
     for name in results.swept:
         key = keys.get(name, name)
         value = float(results.coords[name][place[results.grid.index(name)]])
-        text = (
-            str(word_or_number(key, value))
-            if words_of(key)
-            else leaves[key].text(value).replace(" ", "")
-        )
+        text = str(word_or_number(key, value)) if words_of(key) else leaves[key].text(value).replace(" ", "")
         parts.append(option_of(key, text))
     if len(results.coords["procedure"]) > 1:
         parts.append(f"--procedure {results.coords['procedure'][place[0]]}")

@@ -113,9 +113,7 @@ class Explorer:
         # Not in a hidden folder or that for temporary files, which a confined browser
         # cannot read.
         home = os.path.expanduser("~")
-        number, name = tempfile.mkstemp(
-            ".html", "nsdrill-view-", home if os.access(home, os.W_OK) else None
-        )
+        number, name = tempfile.mkstemp(".html", "nsdrill-view-", home if os.access(home, os.W_OK) else None)
         interrupt.unfinished_files.add(name)
         try:
             with open(number, "w", encoding="utf-8") as file:
@@ -276,9 +274,7 @@ class _Handler(BaseHTTPRequestHandler):
         """A connection without the token has its time once, whatever it asks for, or it
         could keep its place for ever."""
         super().handle_one_request()
-        self.server.set_idle(
-            self.connection, time.monotonic() if self.has_token else self.connected_at
-        )
+        self.server.set_idle(self.connection, time.monotonic() if self.has_token else self.connected_at)
 
     def do_GET(self) -> None:
         """The static files, and ``/api/alive``, which lasts as long as the page."""
@@ -304,8 +300,7 @@ class _Handler(BaseHTTPRequestHandler):
         if not 0 <= size <= MAX_REQUEST or "Transfer-Encoding" in self.headers:
             self.close_connection = True
             self._refuse(
-                413 if size > MAX_REQUEST else 411,
-                f"A request has at most {MAX_REQUEST} bytes, and says how many.",
+                413 if size > MAX_REQUEST else 411, f"A request has at most {MAX_REQUEST} bytes, and says how many."
             )
             return
         body = self.rfile.read(size)
@@ -337,20 +332,14 @@ class _Handler(BaseHTTPRequestHandler):
         except Exception as error:
             if os.environ.get("NSDRILL_DEBUG"):
                 raise
-            self._refuse(
-                500,
-                f"This should not happen and is a bug of nsdrill "
-                f"({type(error).__name__}: {error}).",
-            )
+            self._refuse(500, f"This should not happen and is a bug of nsdrill ({type(error).__name__}: {error}).")
         else:
             self._send(200, kind, reply)
 
     def _is_waited_for(self) -> bool:
         """Whether the page has not closed the connection."""
         try:
-            return (
-                not _has_input(self.connection) or self.connection.recv(1, socket.MSG_PEEK) != b""
-            )
+            return not _has_input(self.connection) or self.connection.recv(1, socket.MSG_PEEK) != b""
         except OSError:
             return False
 
@@ -360,9 +349,7 @@ class _Handler(BaseHTTPRequestHandler):
         port = self.server.server_port
         hosts = {f"{name}:{port}" for name in (ADDRESS, "localhost")}
         origin = self.headers.get("Origin")
-        if self.headers.get("Host") not in hosts or (
-            origin is not None and origin.partition("://")[2] not in hosts
-        ):
+        if self.headers.get("Host") not in hosts or (origin is not None and origin.partition("://")[2] not in hosts):
             self._refuse(403, "This explorer answers pages of its own only.")
             return False
         return True
@@ -370,15 +357,10 @@ class _Handler(BaseHTTPRequestHandler):
     def _check_token(self) -> bool:
         """Whether the request has the token; else it is refused."""
         token = self.headers.get(TOKEN_HEADER, "")
-        if hmac.compare_digest(
-            token.encode("latin-1", "replace"), self.server.explorer.token.encode()
-        ):
+        if hmac.compare_digest(token.encode("latin-1", "replace"), self.server.explorer.token.encode()):
             self.has_token = True
             return True
-        self._refuse(
-            403,
-            "The token is missing or of another explorer. Open the URL that nsdrill view printed.",
-        )
+        self._refuse(403, "The token is missing or of another explorer. Open the URL that nsdrill view printed.")
         return False
 
     def _keep_alive(self) -> None:
@@ -395,9 +377,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write(b".")
             self.wfile.flush()
             while not explorer.stopped.is_set():
-                if select.select([self.connection], [], [], 0.2)[0] and not self.connection.recv(
-                    1024
-                ):
+                if select.select([self.connection], [], [], 0.2)[0] and not self.connection.recv(1024):
                     return
         except OSError:
             pass
@@ -427,9 +407,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Log nothing: the terminal shows only messages to the user."""
 
 
-REQUESTS = frozenset(
-    ("meta", "diagram", "plane", "area", "replay", "live", "local", "section", "orbit", "saved")
-)
+REQUESTS = frozenset(("meta", "diagram", "plane", "area", "replay", "live", "local", "section", "orbit", "saved"))
 
 
 def _has_input(connection: socket.socket) -> bool:

@@ -36,9 +36,7 @@ class Session(Source):
             "file": os.path.basename(self.path),
             "title": self.title,
             "model": described(self.study.model).title,
-            "overrides": [
-                f"{key} = {value}" for key, value in overrides(self.attrs, thresholds=True).items()
-            ],
+            "overrides": [f"{key} = {value}" for key, value in overrides(self.attrs, thresholds=True).items()],
             "units": self.units,
             "seconds": asked.DEFAULT_SECONDS,
             "longest": self.study.simulation.transient + self.study.simulation.observe,
@@ -49,9 +47,7 @@ class Session(Source):
             "command": f"nsdrill view {shlex.quote(self.path)}",
         }
         if self.results is not None:
-            head["choices"] = diagrams.choices(self.results, self.units) | {
-                "areas": maps.area_choices(self.results)
-            }
+            head["choices"] = diagrams.choices(self.results, self.units) | {"areas": maps.area_choices(self.results)}
             head["points"] = int(self.results["status"].size)
         elif self.branches is not None:
             head["choices"] = branch_choices(self.branches, self.units)

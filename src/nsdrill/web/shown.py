@@ -67,9 +67,7 @@ def response_styles() -> list[dict[str, str]]:
     :mod:`nsdrill.plot.style`."""
     from nsdrill.plot.style import RESPONSES
 
-    return [
-        {"name": style.name, "colour": style.colour, "marker": style.marker} for style in RESPONSES
-    ]
+    return [{"name": style.name, "colour": style.colour, "marker": style.marker} for style in RESPONSES]
 
 
 def outcome_words(code: int) -> str:
@@ -90,10 +88,7 @@ def classes(name: str) -> list[dict[str, str]]:
         colours: tuple[str, ...] = style.BAD_TO_GOOD[::-1]
     else:
         colours = (*(colour for _, colour in style.WHIRLS), style.WINE, style.BLACK)
-    return [
-        {"name": word.replace("_", " "), "colour": colours[i % len(colours)]}
-        for i, word in enumerate(words)
-    ]
+    return [{"name": word.replace("_", " "), "colour": colours[i % len(colours)]} for i, word in enumerate(words)]
 
 
 def label_words(values: Mapping[str, Any]) -> list[str]:
@@ -106,11 +101,7 @@ def label_words(values: Mapping[str, Any]) -> list[str]:
     texts = [outcome_words(int(values["response"]))]
     for name, value in values.items():
         variable = BY_NAME.get(name)
-        if (
-            variable is None
-            or variable.room != "label"
-            or name in ("response", "attractor", "trusted")
-        ):
+        if variable is None or variable.room != "label" or name in ("response", "attractor", "trusted"):
             continue
         meanings, code = (variable.flag_meanings or "").split(), int(value)
         if name == "period":

@@ -32,9 +32,7 @@ def adjustable(model: str) -> dict[str, Leaf]:
     keys = keys_of(model)
     physical = (*keys.model.sections, "operation")
     fixed = keys.model.deciding  # another choice of these changes the units of a number
-    words = {
-        key: leaf for key, leaf in keys.leaves.items() if leaf.kind == "choice" and key not in fixed
-    }
+    words = {key: leaf for key, leaf in keys.leaves.items() if leaf.kind == "choice" and key not in fixed}
     return {
         name: leaf
         for name, leaf in {**keys.axes, **words}.items()
@@ -103,16 +101,10 @@ def changes(session: Source, request: Mapping[str, Any]) -> dict[str, str]:
     for key, value in wanted.items():
         leaf = session.adjustable.get(key)
         if leaf is None:
-            raise InputError(
-                f"{str(key)[:60]}: found an unknown key; allowed: a number or a word of the study."
-            )
+            raise InputError(f"{str(key)[:60]}: found an unknown key; allowed: a number or a word of the study.")
         if leaf.kind == "whole" and isinstance(value, float) and value.is_integer():
             value = int(value)
-        if (
-            isinstance(value, str)
-            and len(value) <= 60
-            and not set(value) & set("{}[]&*!|>%@`#:,\"'\n")
-        ):
+        if isinstance(value, str) and len(value) <= 60 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n"):
             texts[key] = value
         elif (number := asked.finite(value)) is not None and leaf.low <= number <= leaf.high:
             texts[key] = leaf.text(value if leaf.kind == "whole" else number)
@@ -128,11 +120,7 @@ def start_state(session: Source, request: Mapping[str, Any], study: Study) -> Ar
     state, names = asked.state(request), request.get("states")
     if state is None or names is None:
         return state
-    if (
-        not isinstance(names, list)
-        or len(names) != len(state)
-        or not all(isinstance(name, str) for name in names)
-    ):
+    if not isinstance(names, list) or len(names) != len(state) or not all(isinstance(name, str) for name in names):
         raise InputError("states: found something else; allowed: the names of the state.")
     return session.motions.fitted(study, dict(zip(names, state.tolist(), strict=True)))
 

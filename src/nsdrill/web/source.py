@@ -57,18 +57,14 @@ class Source:
             self.study: Study = load_study(Path(path), overrides or [])
         else:
             if overrides:
-                raise InputError(
-                    f"--set: found with {self.path}; allowed: with a study, which "
-                    f"ends in .yaml or .yml."
-                )
+                raise InputError(f"--set: found with {self.path}; allowed: with a study, which ends in .yaml or .yml.")
             self._open()
         self.units = units or self.study.units
         if over is not None and self.results is None:
             raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
         if self.branches is not None and self.branches.study.model != self.study.model:
             raise InputError(
-                f"--over: found branches of the model {self.branches.study.model}; allowed: of "
-                f"{self.study.model}."
+                f"--over: found branches of the model {self.branches.study.model}; allowed: of {self.study.model}."
             )
 
     def _open(self) -> None:
@@ -79,24 +75,17 @@ class Source:
         self.results = self._read()
         from nsdrill.app.stored import stored_study
 
-        self.study = stored_study(
-            self.path, self.results.attrs, self.results.coords, self.results.drawn
-        )
+        self.study = stored_study(self.path, self.results.attrs, self.results.coords, self.results.drawn)
 
     def _read(self) -> Results:
         from nsdrill.app.reading import read_any
         from nsdrill.store import kind_of, variables_in
 
         if os.path.lexists(self.path) and kind_of(self.path) == "trace":
-            raise FileError(
-                f"{self.path}: found a trace; allowed: results, or a study. Draw it "
-                f"with nsdrill plot."
-            )
+            raise FileError(f"{self.path}: found a trace; allowed: results, or a study. Draw it with nsdrill plot.")
         names = None
         if os.path.lexists(self.path):
-            names = [
-                v.name for v in variables_in(self.path) if v.room in _READ_GROUPS or v.dims == POINT
-            ]
+            names = [v.name for v in variables_in(self.path) if v.room in _READ_GROUPS or v.dims == POINT]
         results = read_any(self.path, names)
         assert not isinstance(results, Trace)
         return results
@@ -183,6 +172,4 @@ class Source:
             self.motions.compile(study, motion.final, "rotary_speed", near)
             time.sleep(0.01)
             with self.computing():
-                self.motions.run_along(
-                    study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01
-                )
+                self.motions.run_along(study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01)

@@ -43,9 +43,7 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
     return lumped_coefficients(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
 
-def every_derived_quantity(
-    parameters: Parameters, operation: Operation
-) -> dict[str, DerivedQuantity]:
+def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point: those of string and bit, and the
     frequency of each bending mode under the weight on bit, None where that buckles
     it."""
@@ -73,9 +71,7 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
 def _buckled(corners: list[Values], format_value: FormatValue) -> str | None:
     """The warning of modes that the weight on bit buckles."""
     worst = max(corners, key=lambda corner: float(corner.operation[1]))
-    buckled = [
-        n for n, k in enumerate(stiffnesses(worst.parameters, *worst.operation), start=1) if k < 0
-    ]
+    buckled = [n for n, k in enumerate(stiffnesses(worst.parameters, *worst.operation), start=1) if k < 0]
     if not buckled:
         return None
     load = lumped_coefficients(worst.parameters, *worst.operation).buckling_load
@@ -93,13 +89,9 @@ def _undamped(parameters: Parameters) -> str | None:
     at their nodes."""
     if np.any(np.asarray(parameters.beam.damping_ratio) > 0):
         return None
-    mud_drag = (
-        parameters.mud.density * parameters.mud.drag if not np.ndim(parameters.mud.density) else 1.0
-    )
+    mud_drag = parameters.mud.density * parameters.mud.drag if not np.ndim(parameters.mud.density) else 1.0
     damped_places = [
-        station.at
-        for station in parameters.beam.stations
-        if station.drag or (station.drag is None and mud_drag)
+        station.at for station in parameters.beam.stations if station.drag or (station.drag is None and mud_drag)
     ]
     undamped = [
         n

@@ -37,9 +37,7 @@ def as_lumped(parameters: Parameters) -> LumpedParameters:
     beam = parameters.beam
     softening = "none"  # the lumped model has no load without the torque
     if isinstance(beam.axial_load, str):
-        softening = (
-            "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
-        )
+        softening = "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
     object.__setattr__(lumped_parameters.drillstring, "lateral_softening", softening)
     return lumped_parameters
 
@@ -82,10 +80,7 @@ def drags(parameters: Parameters, lumped_drag: Any) -> list[Any]:
     """The drag at each station [N s^2/m^2], by default the one that, at all stations,
     gives the first mode the drag of the lumped model, ``lumped_drag``."""
     cubes = sum(power(np.abs(shape(place, 1)), 3) for place in places(parameters.beam))
-    return [
-        lumped_drag / cubes if station.drag is None else station.drag
-        for station in parameters.beam.stations
-    ]
+    return [lumped_drag / cubes if station.drag is None else station.drag for station in parameters.beam.stations]
 
 
 def eccentricities(parameters: Parameters) -> dict[int, Any]:
@@ -120,9 +115,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
     unbalance: Any = sum(eccentric * e * (e - arms[n]) for n, e in distances.items())
     force = factor * math.pi**2 / (2 * span)
     axial_load = beam.axial_load
-    steady: Any = (
-        {"live": 0.0, "static": wob}[axial_load] if isinstance(axial_load, str) else axial_load
-    )
+    steady: Any = {"live": 0.0, "static": wob}[axial_load] if isinstance(axial_load, str) else axial_load
     station_places = places(beam)
     friction_arm = values["bit_rise"] + values["bit_dynamic"]
     values |= {
@@ -145,9 +138,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
         values[f"penetration_factor_{j}"] = _root(relative, exponent)
     for n in range(1, options.modes + 1):
         values[f"watched_{n}"] = shape(watched(beam), n)
-        values |= {
-            f"phi_{j}_{n}": shape(place, n) for j, place in enumerate(station_places, start=1)
-        }
+        values |= {f"phi_{j}_{n}": shape(place, n) for j, place in enumerate(station_places, start=1)}
     return {name: values[name] for name in columns_of(options)}
 
 
@@ -158,10 +149,7 @@ def stiffnesses(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any)
     load = np.asarray(wob if isinstance(axial_load, str) else axial_load, dtype=float)
     softening = math.pi**2 / (2 * parameters.drillstring.collar.span)
     factor = parameters.beam.modal_mass_factor
-    return [
-        factor * (n**4 * k.k_bend - n**2 * softening * load)
-        for n in range(1, parameters.beam.modes + 1)
-    ]
+    return [factor * (n**4 * k.k_bend - n**2 * softening * load) for n in range(1, parameters.beam.modes + 1)]
 
 
 def bent_against_wall(points: Values) -> dict[str, Any]:
@@ -176,8 +164,7 @@ def bent_against_wall(points: Values) -> dict[str, Any]:
     gap = (well.diameter - parameters.drillstring.collar.outer_diameter) / 2
     station_walls = zip(places(parameters.beam), walls(parameters, gap), strict=True)
     gap, wall_stiffness = next(
-        (wall for at, wall in station_walls if at == place and np.all(wall[1])),
-        (gap, well.stiffness),
+        (wall for at, wall in station_walls if at == place and np.all(wall[1])), (gap, well.stiffness)
     )
     reach = gap + _root(np.asarray(initial.wall_force) / wall_stiffness, exponent)
     stiffness = stiffnesses(parameters, *points.operation)
@@ -200,12 +187,7 @@ def state_scales(table: Mapping[str, Array], options: Options) -> list[Any]:
     frequency = np.sqrt(table["bending"] * table["per_lateral_mass"])
     contact = table["axial_stiffness"] + table["rock_stiffness"]
     axial = np.maximum(table["wob"] / contact, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
-    common = [
-        axial,
-        axial * np.sqrt(contact * table["per_axial_mass"]),
-        0.1,
-        0.1 * table["drive_speed"],
-    ]
+    common = [axial, axial * np.sqrt(contact * table["per_axial_mass"]), 0.1, 0.1 * table["drive_speed"]]
     modes = [[lateral, lateral * n**2 * frequency] * 2 for n in range(1, options.modes + 1)]
     return [*modes[0], *common, *(scale for mode in modes[1:] for scale in mode)]
 

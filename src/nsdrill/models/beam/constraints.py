@@ -37,9 +37,7 @@ def _stations(check: Any) -> Iterator[Fault]:
     for number, (before, place) in enumerate(pairwise(places), start=1):
         if place <= before:
             allowed = f"above the place before it, {before:g}"
-            yield check.fault(
-                f"{key}[{number}].at", f"{place:g}", allowed, ("beam", "stations", number)
-            )
+            yield check.fault(f"{key}[{number}].at", f"{place:g}", allowed, ("beam", "stations", number))
 
 
 def _eccentricities(check: Any) -> Iterator[Fault]:
@@ -53,10 +51,7 @@ def _eccentricities(check: Any) -> Iterator[Fault]:
     for other in ("drillstring.eccentricity", "drillstring.eccentricity_shape"):
         if check.axis(other):
             yield check.fault(
-                f"sweep.{other}",
-                f"an axis over {other} beside {key}",
-                "one of the two",
-                ("sweep", other),
+                f"sweep.{other}", f"an axis over {other} beside {key}", "one of the two", ("sweep", other)
             )
         elif check.given(other) and check.value(other) != check.leaves[other].default:
             yield check.fault(other, f"{check.text(other)}, beside {key}", "left out")
@@ -71,16 +66,9 @@ def _start(check: Any) -> Iterator[Fault]:
         return
     for name in _START:
         if check.axis(name):
-            yield check.fault(
-                f"sweep.{name}",
-                f"an axis over {name} beside {key}",
-                "one of the two",
-                ("sweep", name),
-            )
+            yield check.fault(f"sweep.{name}", f"an axis over {name} beside {key}", "one of the two", ("sweep", name))
         elif check.given(name) and check.value(name) != check.leaves[name].default:
-            yield check.fault(
-                name, f"{check.text(name)}, beside {key}", "left out: the force bends all modes"
-            )
+            yield check.fault(name, f"{check.text(name)}, beside {key}", "left out: the force bends all modes")
     if check.value("initial.slice") or check.value("initial.ensemble") > 1:
         yield check.fault(key, f"{check.text(key)}, beside several starts", "left out")
 
@@ -107,9 +95,7 @@ def _buckling(check: Any) -> Iterator[Fault]:
     load = check.ends(key)[1] / euler
     modes = np.arange(1, beam["modes"] + 1)
     wall_places = [station["at"] for station in beam["stations"] if station["stiffness"] != 0.0]
-    _, singular_values, shapes = np.linalg.svd(
-        np.sin(np.pi * np.outer(wall_places, modes)).reshape(-1, len(modes))
-    )
+    _, singular_values, shapes = np.linalg.svd(np.sin(np.pi * np.outer(wall_places, modes)).reshape(-1, len(modes)))
     rank = int(np.sum(singular_values > 1e-9))
     unheld = shapes[rank:]
     if len(unheld) == 0:
@@ -123,8 +109,5 @@ def _buckling(check: Any) -> Iterator[Fault]:
         )
         path = ("sweep", short_key(key)) if check.axis(key) else None
         yield check.fault(
-            key,
-            f"{check.text(key, 1)}, under which the collar bends between the stations without end",
-            allowed,
-            path,
+            key, f"{check.text(key, 1)}, under which the collar bends between the stations without end", allowed, path
         )

@@ -23,10 +23,8 @@ MAX_RUBBING = 12
 
 MEANINGS = {
     "beam": "The collar between the stabilisers, an elastic beam",
-    "beam.torque": "Whether the torque softens the collar in bending, as Christoforou and Yigit "
-    "have it",
-    "drillstring.eccentricity_shape": "Which modes the mass centre's distance is of: the first, "
-    "or a uniform one",
+    "beam.torque": "Whether the torque softens the collar in bending, as Christoforou and Yigit have it",
+    "drillstring.eccentricity_shape": "Which modes the mass centre's distance is of: the first, or a uniform one",
 }
 
 
@@ -61,10 +59,7 @@ def explicit_only(parameters: Parameters) -> str | None:
     count = len(parameters.beam.stations)
     if count <= MAX_RUBBING:
         return None
-    return (
-        f"{count} stations rub on the same modes, of which {MAX_RUBBING} are solved for together "
-        f"(beam.stations)"
-    )
+    return f"{count} stations rub on the same modes, of which {MAX_RUBBING} are solved for together (beam.stations)"
 
 
 DESCRIPTION = Description(
@@ -86,10 +81,7 @@ DESCRIPTION = Description(
     derived=LUMPED.derived,
     peaks=LUMPED.peaks,
     section=LUMPED.section,
-    own_trace=(
-        *_mode_variables(),
-        *(variable for variable in variables.TRACE if variable.only is None),
-    ),
+    own_trace=(*_mode_variables(), *(variable for variable in variables.TRACE if variable.only is None)),
     check_features=LUMPED.check_features,
     shown=LUMPED.shown,
     compared=LUMPED.compared,
@@ -101,8 +93,7 @@ DESCRIPTION = Description(
     units_by={**LUMPED.units_by, "beam.stations.stiffness": LUMPED.units_by["well.stiffness"]},
     checks="nsdrill.models.beam.checks",
     example_axis=LUMPED.example_axis,
-    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, "
-    "points: 60}}",
+    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
     attributes=attributes,
     hole=LUMPED.hole,
     drawn=replace(LUMPED.drawn, summary=(*LUMPED.drawn.summary, "impact_rate")),

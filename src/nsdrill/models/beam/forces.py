@@ -23,8 +23,7 @@ def at_place(parameters: Parameters, state: State, place: Any) -> dict[str, Arra
     """x, vx, y, vy [m, m/s] of the collar at a fraction of its span."""
     modes = range(1, parameters.beam.modes + 1)
     return {
-        name: np.asarray(sum(shape(place, n) * state[f"{name}_{n}"] for n in modes))
-        for name in ("x", "vx", "y", "vy")
+        name: np.asarray(sum(shape(place, n) * state[f"{name}_{n}"] for n in modes)) for name in ("x", "vx", "y", "vy")
     }
 
 

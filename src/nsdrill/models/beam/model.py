@@ -49,8 +49,7 @@ class ElasticCollar(Model):
         options = options_of(points.parameters)
         names = states_of(options.modes)
         has_lobes = (
-            np.ndim(points.parameters.bit.surface_amplitude) > 0
-            or points.parameters.bit.surface_amplitude != 0.0
+            np.ndim(points.parameters.bit.surface_amplitude) > 0 or points.parameters.bit.surface_amplitude != 0.0
         )
         pairs = (
             (names.index(f"{x}_{n}"), names.index(f"{y}_{n}"))
@@ -80,10 +79,7 @@ class ElasticCollar(Model):
 
     def state_scales(self, table: Array, variant: Variant) -> Array:
         scales = columns.state_scales(self._by_name(table, variant), Options(*variant))
-        return np.stack(
-            [np.broadcast_to(np.asarray(scale, dtype=float), len(table)) for scale in scales],
-            axis=1,
-        )
+        return np.stack([np.broadcast_to(np.asarray(scale, dtype=float), len(table)) for scale in scales], axis=1)
 
     def natural_scales(self, table: Mapping[str, Array]) -> Sequence[Any]:
         """Not defined: :meth:`state_scales` depends on the number of modes."""
@@ -108,27 +104,19 @@ class ElasticCollar(Model):
         values = {name: getattr(initial, name.removesuffix("_1"), 0.0) for name in names}
         values |= {name: steady[name] for name in steady if values[name] is None}
         if initial.wall_force is not None:  # type: ignore[attr-defined]
-            values |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | columns.bent_against_wall(
-                points
-            )
+            values |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | columns.bent_against_wall(points)
         return values
 
     def sliced(self, points: Values, number: Array) -> dict[str, Array]:
         """In the study's start, the states of the first mode have no number."""
         values = slice_points(points.initial, (*FIRST_MODE, *COMMON, "drive_angle"), number)
-        return {
-            f"{name}_1" if name in FIRST_MODE else name: value for name, value in values.items()
-        }
+        return {f"{name}_1" if name in FIRST_MODE else name: value for name, value in values.items()}
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
         """The starts of the lumped model, with the first mode for its lateral motion;
         mode n has positions within 1/n^2 of those of the first, and the same
         speeds."""
-        parameters, (depth, wob, speed), q = (
-            points.parameters,
-            points.operation,
-            points.initial.spread,
-        )
+        parameters, (depth, wob, speed), q = (points.parameters, points.operation, points.initial.spread)
         names = (*self.states(self.variant(parameters)), "drive_angle")
         u = dict(zip(names, shape.T, strict=True))
         k = columns.coefficients(parameters, depth, wob, speed)
@@ -149,40 +137,26 @@ class ElasticCollar(Model):
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         parameters, (_, wob, speed) = points.parameters, points.operation
         bit_radius = parameters.well.diameter / 2
-        return drilled(
-            features["surface_torque_mean"], speed, parameters.bit.cutting, wob, bit_radius
-        )
+        return drilled(features["surface_torque_mean"], speed, parameters.bit.cutting, wob, bit_radius)
 
-    def section(
-        self, outcome: Array, record: Record, table: Array, variant: Variant
-    ) -> dict[str, Array]:
+    def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         """The section of the lumped model, at the watched place."""
         names = self.names(variant)
-        returns = returns_of(
-            names, self.declaration(variant), outcome, record.peaks, record.poincare
-        )
+        returns = returns_of(names, self.declaration(variant), outcome, record.peaks, record.poincare)
         by_name = self._by_name(table, variant)
         modes = range(1, Options(*variant).modes + 1)
         state = dict(zip((*names.states, "drive_angle"), np.moveaxis(returns, -1, 0), strict=True))
         for name in ("x", "vx", "y", "vy"):
-            state[name] = sum(
-                by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes
-            )
+            state[name] = sum(by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes)
         return coordinates(np.stack([state[name] for name in STATE_NAMES], axis=-1))
 
     def returns(self, section: Mapping[str, Array]) -> Array:
         return in_the_bit_frame(section)
 
     def classify(
-        self,
-        features: Mapping[str, Array],
-        status: Array,
-        thresholds: Thresholds,
-        state_scales: Array,
+        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
     ) -> dict[str, Array]:
-        return classify.classify(
-            features, status, thresholds, state_scales[..., : len(STATE_NAMES) - 1]
-        )
+        return classify.classify(features, status, thresholds, state_scales[..., : len(STATE_NAMES) - 1])
 
     def phase_rate(self, table: Array) -> Array:
         return self._common(table)["drive_speed"]
@@ -193,9 +167,7 @@ class ElasticCollar(Model):
         lobe = np.where(common["surface_amplitude"] > 0.0, common["surface_amplitude"], rest)
         return {"gap": common["gap"], "drive_speed": common["drive_speed"], "lobe": lobe}
 
-    def coordinates(
-        self, features: Mapping[str, Array], table: Array, variant: Variant
-    ) -> tuple[Array, Array]:
+    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
         """The coordinates of the lumped model."""
         axial = self.state_scales(table, variant)[:, self.states(variant).index("z")]
         return compare.coordinates(features, self.scales(table), axial)
@@ -204,7 +176,5 @@ class ElasticCollar(Model):
         """The lane parameters of every collar, by name."""
         return dict(zip(PARAMETERS, table[:, : len(PARAMETERS)].T, strict=True))
 
-    def outputs(
-        self, parameters: Parameters, point: Any, state: Mapping[str, Array]
-    ) -> dict[str, Array]:
+    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
         return forces(parameters, point, state)

@@ -55,9 +55,7 @@ OUTPUTS = (
 
 def names_of(options: Options) -> Names:
     """The names of the rows."""
-    return Names(
-        states_of(options.modes), slopes_of(options.modes), columns_of(options), aux_of(options)
-    )
+    return Names(states_of(options.modes), slopes_of(options.modes), columns_of(options), aux_of(options))
 
 
 def total(factors: Sequence[str], others: Sequence[str]) -> str:
@@ -77,18 +75,12 @@ def outputs_of(options: Options) -> Any:
     accelerations = [[f"a{axis}_{n}" for n in modes] for axis in "xy"]
     motion = [[lateral(n)[k] for n in modes] for k in range(4)]
     arguments = [name for names in (watch, *motion, *accelerations) for name in names]
-    arguments += [
-        f"{name}_{j}"
-        for j in stations
-        for name in ("radius", "outward", "gap", "penetration_factor")
-    ]
+    arguments += [f"{name}_{j}" for j in stations for name in ("radius", "outward", "gap", "penetration_factor")]
     arguments += ["collar_radius", "surface_amplitude", "z", "vz", "bit_speed"]
     arguments += ["cosine", "sine", "torque", "wall_contacts", "slip_sum"]
     sums = {
         word: total(watch, names)
-        for word, names in zip(
-            ("x", "vx", "y", "vy", "ax", "ay"), (*motion, *accelerations), strict=True
-        )
+        for word, names in zip(("x", "vx", "y", "vy", "ax", "ay"), (*motion, *accelerations), strict=True)
     }
     lines = [
         f"def outputs({', '.join(arguments)}):",
@@ -100,8 +92,7 @@ def outputs_of(options: Options) -> Any:
     for j in range(2, options.stations + 1):
         lines += [
             f"    penetration = penetration_factor_{j} * (radius_{j} - gap_{j})",
-            f"    rate = penetration_factor_{j} * (outward_{j} / radius_{j}) "
-            "if penetration > clearance else rate",
+            f"    rate = penetration_factor_{j} * (outward_{j} / radius_{j}) if penetration > clearance else rate",
             "    clearance = max(clearance, penetration)",
         ]
     lines += [
@@ -145,9 +136,7 @@ CHANNELS = (
 
 
 def _ratio(numerator: Any, denominator: Any, otherwise: float) -> Any:
-    return np.divide(
-        numerator, denominator, out=np.full(len(denominator), otherwise), where=denominator != 0.0
-    )
+    return np.divide(numerator, denominator, out=np.full(len(denominator), otherwise), where=denominator != 0.0)
 
 
 def _wall_force_max(hertz: int) -> Any:
@@ -155,13 +144,7 @@ def _wall_force_max(hertz: int) -> Any:
 
 
 FEATURES: tuple[Feature, ...] = (
-    Extremes(
-        "bit speed",
-        greatest="bit_speed_max",
-        least="bit_speed_min",
-        peaks="bit_speed_peaks",
-        slip="drive_speed",
-    ),
+    Extremes("bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks", slip="drive_speed"),
     Extremes("twist", greatest="twist_max", least="twist_min"),
     Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
     Extremes("interference", greatest="interference_max"),
@@ -186,16 +169,11 @@ FEATURES: tuple[Feature, ...] = (
             50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean), np.inf
         ),
     ),
-    Derived(
-        "whirl_ratio",
-        lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean, np.nan),
-    ),
+    Derived("whirl_ratio", lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean, np.nan)),
     Derived(
         "rolling_ratio",
         lambda wall_slip_mean, wall_surface_speed_mean: np.where(
-            wall_surface_speed_mean != 0.0,
-            1.0 - _ratio(wall_slip_mean, wall_surface_speed_mean, 1.0),
-            0.0,
+            wall_surface_speed_mean != 0.0, 1.0 - _ratio(wall_slip_mean, wall_surface_speed_mean, 1.0), 0.0
         ),
     ),
     *SHARED,

@@ -50,11 +50,7 @@ def unbalanced_modes(parameters: Parameters) -> list[int]:
     distances, modes = parameters.beam.eccentricity_modes, range(1, parameters.beam.modes + 1)
     if distances is not None:
         return [n for n, value in zip(modes, distances, strict=False) if value != 0.0]
-    return (
-        [n for n in modes if n % 2]
-        if parameters.drillstring.eccentricity_shape == "uniform"
-        else [1]
-    )
+    return [n for n in modes if n % 2] if parameters.drillstring.eccentricity_shape == "uniform" else [1]
 
 
 def lateral(n: int) -> tuple[str, str, str, str]:

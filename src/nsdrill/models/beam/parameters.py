@@ -38,18 +38,10 @@ class Drillstring(Checked):
     collar: Collar = field(default_factory=Collar)
     pipe: Pipe = field(default_factory=Pipe)
     material: Material = field(default_factory=Material)
-    eccentricity: float = parameter(
-        0.0127, "m", "CY as reported (1/2 in)", "medium", high=10.0, usual="1 to 15 mm"
-    )
-    eccentricity_shape: Literal["first", "uniform"] = choice(
-        "first", "R: as the lumped model has it"
-    )
-    eccentric_mass: Literal["total", "steel"] = choice(
-        "total", "P; 'steel' leaves the fluid added mass out"
-    )
-    axial_damping: float = parameter(
-        4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m"
-    )
+    eccentricity: float = parameter(0.0127, "m", "CY as reported (1/2 in)", "medium", high=10.0, usual="1 to 15 mm")
+    eccentricity_shape: Literal["first", "uniform"] = choice("first", "R: as the lumped model has it")
+    eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
+    axial_damping: float = parameter(4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m")
     torsional_damping: float = parameter(
         50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad"
     )
@@ -60,9 +52,7 @@ class Well(Checked):
     """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for
     the Hertz law."""
 
-    diameter: float = parameter(
-        0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in"
-    )
+    diameter: float = parameter(0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
     stiffness: float = parameter(
         25e6,
         "N/m or N/m^1.5",
@@ -80,18 +70,10 @@ class Well(Checked):
 class Bit(Checked):
     """The bit on its lobed surface s = s0 sin(n_b phi)."""
 
-    lobes: int = parameter(
-        3, "", "B (3 roller cone, 1 PDC)", "high", low=1, high=8, usual="1, 3; 5 or 6 blades"
-    )
+    lobes: int = parameter(3, "", "B (3 roller cone, 1 PDC)", "high", low=1, high=8, usual="1, 3; 5 or 6 blades")
     surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
     rock_stiffness: float = parameter(
-        25e6,
-        "N/m",
-        "CY as reported; B has 1.16e9",
-        "low: sweep it",
-        low=1.0,
-        high=1e13,
-        usual="1 MN/m to 10 GN/m",
+        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
     )
     cutting: Cutting = field(default_factory=Cutting)
     friction: HyperbolicFriction = field(default_factory=HyperbolicFriction)
@@ -201,29 +183,19 @@ class Beam(Checked):
         words=("live", "static"),
         meaning="Load that softens the collar: of the rock, the weight on bit, or a force",
     )
-    torque: Literal["none", "cy"] = choice(
-        "none", "CY have it in first order, a shaft feels it in second order only"
-    )
+    torque: Literal["none", "cy"] = choice("none", "CY have it in first order, a shaft feels it in second order only")
     damping_ratio: float = parameter(
-        0.0,
-        "",
-        "R",
-        "low",
-        high=10.0,
-        usual="0.005 to 0.01",
-        meaning="Structural damping ratio of every mode",
+        0.0, "", "R", "low", high=10.0, usual="0.005 to 0.01", meaning="Structural damping ratio of every mode"
     )
     modal_mass_factor: float = parameter(
         1.0,
         "",
-        "R: 10 has the modal mass that G prints with the frequencies that follow from "
-        "its buckling load",
+        "R: 10 has the modal mass that G prints with the frequencies that follow from its buckling load",
         "modelling choice",
         low=1e-3,
         high=1e3,
         usual="1",
-        meaning="Factor of the modal mass and of the bending stiffness, which leaves the "
-        "frequencies as they are",
+        meaning="Factor of the modal mass and of the bending stiffness, which leaves the frequencies as they are",
     )
 
 
@@ -241,9 +213,7 @@ class Parameters:
         check_hole(self.well.diameter, self.drillstring.collar.outer_diameter)
         places = [station.at for station in self.beam.stations]
         if not all(np.all(np.asarray(a) < np.asarray(b)) for a, b in pairwise(places)):
-            raise ValueError(
-                f"beam.stations: found the places {places}, allowed: each beyond the one before"
-            )
+            raise ValueError(f"beam.stations: found the places {places}, allowed: each beyond the one before")
 
 
 @dataclass(frozen=True)
@@ -256,9 +226,7 @@ class Initial(Starts):
     just reaches the wall.
     """
 
-    x: float = state(
-        1e-3, "m", 10.0, "within the gap, 10 to 100 mm", "First bending mode, in the plane of x"
-    )
+    x: float = state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm", "First bending mode, in the plane of x")
     y: float = state(0.0, "m", 10.0, "as x", "First bending mode, in the plane of y")
     vx: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of x")
     vy: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of y")
@@ -267,8 +235,7 @@ class Initial(Starts):
         "N",
         high=LARGEST_FORCE,
         usual="0 to 1 MN",
-        meaning="Force with which the wall presses the collar at the start, bent at rest in the "
-        "plane of x",
+        meaning="Force with which the wall presses the collar at the start, bent at rest in the plane of x",
     )
     z: float | None = state(None, "m", 1e3, "-50 to 50 mm")
     vz: float = state(0.0, "m/s", 1e3, "up to 1 m/s")

@@ -39,9 +39,7 @@ def sinusoidal(tube: Tube, inclination: Any) -> Any:
     tube that is wider than the hole."""
     if not tube.clearance > 0.0:
         return math.nan * np.sin(inclination)
-    return 2.0 * np.sqrt(
-        tube.bending * max(tube.weight, 0.0) * np.sin(inclination) / tube.clearance
-    )
+    return 2.0 * np.sqrt(tube.bending * max(tube.weight, 0.0) * np.sin(inclination) / tube.clearance)
 
 
 def half_wave(tube: Tube, inclination: float) -> float | None:
@@ -50,9 +48,7 @@ def half_wave(tube: Tube, inclination: float) -> float | None:
     if not tube.clearance > 0.0:
         return None
     side_load = tube.weight * math.sin(inclination)
-    return (
-        math.pi * (tube.bending * tube.clearance / side_load) ** 0.25 if side_load > 0.0 else None
-    )
+    return math.pi * (tube.bending * tube.clearance / side_load) ** 0.25 if side_load > 0.0 else None
 
 
 def vertical(tube: Tube) -> float | None:

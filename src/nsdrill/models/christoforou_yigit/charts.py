@@ -15,18 +15,9 @@ import numpy as np
 from nsdrill.models import drives
 from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.derived_quantities import (
-    slope_held,
-    steepest_fall,
-    torsional_matrix,
-)
+from nsdrill.models.christoforou_yigit.derived_quantities import slope_held, steepest_fall, torsional_matrix
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
-from nsdrill.models.christoforou_yigit.further_quantities import (
-    HALF_WAVES,
-    HORIZONTAL,
-    WAVES,
-    lateral_frequencies,
-)
+from nsdrill.models.christoforou_yigit.further_quantities import HALF_WAVES, HORIZONTAL, WAVES, lateral_frequencies
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.waves import axial_waves, torsional_waves
 from nsdrill.models.drives import reflection
@@ -68,20 +59,14 @@ def buckling_by_inclination(point: Point, x: np.ndarray) -> BucklingLoads:
     return _buckling("inclination", x, [point] * len(x), x, None)
 
 
-def buckling_along(
-    axis: str, x: np.ndarray, points: Sequence[Point], inclination: float = HORIZONTAL
-) -> BucklingLoads:
+def buckling_along(axis: str, x: np.ndarray, points: Sequence[Point], inclination: float = HORIZONTAL) -> BucklingLoads:
     """The chart ``buckling`` of these points in a hole of this ``inclination``
     [rad]."""
     return _buckling(axis, x, points, np.full(len(x), inclination), inclination)
 
 
 def _buckling(
-    axis: str,
-    x: np.ndarray,
-    points: Sequence[Point],
-    inclinations: np.ndarray,
-    inclination: float | None,
+    axis: str, x: np.ndarray, points: Sequence[Point], inclinations: np.ndarray, inclination: float | None
 ) -> BucklingLoads:
     rows, vertical_loads = [], {}
     for (parameters, operation), angle in zip(points, inclinations, strict=True):
@@ -111,14 +96,10 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
         slope = slope_held(with_drive, k)
         if kind in ("ideal", "lqr"):
             return slope, None
-        return slope, reflection(
-            gains(with_drive, k), float(impedance(with_drive)), frequency, circuit(with_drive, k)
-        )
+        return slope, reflection(gains(with_drive, k), float(impedance(with_drive)), frequency, circuit(with_drive, k))
 
     waves = torsional_waves(parameters, operation.depth, WAVES)
-    return drives.drive_card(
-        (*REFLECTING, "lqr"), parameters.drive.kind, waves, slope_and_reflection
-    )
+    return drives.drive_card((*REFLECTING, "lqr"), parameters.drive.kind, waves, slope_and_reflection)
 
 
 def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
@@ -136,11 +117,7 @@ def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
 
 
 def _best(
-    parameters: Parameters,
-    k: Coefficients,
-    matching: np.ndarray,
-    frequency: np.ndarray,
-    slopes: np.ndarray,
+    parameters: Parameters, k: Coefficients, matching: np.ndarray, frequency: np.ndarray, slopes: np.ndarray
 ) -> tuple[float, float, float]:
     """Matching, frequency and slope of the best point within the map. The search begins
     at the best cell: where two pairs of eigenvalues meet there is a sharp ridge, whose
@@ -156,10 +133,7 @@ def _best(
 
     start = np.log([matching[column], frequency[row]])
     optimum = minimize(
-        negative_slope,
-        start,
-        method="Nelder-Mead",
-        options={"xatol": 1e-6, "fatol": 1e-6, "maxiter": 800},
+        negative_slope, start, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxiter": 800}
     )
     b, f = np.exp(np.clip(optimum.x, low, high))
     return float(b), float(f), -float(optimum.fun)
@@ -179,7 +153,5 @@ def slopes_held_by_soft_torque(
         },
     )
     return steepest_fall(
-        torsional_matrix(with_drive, k, gains(with_drive, k)),
-        k,
-        parameters.drillstring.torsional_damping,
+        torsional_matrix(with_drive, k, gains(with_drive, k)), k, parameters.drillstring.torsional_damping
     )

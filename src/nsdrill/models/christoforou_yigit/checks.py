@@ -69,14 +69,9 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
     return derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
 
-def every_derived_quantity(
-    parameters: Parameters, operation: Operation
-) -> dict[str, DerivedQuantity]:
+def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point, the further ones last."""
-    return {
-        **derived_quantities(parameters, operation),
-        **further_quantities(parameters, operation),
-    }
+    return {**derived_quantities(parameters, operation), **further_quantities(parameters, operation)}
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
@@ -166,9 +161,7 @@ def _peak_smoothed(study: Any, corners: list[Values], format_value: FormatValue)
     laws = [law for corner in corners if (law := corner.parameters.bit.friction).law == "linear"]
     if not laws:
         return None
-    sharpness, law = min(
-        ((law.smoothing * law.dynamic_from, law) for law in laws), key=itemgetter(0)
-    )
+    sharpness, law = min(((law.smoothing * law.dynamic_from, law) for law in laws), key=itemgetter(0))
     if sharpness >= LEAST_SHARPNESS:
         return None
     return (
@@ -186,9 +179,7 @@ def _overloaded(study: Any, corners: list[Values], format_value: FormatValue) ->
         [
             (
                 mean_torque(
-                    corner.parameters,
-                    Operation(*corner.operation),
-                    derive(corner.parameters, *corner.operation),
+                    corner.parameters, Operation(*corner.operation), derive(corner.parameters, *corner.operation)
                 ),
                 limit,
             )
@@ -202,10 +193,7 @@ def _overloaded(study: Any, corners: list[Values], format_value: FormatValue) ->
 def _eccentric(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     gap, eccentricity = min(
         (
-            (
-                float(derive(corner.parameters, *corner.operation).gap),
-                corner.parameters.drillstring.eccentricity,
-            )
+            (float(derive(corner.parameters, *corner.operation).gap), corner.parameters.drillstring.eccentricity)
             for corner in corners
         ),
         key=lambda pair: pair[0] - pair[1],
@@ -232,32 +220,19 @@ def _brought_to_wall(study: Any, corners: list[Values], format_value: FormatValu
         return None
     wall_speeds = [
         (
-            wall_speed(
-                corner.parameters,
-                Operation(*corner.operation),
-                derive(corner.parameters, *corner.operation),
-            ),
+            wall_speed(corner.parameters, Operation(*corner.operation), derive(corner.parameters, *corner.operation)),
             corner,
         )
         for corner in corners
     ]
     if any(speed is None or speed > slowest for speed, _ in wall_speeds):
         return None
-    highest, corner = max(
-        ((speed, corner) for speed, corner in wall_speeds if speed is not None), key=itemgetter(0)
-    )
+    highest, corner = max(((speed, corner) for speed, corner in wall_speeds if speed is not None), key=itemgetter(0))
     if highest == 0.0:
         return None  # it is buckled, which has its own warning
     eccentricity = corner.parameters.drillstring.eccentricity
     ends = [
-        (
-            speed,
-            min(
-                _greatest_eccentricity(corner)
-                for corner in corners
-                if float(corner.operation[2]) == speed
-            ),
-        )
+        (speed, min(_greatest_eccentricity(corner) for corner in corners if float(corner.operation[2]) == speed))
         for speed in sorted({slowest, fastest})
     ]
     least, greatest = (end(limit for _, limit in ends) for end in (min, max))
@@ -356,12 +331,8 @@ def _greatest_eccentricity(corner: Values) -> float:
     for _ in range(40):
         middle = 0.5 * (low + high)
         changed = with_values(corner.parameters, {"drillstring.eccentricity": middle})
-        speed = wall_speed(
-            changed, Operation(*corner.operation), derive(changed, *corner.operation)
-        )
-        low, high = (
-            (middle, high) if speed is None or speed > float(corner.operation[2]) else (low, middle)
-        )
+        speed = wall_speed(changed, Operation(*corner.operation), derive(changed, *corner.operation))
+        low, high = (middle, high) if speed is None or speed > float(corner.operation[2]) else (low, middle)
     return low
 
 
@@ -370,10 +341,7 @@ def _sensitive(study: Any, corners: list[Values], format_value: FormatValue) -> 
     through much of the sweep."""
     slowest, fastest = _speeds(study, corners)
     middle = Operation(
-        *(
-            float(sum(column)) / len(corners)
-            for column in zip(*(corner.operation for corner in corners), strict=True)
-        )
+        *(float(sum(column)) / len(corners) for column in zip(*(corner.operation for corner in corners), strict=True))
     )
     parameters = corners[0].parameters
     before = _critical(parameters, middle)
@@ -428,11 +396,7 @@ LASTING_MOTIONS = {"wall_speed": "stay on the wall", "lobe_resonance": "go on bo
 def _critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
     """The critical speeds of the motions that are free."""
     modes = parameters.modes
-    free = {
-        "wall_speed": modes.lateral,
-        "stick_slip_onset": modes.torsional,
-        "lobe_resonance": modes.axial,
-    }
+    free = {"wall_speed": modes.lateral, "stick_slip_onset": modes.torsional, "lobe_resonance": modes.axial}
     quantities = derived_quantities(parameters, operation, averaged=False)
     return {name: quantities[name].value for name, mode in free.items() if mode == "free"}
 
@@ -466,8 +430,7 @@ def _unstable(study: Any, corners: list[Values], format_value: FormatValue) -> s
     growing = [
         (root, corner.operation[0], corner.parameters.drive.kind)
         for corner in driven
-        if (root := growth_at_rest(corner.parameters, derive(corner.parameters, *corner.operation)))
-        is not None
+        if (root := growth_at_rest(corner.parameters, derive(corner.parameters, *corner.operation))) is not None
     ]
     return swinging(growing, "depth" in study.swept, format_value)
 

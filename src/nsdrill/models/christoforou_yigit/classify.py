@@ -11,25 +11,13 @@ import numpy as np
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.observe.labels import motions, responses, severities
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.variables import (
-    BACKWARD,
-    BACKWARD_ROLLING,
-    FORWARD,
-    IRREGULAR,
-    LOW_SIDE,
-    NO_WHIRL,
-    OK,
-    WHIRL,
-)
+from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL, OK, WHIRL
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def classify(
-    features: Mapping[str, Array],
-    status: Array,
-    thresholds: Thresholds,
-    state_scales: Array | None = None,
+    features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array | None = None
 ) -> dict[str, Array]:
     """The labels ``response``, ``whirl_kind``, the three severities and ``settled`` of
     runs with these features; and, where the features include returns to the Poincare
@@ -49,9 +37,7 @@ def classify(
     )
     no_precession = np.abs(ratio) < t.whirl.direction
     low_side = (
-        no_precession
-        & (features["wall_contact_fraction"] >= t.whirl.rolling_contact)
-        & _on_low_side(features, whirl)
+        no_precession & (features["wall_contact_fraction"] >= t.whirl.rolling_contact) & _on_low_side(features, whirl)
     )
     kind = np.select(
         [~whirl, rolling, low_side, no_precession, ratio > 0.0],
@@ -59,24 +45,11 @@ def classify(
         default=BACKWARD,
     )
     settled = features["half_difference"] <= t.settled.tolerance
-    labels = {
-        "response": response,
-        "whirl_kind": kind,
-        **severities(features, response, t),
-        "settled": settled,
-    }
+    labels = {"response": response, "whirl_kind": kind, **severities(features, response, t), "settled": settled}
     labels = {name: np.where(ok, value, 0).astype(np.int8) for name, value in labels.items()}
     if "section_radius" in features and state_scales is not None:
         at_rest = still(features, state_scales, t.motion.absolute)
-        labels |= motions(
-            features,
-            status,
-            labels["settled"],
-            in_the_bit_frame(features),
-            state_scales,
-            at_rest,
-            t,
-        )
+        labels |= motions(features, status, labels["settled"], in_the_bit_frame(features), state_scales, at_rest, t)
     return labels
 
 
@@ -84,11 +57,7 @@ def _on_low_side(features: Mapping[str, Array], whirl: Array) -> Array:
     """Whether the mean position of the collar is in the lower half of an inclined hole;
     false for a vertical one."""
     with np.errstate(invalid="ignore"):
-        return (
-            np.asarray(features["y_mean"] < 0.0)
-            if "y_mean" in features
-            else np.zeros(whirl.shape, bool)
-        )
+        return np.asarray(features["y_mean"] < 0.0) if "y_mean" in features else np.zeros(whirl.shape, bool)
 
 
 def still(features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:

@@ -71,9 +71,7 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
     pipe_length = np.asarray(depth, dtype=float) - collar.length
     if np.any(pipe_length <= 0.0):
         length = np.max(collar.length)
-        raise ValueError(
-            f"depth: found {np.min(depth):g} m, allowed: more than the collar length, {length:g} m"
-        )
+        raise ValueError(f"depth: found {np.min(depth):g} m, allowed: more than the collar length, {length:g} m")
 
     area_c, second_c = ring(collar.outer_diameter, collar.inner_diameter)
     area_p, second_p = ring(pipe.outer_diameter, pipe.inner_diameter)
@@ -84,9 +82,7 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
     bending = steel.young_modulus * second_c
     bit_radius = well.diameter / 2
     speed = np.asarray(rotary_speed, dtype=float)
-    rate = np.maximum(
-        bit.cutting.c1 * np.asarray(wob, dtype=float) * np.sqrt(speed) + bit.cutting.c2, 0.0
-    )
+    rate = np.maximum(bit.cutting.c1 * np.asarray(wob, dtype=float) * np.sqrt(speed) + bit.cutting.c2, 0.0)
     depth_of_cut = 2 * math.pi * rate / speed
     values = {
         "m_c": m_c,
@@ -113,9 +109,7 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
 
 def ring(outer: Float, inner: Float) -> tuple[Any, Any]:
     """Area [m^2] and second moment of area [m^4] of a ring."""
-    return math.pi / 4 * (power(outer, 2) - power(inner, 2)), math.pi / 64 * (
-        power(outer, 4) - power(inner, 4)
-    )
+    return math.pi / 4 * (power(outer, 2) - power(inner, 2)), math.pi / 64 * (power(outer, 4) - power(inner, 4))
 
 
 def one_by_one(function: Callable[[float], float], values: Any) -> Any:
@@ -141,9 +135,7 @@ def at(coefficients: Coefficients, index: int) -> Coefficients:
     """The coefficients of the operating point at ``index`` of arrays."""
     return Coefficients(
         **{
-            item.name: float(np.ravel(value)[index])
-            if np.ndim(value := getattr(coefficients, item.name))
-            else value
+            item.name: float(np.ravel(value)[index]) if np.ndim(value := getattr(coefficients, item.name)) else value
             for item in fields(coefficients)
         }
     )

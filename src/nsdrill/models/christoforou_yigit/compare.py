@@ -54,9 +54,7 @@ def scaled(variables: Mapping[str, Array], speed: Array, gap: Array) -> Array:
         variables["lift_off_fraction"],
         variables["wall_contact_fraction"],
         variables["stuck_fraction"],
-        np.minimum(
-            np.nan_to_num(variables["stick_slip_index"], nan=np.inf, posinf=np.inf) / 200, 5.0
-        ),
+        np.minimum(np.nan_to_num(variables["stick_slip_index"], nan=np.inf, posinf=np.inf) / 200, 5.0),
         radius,
         variables["whirl_speed_mean"] / speed * radius,
         0.5 * np.log(np.maximum(variables["axial_acceleration_rms"], 1e-9)),
@@ -84,15 +82,11 @@ def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Arra
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
-def coordinates(
-    features: Mapping[str, Array], scale: Mapping[str, Array], axial: Array
-) -> tuple[Array, Array]:
+def coordinates(features: Mapping[str, Array], scale: Mapping[str, Array], axial: Array) -> tuple[Array, Array]:
     """The coordinates that distinguish the starts of one operating point, and those
     that match attractors along a sweep, shapes (points, starts, ...), from ``features``
     [points, starts], the :func:`scales` and the natural scale of the bit position
     ``axial`` [m] [points]."""
     speed, gap = scale["drive_speed"][:, None], scale["gap"][:, None]
     unweighted = scaled(features, speed, gap)
-    return unweighted, np.concatenate(
-        [unweighted * WEIGHTS, extent(features, speed, gap, axial[:, None])], axis=-1
-    )
+    return unweighted, np.concatenate([unweighted * WEIGHTS, extent(features, speed, gap, axial[:, None])], axis=-1)

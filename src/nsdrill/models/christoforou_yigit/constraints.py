@@ -16,21 +16,9 @@ from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.units import format_quantity
 
 ORDERS = (
-    Order(
-        "drillstring.collar.inner_diameter",
-        "drillstring.collar.outer_diameter",
-        True,
-        "lower",
-        WIDEST_BORE,
-    ),
+    Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.collar.span", "drillstring.collar.length", True, "lower"),
-    Order(
-        "drillstring.pipe.inner_diameter",
-        "drillstring.pipe.outer_diameter",
-        True,
-        "lower",
-        WIDEST_BORE,
-    ),
+    Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.collar.outer_diameter", "well.diameter"),
     Order("well.friction.dynamic", "well.friction.static", True, "lower"),
     Order("stabilizer.friction.dynamic", "stabilizer.friction.static", True, "lower"),
@@ -80,18 +68,12 @@ def _initial(check: Any) -> Iterator[Fault]:
         f"and as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press"
     )
     if not plane.keys().isdisjoint(farthest):
-        yield check.fault(
-            "initial.slice",
-            f"starts as far as {format_quantity(radius, 'mm')} off the axis",
-            allowed,
-        )
+        yield check.fault("initial.slice", f"starts as far as {format_quantity(radius, 'mm')} off the axis", allowed)
     else:
         key = next((key for key in keys if check.given(key)), keys[0])
         key = next((key for key in keys if check.axis(key)), key)
         low, high = check.ends(key) if check.axis(key) else (0.0, 0.0)
-        text = check.text(
-            key, int(key != "well.diameter" and (key not in keys[:2] or abs(high) >= abs(low)))
-        )
+        text = check.text(key, int(key != "well.diameter" and (key not in keys[:2] or abs(high) >= abs(low))))
         found = f"{text}, with which the collar starts {format_quantity(radius, 'mm')} off the axis"
         yield check.fault(key, found, allowed, ("sweep", key) if check.axis(key) else None)
 
@@ -106,30 +88,18 @@ def _modes(check: Any) -> Iterator[Fault]:
         yield check.fault("modes", "all of them frozen", "at least one free")
         return
     if "torsional" in frozen_modes and check.value("drive.kind") != "ideal":
-        yield check.fault(
-            "drive.kind", f"{check.value('drive.kind')} with modes.torsional: frozen", "ideal"
-        )
+        yield check.fault("drive.kind", f"{check.value('drive.kind')} with modes.torsional: frozen", "ideal")
     for mode, quantity in (("torsional", "rotary_speed"), ("axial", "wob")):
         if mode in frozen_modes and quantity in check.resolved.get("ramps", {}):
             key = f"operation.{quantity}"
-            yield check.fault(
-                key, f"a ramp with modes.{mode}: frozen, which would not follow it", "one value"
-            )
+            yield check.fault(key, f"a ramp with modes.{mode}: frozen, which would not follow it", "one value")
     for mode in frozen_modes:
         for key in FROZEN[mode]:
             reason = f"which modes.{mode}: frozen does without"
             if check.axis(key):
                 allowed = "a number that changes the motion"
-                yield check.idle(
-                    check.fault(
-                        f"sweep.{key}", f"an axis over {key}, {reason}", allowed, ("sweep", key)
-                    )
-                )
-            elif (
-                key.startswith("initial.")
-                and check.given(key)
-                and check.value(key) != check.leaves[key].default
-            ):
+                yield check.idle(check.fault(f"sweep.{key}", f"an axis over {key}, {reason}", allowed, ("sweep", key)))
+            elif key.startswith("initial.") and check.given(key) and check.value(key) != check.leaves[key].default:
                 yield check.idle(check.fault(key, f"{check.text(key)}, {reason}", "left out"))
 
         for key, off in OFF[mode].items():
@@ -147,24 +117,17 @@ def _stabilizer(check: Any) -> Iterator[Fault]:
         return
     axis = check.axis(clearance)
     if check.value(clearance) is None and not axis:
-        allowed = (
-            "left out, or with a stabilizer.clearance: 0 mm stands for stabilisers without room"
-        )
+        allowed = "left out, or with a stabilizer.clearance: 0 mm stands for stabilisers without room"
         for key in check.leaves:
             if key.startswith("stabilizer.friction."):
-                yield from check.unread(
-                    key, "which stabilizer.clearance: null does without", allowed
-                )
+                yield from check.unread(key, "which stabilizer.clearance: null does without", allowed)
         return
     hole, collar = "well.diameter", "drillstring.collar.outer_diameter"
     if not check.sound(hole, collar):
         return
     gap = (check.ends(hole)[0] - check.ends(collar)[1]) / 2
     if 0.0 < gap <= check.ends(clearance)[1]:
-        allowed = (
-            f"below the gap between collar and wall, {format_quantity(gap, 'mm')}: stabilisers "
-            f"touch first"
-        )
+        allowed = f"below the gap between collar and wall, {format_quantity(gap, 'mm')}: stabilisers touch first"
         key, place = (f"sweep.{clearance}", ("sweep", clearance)) if axis else (clearance, None)
         yield check.fault(key, check.text(clearance, 1), allowed, place)
 
@@ -197,37 +160,22 @@ def _drive(check: Any) -> Iterator[Fault]:
             yield from check.unread(key, f"which the drive {kind} does not read", allowed)
     gains = check.value("drive.gains")
     if kind == "dc_motor" and gains is not None and len(gains) != 5:
-        yield check.fault(
-            "drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null"
-        )
+        yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")
         return
     holds_lag = gains is not None and gains[1] + gains[3] != 0.0  # on lag and twist
-    if (
-        kind == "dc_motor"
-        and not holds_lag
-        and check.sound("record")
-        and check.value("record.poincare") > 0
-    ):
-        found = (
-            f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: "
-            f"no return repeats"
-        )
+    if kind == "dc_motor" and not holds_lag and check.sound("record") and check.value("record.poincare") > 0:
+        found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
         yield check.fault("record.poincare", found, "0")
     if check.value("drive.on_at") is not None:
         sweep = check.resolved["sweep"]
         swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]
         ramps = [f"operation.{name}" for name in check.resolved.get("ramps", {})]
         if swept or ramps:
-            found = (
-                f"{check.text('drive.on_at')} with "
-                f"{'a sweep' if swept else f'a ramp of {ramps[0]}'}"
-            )
+            found = f"{check.text('drive.on_at')} with {'a sweep' if swept else f'a ramp of {ramps[0]}'}"
             yield check.fault("drive.on_at", found, "it for the simulation of one operating point")
         for key in ("initial.lag", "initial.drive_speed"):
             if check.value(key) != check.leaves[key].default:
-                found = (
-                    f"{check.text(key)} with drive.on_at, until when the top keeps the set speed"
-                )
+                found = f"{check.text(key)} with drive.on_at, until when the top keeps the set speed"
                 yield check.fault(key, found, "left out")
     limit = "drive.torque_limit"
     if check.axis(limit) and check.value(limit) is None:

@@ -28,58 +28,33 @@ def derived_quantities(
     torque = mean_torque(parameters, operation, k)
     stiffness = lateral_stiffness(parameters, operation, k)
     return {
-        "axial_free": DerivedQuantity(
-            math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"
-        ),
-        "axial_contact": DerivedQuantity(
-            contact, "rad/s", "axial frequency, bit on the rock", "axial"
-        ),
+        "axial_free": DerivedQuantity(math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"),
+        "axial_contact": DerivedQuantity(contact, "rad/s", "axial frequency, bit on the rock", "axial"),
         "torsional": DerivedQuantity(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
         "lateral": DerivedQuantity(
-            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None,
-            "rad/s",
-            "lateral frequency at this WOB",
-            "lateral",
+            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB", "lateral"
         ),
-        "lateral_stiffness": DerivedQuantity(
-            stiffness, "N/m", "lateral stiffness at this WOB", "lateral"
-        ),
+        "lateral_stiffness": DerivedQuantity(stiffness, "N/m", "lateral stiffness at this WOB", "lateral"),
         "buckling_margin": DerivedQuantity(
-            float(1 - operation.wob / k.buckling_load),
-            "1",
-            "1 - WOB / buckling load of the span",
-            "buckling",
+            float(1 - operation.wob / k.buckling_load), "1", "1 - WOB / buckling load of the span", "buckling"
         ),
         "wall_speed": DerivedQuantity(
-            wall_speed(parameters, operation, k),
-            "rad/s",
-            "speed at which forward whirl reaches the wall",
-            "lateral",
+            wall_speed(parameters, operation, k), "rad/s", "speed at which forward whirl reaches the wall", "lateral"
         ),
         "lobe_resonance": DerivedQuantity(
-            contact / bit.lobes,
-            "rad/s",
-            "speed at which the lobes excite the axial contact mode",
-            "axial",
+            contact / bit.lobes, "rad/s", "speed at which the lobes excite the axial contact mode", "axial"
         ),
         "lift_off_wob": DerivedQuantity(
-            lift_off_wob(parameters, operation, k),
-            "N",
-            "WOB below which steady contact is lost",
-            "axial",
+            lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost", "axial"
         ),
         "mean_torque": DerivedQuantity(torque, "N m", "steady torque at the surface"),
-        "static_twist": DerivedQuantity(
-            float(-torque / k.k_t), "rad", "steady twist of the string"
-        ),
+        "static_twist": DerivedQuantity(float(-torque / k.k_t), "rad", "steady twist of the string"),
         **_lateral(parameters, stiffness, k),
         **_torsion(parameters, operation, k, averaged),
     }
 
 
-def _lateral(
-    parameters: Parameters, stiffness: float, k: Coefficients
-) -> dict[str, DerivedQuantity]:
+def _lateral(parameters: Parameters, stiffness: float, k: Coefficients) -> dict[str, DerivedQuantity]:
     """Critical speeds of whirl in rotating mud, and the load across an inclined
     hole."""
     quantities = {}
@@ -92,10 +67,7 @@ def _lateral(
                 critical, "rad/s", "critical speed of forward whirl in rotating mud", "lateral"
             ),
             "fluid_whirl": DerivedQuantity(
-                driving_speed,
-                "rad/s",
-                "speed above which rotating mud drives whirl by itself",
-                "lateral",
+                driving_speed, "rad/s", "speed above which rotating mud drives whirl by itself", "lateral"
             ),
         }
     side_load, _ = weights(parameters)
@@ -125,9 +97,7 @@ def _torsion(
     onset_speed = onset(parameters, k, least_fall) if least_fall > 0.0 else None
     quantities = {
         "slope_held": DerivedQuantity(
-            slope,
-            "N m s/rad",
-            "steepest fall of the bit's friction torque with speed that steady drilling withstands",
+            slope, "N m s/rad", "steepest fall of the bit's friction torque with speed that steady drilling withstands"
         ),
         "stick_slip_onset": DerivedQuantity(
             onset_speed, "rad/s", "speed below which steady drilling is unstable to stick-slip"
@@ -137,17 +107,14 @@ def _torsion(
         quantities["stick_slip_fold"] = DerivedQuantity(
             averaged_fold(parameters, k, slope, operation.wob),
             "rad/s",
-            "speed below which torsional stick-slip, once begun, lasts; by averaging, 6 to 14 % too "
-            "low",
+            "speed below which torsional stick-slip, once begun, lasts; by averaging, 6 to 14 % too low",
         )
     if law is None:
         return quantities
     frequency = math.sqrt(float(k.k_t) / float(k.J))
     reflected = reflection(law, float(impedance(parameters)), frequency, circuit(parameters, k))
     quantities |= {
-        "pipe_impedance": DerivedQuantity(
-            float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe"
-        )
+        "pipe_impedance": DerivedQuantity(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe")
     }
     if parameters.drive.regulated:
         pass  # the voltage compensates the droop
@@ -160,12 +127,8 @@ def _torsion(
         )
     else:
         quantities |= {
-            "drive_stiffness": DerivedQuantity(
-                float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"
-            ),
-            "drive_damping": DerivedQuantity(
-                float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"
-            ),
+            "drive_stiffness": DerivedQuantity(float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"),
+            "drive_damping": DerivedQuantity(float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"),
         }
     quantities["drive_reflection"] = DerivedQuantity(
         None if reflected is None else float(abs(reflected)),
@@ -191,9 +154,7 @@ def _torsion(
     return quantities
 
 
-def torsional_matrix(
-    parameters: Parameters, k: Coefficients, law: Gains | None = None
-) -> np.ndarray:
+def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None = None) -> np.ndarray:
     """The matrix of string and drive [4, 4] for deviations of (lag, drive speed, twist,
     bit speed) from the set point, without friction at the bit; [2, 2] for the last two
     with an ideal drive. ``law`` are the :func:`gains` of the drive if they have been
@@ -205,9 +166,7 @@ def torsional_matrix(
     if parameters.drive.kind == "dc_motor":
         return _with_motor(parameters, k, c_t)
     law = law or gains(parameters, k)
-    inertia, stiffness, damping, twist, speed, c_s = np.broadcast_arrays(
-        *(np.asarray(value, float) for value in law)
-    )
+    inertia, stiffness, damping, twist, speed, c_s = np.broadcast_arrays(*(np.asarray(value, float) for value in law))
     matrix = np.zeros((*inertia.shape, 4, 4))
     matrix[..., 0, 1] = matrix[..., 2, 3] = 1.0
     matrix[..., 1, 0] = (twist - stiffness - k_t) / inertia
@@ -225,11 +184,7 @@ def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarr
     voltage, is left out: its eigenvalue is 0. With gains that hold the angle [5, 5]:
     (motor torque, lag, drive speed, twist, bit speed)."""
     drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
-    inertia, c_s, per_time = (
-        float(drive.top_inertia),
-        float(drive.shaft_damping),
-        1.0 / float(drive.circuit_time),
-    )
+    inertia, c_s, per_time = (float(drive.top_inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time))
     if drive.regulated:
         law = regulator(parameters, k, 0.0, 0.0)
         damping = float(drive.motor_damping) + law.drive_speed
@@ -275,9 +230,7 @@ def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarr
 def slope_held(parameters: Parameters, k: Coefficients) -> float:
     """The steepest fall of the friction torque with bit speed [N m s/rad] with which
     steady drilling is stable; negative where the drive itself is unstable."""
-    return float(
-        steepest_fall(torsional_matrix(parameters, k), k, parameters.drillstring.torsional_damping)
-    )
+    return float(steepest_fall(torsional_matrix(parameters, k), k, parameters.drillstring.torsional_damping))
 
 
 def steepest_fall(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray:
@@ -316,9 +269,7 @@ def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -
     return float(rock + parameters.drillstring.torsional_damping * speed)
 
 
-def lateral_stiffness(
-    parameters: Parameters, operation: Operation, k: Coefficients, waves: int = 1
-) -> float:
+def lateral_stiffness(parameters: Parameters, operation: Operation, k: Coefficients, waves: int = 1) -> float:
     """Lateral stiffness [N/m] under the mean axial force and torque, with the softening
     of the study; negative if buckled. It is that of the shape sin(n pi x / l) with n
     half ``waves``; the model has the first of these. Bending grows with n^4, the work
@@ -329,10 +280,7 @@ def lateral_stiffness(
         return float(bending)
     stiffness = bending - operation.wob * (waves * math.pi) ** 2 / (2 * span)
     if string.lateral_softening == "live":
-        torque = (
-            mean_torque(parameters, operation, k)
-            - string.torsional_damping * operation.rotary_speed
-        )
+        torque = mean_torque(parameters, operation, k) - string.torsional_damping * operation.rotary_speed
         stiffness -= torque * (waves * math.pi) ** 3 / (2 * span**2)
     return float(stiffness)
 

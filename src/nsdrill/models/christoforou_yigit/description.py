@@ -41,9 +41,7 @@ def options(parameters: Parameters) -> tuple[str, ...]:
 def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]) -> dict[str, Any]:
     """The ``gap`` [m] between collar and wall, which pictures show; None where it
     differs between points."""
-    axis_values = [
-        axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")
-    ]
+    axis_values = [axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")]
     if any(len(axis) > 1 for axis in axis_values):
         return {"gap": None}
     point = values_at(parameters, initial, {key: float(axis[0]) for key, axis in axes.items()})
@@ -58,15 +56,7 @@ def hole(parameters: Parameters) -> tuple[float, float]:
 # The variables of pictures that are constant where a mode is frozen. (The torque on the
 # bit depends on both its force and its speed, so it belongs to no single mode.)
 MODES = {
-    "axial": (
-        "z",
-        "vz",
-        "bit_force",
-        "section_axial",
-        "section_axial_velocity",
-        "axial_max",
-        "lift_off_fraction",
-    ),
+    "axial": ("z", "vz", "bit_force", "section_axial", "section_axial_velocity", "axial_max", "lift_off_fraction"),
     "torsional": ("twist", "bit_speed", "section_twist", "section_bit_speed", "stick_slip_index"),
     "lateral": (
         "x",
@@ -85,8 +75,7 @@ MODES = {
 
 DESCRIPTION = Description(
     name=MODEL,
-    title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, "
-    "lobes",
+    title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, lobes",
     parameters=Parameters,
     initial=Initial,
     meanings={
@@ -94,15 +83,10 @@ DESCRIPTION = Description(
         "bit.friction.dynamic": "Coefficient at high speed; all laws but rational",
         "bit.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper; "
         "all laws but rational",
-        "bit.friction.decay": "Rate of the fall from static to dynamic; laws hyperbolic and "
-        "exponential",
+        "bit.friction.decay": "Rate of the fall from static to dynamic; laws hyperbolic and exponential",
     },
     states=states,
-    several_states=(
-        variables.STATE_NAMES,
-        variables.DRIVEN_STATE_NAMES,
-        variables.MOTOR_STATE_NAMES,
-    ),
+    several_states=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES, variables.MOTOR_STATE_NAMES),
     labels=variables.LABELS,
     features=variables.FEATURES,
     derived=DRILLED,
@@ -118,29 +102,11 @@ DESCRIPTION = Description(
     constraints=constraints,
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
     grazing=(
+        Grazing(101, "lift_off", "rock", "lost", "the bit begins to leave the rock: bit-bounce", "lift_off"),
         Grazing(
-            101,
-            "lift_off",
-            "rock",
-            "lost",
-            "the bit begins to leave the rock: bit-bounce",
-            "lift_off",
+            102, "wall_reached", "wall", "reached", "the collar comes to touch the wall: the first impacts", "wall"
         ),
-        Grazing(
-            102,
-            "wall_reached",
-            "wall",
-            "reached",
-            "the collar comes to touch the wall: the first impacts",
-            "wall",
-        ),
-        Grazing(
-            103,
-            "wall_lost",
-            "wall",
-            "lost",
-            "the collar begins to leave the wall that it was held against",
-        ),
+        Grazing(103, "wall_lost", "wall", "lost", "the collar begins to leave the wall that it was held against"),
         STICK_ONSET,
     ),
     compiled=("bit.lobes",),
@@ -149,8 +115,7 @@ DESCRIPTION = Description(
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),
-    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, "
-    "points: 60}}",
+    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
     attributes=attributes,
     hole=hole,
     options=options,

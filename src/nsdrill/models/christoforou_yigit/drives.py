@@ -99,15 +99,10 @@ def regulator(parameters: Parameters, k: Coefficients, wob: Any, rotary_speed: A
     """The law of the voltage of a DC motor with gains, at a weight on bit [N] and a
     rotary speed [rad/s]."""
     drive = parameters.drive
-    torque = (
-        wob * bit_arm(parameters, k, rotary_speed)
-        + parameters.drillstring.torsional_damping * rotary_speed
-    )
+    torque = wob * bit_arm(parameters, k, rotary_speed) + parameters.drillstring.torsional_damping * rotary_speed
     per_volt = drive.gear * drive.torque_constant / drive.resistance
     current, *others = drive.gains or (0.0,) * 5
-    return Regulator(
-        torque, -torque / k.k_t, current / drive.resistance, *(per_volt * gain for gain in others)
-    )
+    return Regulator(torque, -torque / k.k_t, current / drive.resistance, *(per_volt * gain for gain in others))
 
 
 def gains(parameters: Parameters, k: Coefficients) -> Gains:
@@ -135,21 +130,13 @@ def _lqr(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
         drive.state_weight,
         drive.torque_weight,
     )
-    distinct, inverse = np.unique(
-        np.stack([value.ravel() for value in columns], axis=1), axis=0, return_inverse=True
-    )
+    distinct, inverse = np.unique(np.stack([value.ravel() for value in columns], axis=1), axis=0, return_inverse=True)
     feedback = np.array([_regulator(*row) for row in distinct.tolist()])[inverse.ravel()]
     return Gains(drive.inertia, *(column.reshape(columns[0].shape) for column in feedback.T))
 
 
 def _regulator(
-    J: float,
-    k_t: float,
-    c_t: float,
-    inertia: float,
-    c_s: float,
-    state_weight: float,
-    torque_weight: float,
+    J: float, k_t: float, c_t: float, inertia: float, c_s: float, state_weight: float, torque_weight: float
 ) -> list[float]:
     from scipy.linalg import solve_continuous_are
 
@@ -163,9 +150,7 @@ def _regulator(
     )
     force = np.array([[0.0], [1.0 / inertia], [0.0], [0.0]])
     try:
-        cost = solve_continuous_are(
-            system, force, state_weight * np.eye(4), np.array([[torque_weight]])
-        )
+        cost = solve_continuous_are(system, force, state_weight * np.eye(4), np.array([[torque_weight]]))
     except (np.linalg.LinAlgError, ValueError) as error:
         raise InputError(
             f"drive.kind: lqr finds no gains for a string with J = {J:.3g} kg m^2 and k_t = "

@@ -58,12 +58,7 @@ LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit
 
 
 def starting_states(
-    parameters: Parameters,
-    initial: Initial,
-    depth: Any,
-    wob: Any,
-    rotary_speed: Any,
-    start: Any = 0,
+    parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any, start: Any = 0
 ) -> Array:
     """Initial states with the drive angle last, shape (points, states + 1), of the
     starts numbered ``start`` (from 0; ignored where ``initial`` is a single state) at
@@ -72,8 +67,7 @@ def starting_states(
     if not initial.starts:
         return initial_states(parameters, initial, depth, wob, rotary_speed)
     depth, wob, rotary_speed, start = np.broadcast_arrays(
-        *(np.atleast_1d(np.asarray(value, float)) for value in (depth, wob, rotary_speed)),
-        np.atleast_1d(start),
+        *(np.atleast_1d(np.asarray(value, float)) for value in (depth, wob, rotary_speed)), np.atleast_1d(start)
     )
     checked_starts(initial, start)
     if initial.slice:
@@ -140,13 +134,9 @@ def _ensemble_states(
     }
     states = np.stack([by_name[name] for name in STATE_NAMES], axis=1)
     if not parameters.drive.ideal:  # lag 0, set speed
-        states = np.concatenate(
-            [states[:, :-1], np.zeros((len(states), 1)), speed[:, None], states[:, -1:]], axis=1
-        )
+        states = np.concatenate([states[:, :-1], np.zeros((len(states), 1)), speed[:, None], states[:, -1:]], axis=1)
     if parameters.drive.kind == "dc_motor":
-        states = np.concatenate(
-            [states[:, :-1], np.zeros((len(states), 2)), states[:, -1:]], axis=1
-        )
+        states = np.concatenate([states[:, :-1], np.zeros((len(states), 2)), states[:, -1:]], axis=1)
     return with_frozen_modes(parameters, states, wob, speed)
 
 

@@ -43,12 +43,7 @@ def bit_on_rock(t: Any, phase: Any, s: Any, p: Any, lobes: int, law: Any) -> tup
     surface = p.surface_amplitude * multiple_sine(sine, cosine, lobes)
     force = p.rock_stiffness * touching("rock", surface - s.z)
     numbers = numbers_of(p, "bit")
-    return (
-        sine,
-        cosine,
-        force,
-        friction("bit", slip=s.bit_speed, normal=force, law=law, numbers=numbers),
-    )
+    return (sine, cosine, force, friction("bit", slip=s.bit_speed, normal=force, law=law, numbers=numbers))
 
 
 def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
@@ -77,9 +72,7 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
                 "wall", slip=(slip, along), normal=wall_force, law=hyperbolic, numbers=numbers
             )
         else:
-            wall_friction = friction(
-                "wall", slip=slip, normal=wall_force, law=hyperbolic, numbers=numbers
-            )
+            wall_friction = friction("wall", slip=slip, normal=wall_force, law=hyperbolic, numbers=numbers)
         radial = wall_force / radius
         tangential = wall_friction / radius
 
@@ -94,11 +87,7 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
             numbers = numbers_of(p, "stabilizer")
             if o.axial_friction:
                 stabilizer_friction, along_there = friction_along(
-                    "stabilizer",
-                    slip=(slip, along),
-                    normal=abs(carried),
-                    law=hyperbolic,
-                    numbers=numbers,
+                    "stabilizer", slip=(slip, along), normal=abs(carried), law=hyperbolic, numbers=numbers
                 )
                 axial_friction = axial_friction + along_there
             else:

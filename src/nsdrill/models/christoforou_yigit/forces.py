@@ -49,9 +49,7 @@ def loads(
     return {name: found.get(name, 0.0) + zero for name in names}
 
 
-def forces(
-    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
-) -> dict[str, Array]:
+def forces(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
     """Contact forces and derived variables of a state.
 
     ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and

@@ -71,44 +71,25 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
                 f"load at which the {name} buckles in a horizontal hole",
                 "buckling",
             ),
-            f"{name}_helical": (
-                _finite(HELIX * load),
-                "N",
-                "load at which that becomes a helix",
-                "buckling",
-            ),
-            f"{name}_half_wave": (
-                buckling.half_wave(tube, HORIZONTAL),
-                "m",
-                "half wave of the sinusoid",
-                "buckling",
-            ),
+            f"{name}_helical": (_finite(HELIX * load), "N", "load at which that becomes a helix", "buckling"),
+            f"{name}_half_wave": (buckling.half_wave(tube, HORIZONTAL), "m", "half wave of the sinusoid", "buckling"),
         }
     return quantities
 
 
 def _lateral(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Row]:
     quantities: dict[str, Row] = {}
-    in_mud, without_mud = (
-        lateral_frequencies(parameters, operation, k, mass) for mass in (float(k.m_l), float(k.m_c))
-    )
+    in_mud, without_mud = (lateral_frequencies(parameters, operation, k, mass) for mass in (float(k.m_l), float(k.m_c)))
     for number in range(2, HALF_WAVES + 1):
         words = f"lateral frequency of {number} half waves, which the model leaves out"
         quantities[f"lateral_{number}"] = (_finite(in_mud[number - 1]), "rad/s", words, "lateral")
     for number in range(1, HALF_WAVES + 1):
         words = f"lateral frequency of {number} half wave{'s' * (number > 1)}, without mud"
-        quantities[f"lateral_dry_{number}"] = (
-            _finite(without_mud[number - 1]),
-            "rad/s",
-            words,
-            "lateral",
-        )
+        quantities[f"lateral_dry_{number}"] = (_finite(without_mud[number - 1]), "rad/s", words, "lateral")
     gap = float(k.gap)
     for name, words in (("plane", "in a plane"), ("circular", "on a circle")):
         ratio = mud_damping(k, gap, circular=name == "circular")
-        text = (
-            f"damping ratio by the mud, {words} as wide as the clearance; falls with the amplitude"
-        )
+        text = f"damping ratio by the mud, {words} as wide as the clearance; falls with the amplitude"
         quantities[f"mud_{name}"] = (ratio, "1", text, "lateral")
     quantities["wall_inclination"] = (
         wall_inclination(parameters, operation, k),
@@ -131,18 +112,8 @@ def _finite(value: float) -> float | None:
 
 def _waves(parameters: Parameters, operation: Operation) -> dict[str, Row]:
     rows: tuple[tuple[str, np.ndarray, str, str], ...] = (
-        (
-            "torsional_wave",
-            torsional_waves(parameters, operation.depth, WAVES),
-            "torsional wave",
-            "rotation",
-        ),
-        (
-            "axial_wave",
-            axial_waves(parameters, operation.depth, WAVES),
-            "axial wave, bit off the rock",
-            "axial",
-        ),
+        ("torsional_wave", torsional_waves(parameters, operation.depth, WAVES), "torsional wave", "rotation"),
+        ("axial_wave", axial_waves(parameters, operation.depth, WAVES), "axial wave, bit off the rock", "axial"),
         (
             "axial_rock_wave",
             axial_waves(parameters, operation.depth, WAVES, on_rock=True),
@@ -158,18 +129,12 @@ def _waves(parameters: Parameters, operation: Operation) -> dict[str, Row]:
 
 
 def lateral_frequencies(
-    parameters: Parameters,
-    operation: Operation,
-    k: Coefficients,
-    mass: float,
-    count: int = HALF_WAVES,
+    parameters: Parameters, operation: Operation, k: Coefficients, mass: float, count: int = HALF_WAVES
 ) -> np.ndarray:
     """Frequencies [rad/s] of 1, 2, ... half waves of the span with this modal ``mass``
     [kg], which is the same for all; NaN where buckled. From E I d4y/dx4 + W d2y/dx2 + m
     d2y/dt2 = 0 of a pinned beam."""
-    stiffness = np.array(
-        [lateral_stiffness(parameters, operation, k, number + 1) for number in range(count)]
-    )
+    stiffness = np.array([lateral_stiffness(parameters, operation, k, number + 1) for number in range(count)])
     return np.sqrt(np.where(stiffness >= 0.0, stiffness, np.nan) / mass)
 
 
@@ -204,11 +169,7 @@ def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients
     - c0)^p = F_g; None where the collar does not rest on the wall."""
     if wall_inclination(parameters, operation, k) is None:
         return None
-    stiffness, force, gap = (
-        lateral_stiffness(parameters, operation, k),
-        modal_weight(parameters),
-        float(k.gap),
-    )
+    stiffness, force, gap = (lateral_stiffness(parameters, operation, k), modal_weight(parameters), float(k.gap))
     well = parameters.well
     power, clearance = 1.5 if well.law == "hertz" else 1.0, parameters.stabilizer.clearance or 0.0
 

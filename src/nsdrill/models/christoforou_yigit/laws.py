@@ -41,10 +41,7 @@ def bit_numbers(parameters: Parameters, k: Coefficients) -> BitNumbers:
     # law with shifted coefficients.
     friction_arm = 2 / 3 * k.bit_radius
     decay = 1 / law.dynamic_from if law.law == "linear" else law.decay
-    rise, dynamic = (
-        friction_arm * (law.static - law.dynamic),
-        friction_arm * law.dynamic + k.cutting_arm,
-    )
+    rise, dynamic = (friction_arm * (law.static - law.dynamic), friction_arm * law.dynamic + k.cutting_arm)
     return BitNumbers(law.smoothing, decay, rise, dynamic)
 
 
@@ -113,9 +110,7 @@ def onset(parameters: Parameters, k: Coefficients, slope: float) -> float | None
 _PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)
 
 
-def averaged_fold(
-    parameters: Parameters, k: Coefficients, damping: float, wob: float
-) -> float | None:
+def averaged_fold(parameters: Parameters, k: Coefficients, damping: float, wob: float) -> float | None:
     """The greatest mean bit speed [rad/s] at which friction sustains a cycle that just
     comes to rest, v = Omega (1 + cos theta), against the ``damping`` of string and
     drive [N m s/rad]; None where it does so nowhere. First-order averaging of the

@@ -39,14 +39,7 @@ class ChristoforouYigit(Model):
     def states(self, variant: Variant) -> tuple[str, ...]:
         return rhs.states_of(Options(*variant))
 
-    def rows(
-        self,
-        variant: Variant,
-        observed: int = 0,
-        *,
-        tangent: bool = False,
-        columns: int | None = None,
-    ) -> Rows:
+    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
         return rhs.rows_of(Options(*variant), observed, tangent=tangent, columns=columns)
 
     def motion(self, variant: Variant) -> Motion:
@@ -83,9 +76,7 @@ class ChristoforouYigit(Model):
         options = options_of(parameters)
         if options.driven:
             gain_name = "regulator_lag" if options.regulated else "drive_stiffness"
-            gain = rhs.pack(parameters, *points.operation)[
-                0, rhs.columns_of(options).index(gain_name)
-            ]
+            gain = rhs.pack(parameters, *points.operation)[0, rhs.columns_of(options).index(gain_name)]
             if gain == 0.0:
                 raise InputError(
                     f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle "
@@ -115,9 +106,7 @@ class ChristoforouYigit(Model):
         return table
 
     def starts(self, points: Values, number: Array | int) -> Array:
-        return starting_states(
-            points.parameters, cast("Initial", points.initial), *points.operation, number
-        )
+        return starting_states(points.parameters, cast("Initial", points.initial), *points.operation, number)
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
         return rhs.frozen_states(parameters)
@@ -150,14 +139,10 @@ class ChristoforouYigit(Model):
         torque, speed = features["surface_torque_mean"], features.get("drive_speed_mean", speed)
         derived = drilled(torque, speed, parameters.bit.cutting, wob, parameters.well.diameter / 2)
         if parameters.modes.torsional == "frozen":  # the torque at the surface is not known
-            derived["mechanical_specific_energy"] = np.full(
-                len(derived["mechanical_specific_energy"]), np.nan
-            )
+            derived["mechanical_specific_energy"] = np.full(len(derived["mechanical_specific_energy"]), np.nan)
         return derived
 
-    def section(
-        self, outcome: Array, record: Record, table: Array, variant: Variant
-    ) -> dict[str, Array]:
+    def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         names, declaration = self.names(variant), self.declaration(variant)
         returns = returns_of(names, declaration, outcome, record.peaks, record.poincare)
         own = [*range(len(rhs.STATES)), -1]  # without those of a drive
@@ -167,11 +152,7 @@ class ChristoforouYigit(Model):
         return observed.in_the_bit_frame(section)
 
     def classify(
-        self,
-        features: Mapping[str, Array],
-        status: Array,
-        thresholds: Thresholds,
-        state_scales: Array,
+        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
     ) -> dict[str, Array]:
         # of string and bit
         return classify.classify(features, status, thresholds, state_scales[..., : len(rhs.STATES)])
@@ -182,16 +163,10 @@ class ChristoforouYigit(Model):
     def scales(self, table: Array) -> dict[str, Array]:
         return compare.scales(table)
 
-    def coordinates(
-        self, features: Mapping[str, Array], table: Array, variant: Variant
-    ) -> tuple[Array, Array]:
+    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
         return compare.coordinates(
-            features,
-            self.scales(table),
-            self.state_scales(table, variant)[:, rhs.STATES.index("z")],
+            features, self.scales(table), self.state_scales(table, variant)[:, rhs.STATES.index("z")]
         )
 
-    def outputs(
-        self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]
-    ) -> dict[str, np.ndarray]:
+    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         return forces(parameters, point, state)

@@ -79,11 +79,7 @@ def _outputs(lobes: int, friction: int) -> Any:
         sine, sine_slope = multiple(sine_now, cosine_now)  # of a multiple of the bit angle
         speed = surface_amplitude * bit_speed
         u, du = fma(surface_amplitude, sine, -z), fma(speed, sine_slope, -vz)
-        ddu = fma(
-            surface_amplitude,
-            alpha * sine_slope,
-            fma(-speed * bit_speed, lobes * lobes * sine, -az),
-        )
+        ddu = fma(surface_amplitude, alpha * sine_slope, fma(-speed * bit_speed, lobes * lobes * sine, -az))
         # The bit torque is force times arm; the arm changes with the bit speed. One
         # division serves two quotients, torsional and lateral.
         force = rock_stiffness * max(u, 0.0)
@@ -167,17 +163,8 @@ CHANNELS: tuple[Channel, ...] = (
     Channel("bit speed", "bit_speed", "alpha", rate_of="twist", level="stuck_below"),
     Channel("bit angle", _bit_angle, "bit_speed", "alpha"),
     Channel("bit position", "z", "vz", "az"),
-    Channel(
-        "interference",
-        "interference",
-        "interference_rate",
-        "interference_curvature",
-        level=0.0,
-        scale="z",
-    ),
-    Channel(
-        "reach", _square, _square_slope, _square_curvature, level="gap", scale="gap", squared=True
-    ),
+    Channel("interference", "interference", "interference_rate", "interference_curvature", level=0.0, scale="z"),
+    Channel("reach", _square, _square_slope, _square_curvature, level="gap", scale="gap", squared=True),
     Channel("radius", "r", "r_rate"),
     Channel("x", "x", "vx"),
     Channel("y", "y", "vy"),
@@ -202,8 +189,7 @@ SHARED: tuple[Derived, ...] = (
     Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck),
     Derived("lift_off_fraction", lambda on_rock: 1.0 - on_rock),
     Derived(
-        "bit_force_max",
-        lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(interference_max, 0.0),
+        "bit_force_max", lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(interference_max, 0.0)
     ),
     *(
         Derived(f"surface_torque_{name}", function)
@@ -215,14 +201,7 @@ SHARED: tuple[Derived, ...] = (
     ),
 )
 FEATURES: tuple[Feature, ...] = (
-    Extremes(
-        "bit position",
-        "axial_max",
-        "axial_min",
-        "axial_peaks",
-        smooth=True,
-        compared=_least_amplitude,
-    ),
+    Extremes("bit position", "axial_max", "axial_min", "axial_peaks", smooth=True, compared=_least_amplitude),
     Extremes("twist", "twist_max", "twist_min", smooth=True, compared=None),
     Extremes("interference", "interference_max", maxima=True, smooth=True, compared=None),
     Extremes("reach", "radius_max", peaks="radius_peaks", maxima=True, smooth=True, compared="gap"),
@@ -243,15 +222,10 @@ FEATURES: tuple[Feature, ...] = (
             50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean)
         ),
     ),
-    Derived(
-        "whirl_ratio",
-        lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean),
-    ),
+    Derived("whirl_ratio", lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean)),
     Derived(
         "rolling_ratio",
-        lambda rolled, rotated, collar_radius: np.where(
-            rotated != 0.0, _ratio(-rolled, rotated * collar_radius), 0.0
-        ),
+        lambda rolled, rotated, collar_radius: np.where(rotated != 0.0, _ratio(-rolled, rotated * collar_radius), 0.0),
     ),
     *SHARED,
 )
@@ -265,9 +239,7 @@ def wall_force(hertz: int, stiffness: Any, penetration: Any) -> Any:
 
 
 def _wall_force_max(hertz: int) -> Any:
-    return lambda wall_stiffness, gap, radius_max: wall_force(
-        hertz, wall_stiffness, radius_max - gap
-    )
+    return lambda wall_stiffness, gap, radius_max: wall_force(hertz, wall_stiffness, radius_max - gap)
 
 
 @lru_cache
@@ -289,9 +261,7 @@ def declaration_of(options: Options) -> Declaration:
             for feature in features
         )
         features += (
-            Extremes(
-                "drive speed", "drive_speed_max", "drive_speed_min", smooth=True, compared=None
-            ),
+            Extremes("drive speed", "drive_speed_max", "drive_speed_min", smooth=True, compared=None),
             Mean("drive speed", "drive_speed_mean"),
         )
     if options.stabilizer:
@@ -337,12 +307,7 @@ def declaration_of(options: Options) -> Declaration:
                 inside=_torque_inside(options.friction),
             ),
         ),
-        features=(
-            bit_speed,
-            torque,
-            *features,
-            Derived("wall_force_max", _wall_force_max(options.hertz)),
-        ),
+        features=(bit_speed, torque, *features, Derived("wall_force_max", _wall_force_max(options.hertz))),
         outputs=Outputs(OUTPUTS, _outputs(options.lobes, options.friction)),
         section=Section("bit angle", REVOLUTION),
     )

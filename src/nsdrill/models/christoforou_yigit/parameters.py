@@ -28,8 +28,7 @@ def check_bore(inner: float, outer: float) -> None:
     """ValueError for a bore [m] that leaves the tube no wall."""
     if inner > WIDEST_BORE * outer:
         raise ValueError(
-            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer "
-            f"diameter, {outer:g} m"
+            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
         )
 
 
@@ -37,8 +36,7 @@ def check_hole(diameter: float, collar: float) -> None:
     """ValueError for a hole [m] no wider than the ``collar``."""
     if collar >= diameter:
         raise ValueError(
-            f"well.diameter: found {diameter:g} m, allowed: above the outer diameter of the "
-            f"collar, {collar:g} m"
+            f"well.diameter: found {diameter:g} m, allowed: above the outer diameter of the collar, {collar:g} m"
         )
 
 
@@ -47,17 +45,9 @@ class Collar(Checked):
     """The drill collars; ``span`` is the length between stabilisers that bends."""
 
     outer_diameter: float = parameter(
-        0.2286,
-        "m",
-        "J, B",
-        "medium",
-        low=1e-4,
-        high=10.0,
-        usual="3 1/8 to 11 1/4 in; laboratory rods 3 mm",
+        0.2286, "m", "J, B", "medium", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in; laboratory rods 3 mm"
     )
-    inner_diameter: float = parameter(
-        0.0762, "m", "J, B", "medium", high=10.0, usual="1 1/4 to 4 in; a rod 0"
-    )
+    inner_diameter: float = parameter(0.0762, "m", "J, B", "medium", high=10.0, usual="1 1/4 to 4 in; a rod 0")
     length: float = parameter(
         200.0, "m", "J, B", "medium", low=1e-2, high=1e4, usual="20 to 400 m; laboratory rigs 0.1 m"
     )
@@ -75,10 +65,7 @@ class Collar(Checked):
         super().__post_init__()
         check_bore(self.inner_diameter, self.outer_diameter)
         if self.span > self.length:
-            raise ValueError(
-                f"span: found {self.span:g} m, allowed: at most the collar length, "
-                f"{self.length:g} m"
-            )
+            raise ValueError(f"span: found {self.span:g} m, allowed: at most the collar length, {self.length:g} m")
 
 
 @dataclass(frozen=True)
@@ -86,17 +73,9 @@ class Pipe(Checked):
     """The drill pipe; its length is the depth less the collar length."""
 
     outer_diameter: float = parameter(
-        0.127,
-        "m",
-        "J by arithmetic",
-        "medium",
-        low=1e-4,
-        high=10.0,
-        usual="2 3/8 to 6 5/8 in; laboratory rods 3 mm",
+        0.127, "m", "J by arithmetic", "medium", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in; laboratory rods 3 mm"
     )
-    inner_diameter: float = parameter(
-        0.1086, "m", "J by arithmetic", "medium", high=10.0, usual="1.8 to 6 in; a rod 0"
-    )
+    inner_diameter: float = parameter(0.1086, "m", "J by arithmetic", "medium", high=10.0, usual="1.8 to 6 in; a rod 0")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -108,31 +87,13 @@ class Material(Checked):
     """The steel of the string."""
 
     density: float = parameter(
-        7850.0,
-        "kg/m^3",
-        "standard",
-        "high",
-        low=10.0,
-        high=1e6,
-        usual="composite 1600 to tungsten 19 300 kg/m^3",
+        7850.0, "kg/m^3", "standard", "high", low=10.0, high=1e6, usual="composite 1600 to tungsten 19 300 kg/m^3"
     )
     young_modulus: float = parameter(
-        210e9,
-        "Pa",
-        "standard",
-        "high",
-        low=1e6,
-        high=1e13,
-        usual="plastics 2 GPa, aluminium 70 GPa, steel 210 GPa",
+        210e9, "Pa", "standard", "high", low=1e6, high=1e13, usual="plastics 2 GPa, aluminium 70 GPa, steel 210 GPa"
     )
     shear_modulus: float = parameter(
-        79.6e9,
-        "Pa",
-        "standard",
-        "high",
-        low=1e6,
-        high=1e13,
-        usual="plastics 1 GPa, aluminium 26 GPa, steel 80 GPa",
+        79.6e9, "Pa", "standard", "high", low=1e6, high=1e13, usual="plastics 1 GPa, aluminium 26 GPa, steel 80 GPa"
     )
 
 
@@ -151,25 +112,13 @@ class Drillstring(Checked):
         high=10.0,
         usual="1 to 15 mm",
     )
-    eccentric_mass: Literal["total", "steel"] = choice(
-        "total", "P; 'steel' leaves the fluid added mass out"
-    )
+    eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
     lateral_softening: Literal["live", "static", "none"] = choice("live", "CY")
     axial_damping: float = parameter(
-        4000.0,
-        "N s/m",
-        "CY, J as reported",
-        "low",
-        high=1e9,
-        usual="1 to 100 kN s/m; critical 2 MN s/m on the rock",
+        4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m; critical 2 MN s/m on the rock"
     )
     torsional_damping: float = parameter(
-        50.0,
-        "N m s/rad",
-        "CY, J as reported",
-        "low",
-        high=1e7,
-        usual="10 to 500 N m s/rad; critical 1000 N m s/rad",
+        50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad; critical 1000 N m s/rad"
     )
     eccentric_weight: bool = True
 
@@ -182,9 +131,7 @@ class StillMud(Checked):
     density: float = parameter(
         1500.0, "kg/m^3", "J, L", "high", high=1e5, usual="air 1 kg/m^3, mud 1000 to 2400 kg/m^3"
     )
-    added_mass: float = parameter(
-        1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10"
-    )
+    added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
     drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
 
 
@@ -207,19 +154,14 @@ class Friction(Checked):
 
     static: float = parameter(0.35, high=10.0, usual="0.1 to 1")
     dynamic: float = parameter(0.30, high=10.0, usual="0.1 to 0.8")
-    smoothing: float = parameter(
-        500.0, "s/m", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/m"
-    )
-    decay: float = parameter(
-        3.0, "s/m", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/m"
-    )
+    smoothing: float = parameter(500.0, "s/m", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/m")
+    decay: float = parameter(3.0, "s/m", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/m")
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.dynamic > self.static:
             raise ValueError(
-                f"dynamic: found {self.dynamic:g}, allowed: at most the static coefficient, "
-                f"{self.static:g}"
+                f"dynamic: found {self.dynamic:g}, allowed: at most the static coefficient, {self.static:g}"
             )
 
 
@@ -227,9 +169,7 @@ class Friction(Checked):
 class WallFriction(Friction):
     """Friction between collar and wall, against slip speed in m/s."""
 
-    static: float = parameter(
-        0.35, "", "L", "medium", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8"
-    )
+    static: float = parameter(0.35, "", "L", "medium", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8")
     dynamic: float = parameter(0.30, "", "R", "low", high=10.0, usual="0.1 to 0.4")
 
 
@@ -237,9 +177,7 @@ class WallFriction(Friction):
 class StabilizerFriction(Friction):
     """Friction between stabilisers and wall, against slip speed in m/s."""
 
-    static: float = parameter(
-        0.35, "", "R: as the wall", "low", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8"
-    )
+    static: float = parameter(0.35, "", "R: as the wall", "low", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8")
     dynamic: float = parameter(0.30, "", "R: as the wall", "low", high=10.0, usual="0.1 to 0.4")
 
 
@@ -249,12 +187,8 @@ class HyperbolicFriction(Friction):
 
     static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
     dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
-    smoothing: float = parameter(
-        500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad"
-    )
-    decay: float = parameter(
-        3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad"
-    )
+    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
+    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
 
 
 @dataclass(frozen=True)
@@ -267,24 +201,14 @@ class BitFriction(HyperbolicFriction):
     ``decay``; ``rational`` ``b0`` to ``b3`` alone.
     """
 
-    law: Literal["hyperbolic", "linear", "exponential", "rational"] = choice(
-        "hyperbolic", "R (form: Leine 1998)"
-    )
+    law: Literal["hyperbolic", "linear", "exponential", "rational"] = choice("hyperbolic", "R (form: Leine 1998)")
     dynamic_from: float = parameter(
-        1.0,
-        "rad/s",
-        "R (form: Dawson, Lin & Spanos 1987)",
-        "low",
-        low=1e-4,
-        high=1e3,
-        usual="0.05 to 5 rad/s",
+        1.0, "rad/s", "R (form: Dawson, Lin & Spanos 1987)", "low", low=1e-4, high=1e3, usual="0.05 to 5 rad/s"
     )
     b0: float = parameter(0.0239, "m", "L", "medium", high=10.0, usual="10 to 50 mm")
     b1: float = parameter(1.910, "s/rad", "L", "medium", low=1e-3, high=1e6, usual="1 to 10 s/rad")
     b2: float = parameter(8.5, "s/rad", "L", "medium", high=1e6, usual="5 to 10 s/rad")
-    b3: float = parameter(
-        5.47, "s^2/rad^2", "L", "medium", low=1e-6, high=1e6, usual="1 to 10 s^2/rad^2"
-    )
+    b3: float = parameter(5.47, "s^2/rad^2", "L", "medium", low=1e-6, high=1e6, usual="1 to 10 s^2/rad^2")
 
 
 @dataclass(frozen=True)
@@ -292,9 +216,7 @@ class Well(Checked):
     """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for
     the Hertz law."""
 
-    diameter: float = parameter(
-        0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in"
-    )
+    diameter: float = parameter(0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
     stiffness: float = parameter(
         25e6,
         "N/m or N/m^1.5",
@@ -306,9 +228,7 @@ class Well(Checked):
     )
     law: Literal["linear", "hertz"] = choice("linear", "P")
     friction: WallFriction = field(default_factory=WallFriction)
-    inclination: float = parameter(
-        0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg"
-    )
+    inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg")
     axial_friction: bool = False
 
 
@@ -323,9 +243,7 @@ class Stabilizer(Checked):
     """The stabilisers at both ends of the span, rigid and in contact at the same time.
     ``clearance`` is radial, None for hinges without clearance and friction."""
 
-    clearance: float | None = parameter(
-        None, "m", "P: hinges", "modelling choice", high=10.0, usual="0 to 25 mm"
-    )
+    clearance: float | None = parameter(None, "m", "P: hinges", "modelling choice", high=10.0, usual="0 to 25 mm")
     friction: StabilizerFriction = field(default_factory=StabilizerFriction)
 
 
@@ -344,23 +262,11 @@ class Bit(Checked):
     """The bit on its lobed surface s = s0 sin(n_b phi)."""
 
     lobes: int = parameter(
-        3,
-        "",
-        "B (3 roller cone, 1 PDC); P does not say which",
-        "high",
-        low=1,
-        high=8,
-        usual="1, 3; 5 or 6 blades",
+        3, "", "B (3 roller cone, 1 PDC); P does not say which", "high", low=1, high=8, usual="1, 3; 5 or 6 blades"
     )
     surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
     rock_stiffness: float = parameter(
-        25e6,
-        "N/m",
-        "CY as reported; B has 1.16e9",
-        "low: sweep it",
-        low=1.0,
-        high=1e13,
-        usual="1 MN/m to 10 GN/m",
+        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
     )
     cutting: Cutting = field(default_factory=Cutting)
     friction: BitFriction = field(default_factory=BitFriction)
@@ -406,79 +312,35 @@ class Drive(Checked):
     torque.
     """
 
-    kind: Literal[
-        "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"
-    ] = choice("ideal", "P; the others as Simulator4nDOF has them")
+    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"] = choice(
+        "ideal", "P; the others as Simulator4nDOF has them"
+    )
     inertia: float = parameter(
-        2900.0,
-        "kg m^2",
-        "Simulator4nDOF",
-        "medium",
-        low=1e-3,
-        high=1e7,
-        usual="500 to 5000 kg m^2 at the string",
+        2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7, usual="500 to 5000 kg m^2 at the string"
     )
     stiffness: float = parameter(
-        14500.0,
-        "N m/rad",
-        "stiff PI: 5 /s^2 of the inertia",
-        "medium",
-        high=1e9,
-        usual="100 to 20 000 N m/rad",
+        14500.0, "N m/rad", "stiff PI: 5 /s^2 of the inertia", "medium", high=1e9, usual="100 to 20 000 N m/rad"
     )
     damping: float = parameter(
-        14853.0,
-        "N m s/rad",
-        "stiff PI: 50 pipe impedances",
-        "medium",
-        high=1e9,
-        usual="300 to 20 000 N m s/rad",
+        14853.0, "N m s/rad", "stiff PI: 50 pipe impedances", "medium", high=1e9, usual="300 to 20 000 N m s/rad"
     )
     twist_gain: float = parameter(0.0, "N m/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m/rad")
-    speed_gain: float = parameter(
-        0.0, "N m s/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m s/rad"
-    )
-    shaft_damping: float = parameter(
-        0.0, "N m s/rad", "J as reported", "low", high=1e7, usual="0 to 500 N m s/rad"
-    )
+    speed_gain: float = parameter(0.0, "N m s/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m s/rad")
+    shaft_damping: float = parameter(0.0, "N m s/rad", "J as reported", "low", high=1e7, usual="0 to 500 N m s/rad")
     matching: float = parameter(
-        4.0,
-        "",
-        "Simulator4nDOF",
-        "medium",
-        low=1e-3,
-        high=1e3,
-        usual="1 (the pipe's impedance) to 5",
+        4.0, "", "Simulator4nDOF", "medium", low=1e-3, high=1e3, usual="1 (the pipe's impedance) to 5"
     )
     frequency: float | None = parameter(
-        None,
-        "Hz",
-        "the torsional frequency of the string",
-        "medium",
-        low=1e-4,
-        high=100.0,
-        usual="0.05 to 0.5 Hz",
+        None, "Hz", "the torsional frequency of the string", "medium", low=1e-4, high=100.0, usual="0.05 to 0.5 Hz"
     )
-    compensated_inertia: float = parameter(
-        0.0, "kg m^2", high=1e7, usual="0 to 0.9 times the inertia"
-    )
+    compensated_inertia: float = parameter(0.0, "kg m^2", high=1e7, usual="0 to 0.9 times the inertia")
     a: float = parameter(0.25, "", "Simulator4nDOF", "medium", high=100.0, usual="0.1 to 1")
     high_pass: float = parameter(
-        20.0 / (2.0 * math.pi),
-        "s",
-        "Simulator4nDOF",
-        "medium",
-        low=1e-3,
-        high=1e6,
-        usual="1 to 10 s",
+        20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6, usual="1 to 10 s"
     )
     state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
-    inductance: float = parameter(
-        0.005, "H", "CY as reported", "low", low=1e-6, high=100.0, usual="1 to 50 mH"
-    )
-    resistance: float = parameter(
-        0.01, "ohm", "CY as reported", "low", low=1e-9, high=1e3, usual="0.005 to 0.1 ohm"
-    )
+    inductance: float = parameter(0.005, "H", "CY as reported", "low", low=1e-6, high=100.0, usual="1 to 50 mH")
+    resistance: float = parameter(0.01, "ohm", "CY as reported", "low", low=1e-9, high=1e3, usual="0.005 to 0.1 ohm")
     torque_constant: float = parameter(
         6.0, "V s/rad", "CY as reported", "low", low=1e-3, high=1e4, usual="1 to 20 V s/rad"
     )
@@ -486,26 +348,18 @@ class Drive(Checked):
     table_inertia: float = parameter(
         930.0, "kg m^2", "CY as reported", "low", low=1e-3, high=1e7, usual="200 to 2000 kg m^2"
     )
-    motor_inertia: float = parameter(
-        23.0, "kg m^2", "CY as reported", "low", high=1e6, usual="5 to 50 kg m^2"
-    )
+    motor_inertia: float = parameter(23.0, "kg m^2", "CY as reported", "low", high=1e6, usual="5 to 50 kg m^2")
     gains: tuple[float, ...] | None = parameter(
         None,
         "",
         low=-1e9,
         high=1e9,
         most=5,
-        meaning="K_I, K_1, K_2, K_3, K_4 of the motor's voltage, kind dc_motor; null: constant "
-        "voltage",
+        meaning="K_I, K_1, K_2, K_3, K_4 of the motor's voltage, kind dc_motor; null: constant voltage",
     )
     on_at: float | None = parameter(None, "s", high=1e7, usual="10 to 100 s into a simulation")
     torque_limit: float | None = parameter(
-        None,
-        "N m",
-        "Simulator4nDOF has 60 kN m",
-        "medium",
-        high=1e9,
-        usual="20 to 100 kN m at the string",
+        None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
     )
     torque_weight: float = parameter(1e-6, "", high=1e12, low=1e-15, usual="1e-8 to 1e-4")
 
@@ -529,11 +383,7 @@ class Drive(Checked):
     def motor_damping(self) -> float:
         """Of a DC motor: the rate at which its torque falls with its speed, (n K)^2/R,
         at the string [N m s/rad]."""
-        return (
-            (self.gear * self.torque_constant)
-            * (self.gear * self.torque_constant)
-            / self.resistance
-        )
+        return (self.gear * self.torque_constant) * (self.gear * self.torque_constant) / self.resistance
 
     @property
     def circuit_time(self) -> float:
@@ -545,9 +395,7 @@ class Drive(Checked):
         """The inertia at the top of the string [kg m^2]; of a DC motor that of the
         table plus n^2 times that of the motor."""
         return (
-            self.table_inertia + self.gear * self.gear * self.motor_inertia
-            if self.kind == "dc_motor"
-            else self.inertia
+            self.table_inertia + self.gear * self.gear * self.motor_inertia if self.kind == "dc_motor" else self.inertia
         )
 
     def __post_init__(self) -> None:

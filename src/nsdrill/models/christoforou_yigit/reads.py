@@ -70,12 +70,7 @@ FROZEN: dict[str, tuple[str, ...]] = {
 OFF: dict[str, dict[str, Any]] = {
     "axial": {"well.axial_friction": False},
     "torsional": {},
-    "lateral": {
-        "mud.swirl": 0.0,
-        "well.inclination": 0.0,
-        "well.axial_friction": False,
-        "stabilizer.clearance": None,
-    },
+    "lateral": {"mud.swirl": 0.0, "well.inclination": 0.0, "well.axial_friction": False, "stabilizer.clearance": None},
 }
 
 
@@ -83,14 +78,8 @@ def unread(parameters: Any) -> frozenset[str]:
     """The keys that a string with these :class:`.parameters.Parameters` does not read,
     including those of its initial state."""
     kind, law = parameters.drive.kind, parameters.bit.friction.law
-    drive = (
-        item.name for item in fields(parameters.drive) if item.name not in ("kind", *READ_BY[kind])
-    )
-    friction = (
-        item.name
-        for item in fields(parameters.bit.friction)
-        if item.name not in ("law", *READ_BY_LAW[law])
-    )
+    drive = (item.name for item in fields(parameters.drive) if item.name not in ("kind", *READ_BY[kind]))
+    friction = (item.name for item in fields(parameters.bit.friction) if item.name not in ("law", *READ_BY_LAW[law]))
     keys = {*(f"drive.{name}" for name in drive), *(f"bit.friction.{name}" for name in friction)}
     if kind == "ideal":
         keys |= {"initial.lag", "initial.drive_speed"}
@@ -98,7 +87,5 @@ def unread(parameters: Any) -> frozenset[str]:
         if getattr(parameters.modes, mode) == "frozen":
             keys |= {*keys_of_mode, *OFF[mode]}
     if parameters.stabilizer.clearance is None:
-        keys |= {
-            f"stabilizer.friction.{item.name}" for item in fields(parameters.stabilizer.friction)
-        }
+        keys |= {f"stabilizer.friction.{item.name}" for item in fields(parameters.stabilizer.friction)}
     return frozenset(keys)

@@ -127,9 +127,7 @@ def pushed_of(options: Options) -> tuple[str, ...]:
     return ("vx", "vy", "vz", "bit_speed") if options.axial_friction else ("vx", "vy", "bit_speed")
 
 
-def rows_of(
-    options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None
-) -> Rows:
+def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
     """The lane buffer for an observer with so many ``observed`` rows, with a deviation
     beside the states if ``tangent``, and with so many ``columns`` of parameters where
     there are more than those of the model."""
@@ -199,9 +197,7 @@ def make_contacts(lanes: int, options: Options, place: int) -> Any:
     return motion_of(options).contact_functions(lanes, rows_of(options, tangent=True), place)
 
 
-def pack(
-    parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float = 0.0
-) -> np.ndarray:
+def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float = 0.0) -> np.ndarray:
     """Lane parameters of operating points, shape (points, columns), from 1-D arrays
     depth [m], wob [N] and rotary_speed [rad/s] of one length."""
     depth, wob, rotary_speed = _broadcast(depth, wob, rotary_speed)
@@ -218,8 +214,7 @@ def pack(
         "per_inertia": 1 / (k.J + k.m_e * string.eccentricity * (string.eccentricity - q)),
         "per_axial_mass": 1 / k.m_a,
         "unbalance_arm": q,
-        "bending": k.k_bend
-        - (force_softening * wob if string.lateral_softening == "static" else 0.0),
+        "bending": k.k_bend - (force_softening * wob if string.lateral_softening == "static" else 0.0),
         "softening_force": force_softening if live else 0.0,
         "softening_torque": torque_softening if live else 0.0,
         "drag": k.c_h,
@@ -331,38 +326,29 @@ def first_step(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     natural time, shape (points,)."""
     p = {name: table[:, i] for name, i in INDEX.items()}
     squared_rate = np.maximum(
-        p["wall_stiffness"] * p["per_lateral_mass"],
-        (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"],
+        p["wall_stiffness"] * p["per_lateral_mass"], (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"]
     )
     if options.driven:
         per_inertia, stiffness, damping = table[:, len(PARAMETERS) : len(PARAMETERS) + 3].T
-        squared_rate = np.maximum(
-            squared_rate, np.maximum(stiffness * per_inertia, (damping * per_inertia) ** 2)
-        )
+        squared_rate = np.maximum(squared_rate, np.maximum(stiffness * per_inertia, (damping * per_inertia) ** 2))
     if options.motor:
         motor_damping, per_time = table[:, len(PARAMETERS) + len(DRIVE_PARAMETERS) :][:, :2].T
-        squared_rate = np.maximum(
-            squared_rate, np.maximum(motor_damping * per_time * per_inertia, per_time**2)
-        )
+        squared_rate = np.maximum(squared_rate, np.maximum(motor_damping * per_time * per_inertia, per_time**2))
     if options.regulated:
         names = columns_of(options)
         torque, lag, drive_speed = (
             table[:, names.index(f"regulator_{name}")] for name in ("torque", "lag", "drive_speed")
         )
         squared_motor_rate = np.maximum(
-            ((1 + torque) * per_time) ** 2,
-            np.abs(motor_damping + drive_speed) * per_time * per_inertia,
+            ((1 + torque) * per_time) ** 2, np.abs(motor_damping + drive_speed) * per_time * per_inertia
         )
         squared_rate = np.maximum(
-            squared_rate,
-            np.maximum(squared_motor_rate, np.abs(lag * per_time * per_inertia) ** (2 / 3)),
+            squared_rate, np.maximum(squared_motor_rate, np.abs(lag * per_time * per_inertia) ** (2 / 3))
         )
     return 0.01 / np.sqrt(np.maximum(squared_rate, p["drive_speed"] ** 2))
 
 
-def initial_states(
-    parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any
-) -> np.ndarray:
+def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any) -> np.ndarray:
     """Initial states with the drive angle last, shape (points, states + 1)."""
     depth, wob, rotary_speed = _broadcast(depth, wob, rotary_speed)
     k = derive(parameters, depth, wob, rotary_speed)
@@ -372,10 +358,7 @@ def initial_states(
     bit_speed = rotary_speed if initial.bit_speed is None else initial.bit_speed
     values = [initial.x, initial.vx, initial.y, initial.vy, z, initial.vz, initial.twist, bit_speed]
     if options.driven:
-        values += [
-            initial.lag,
-            rotary_speed if initial.drive_speed is None else initial.drive_speed,
-        ]
+        values += [initial.lag, rotary_speed if initial.drive_speed is None else initial.drive_speed]
     values += [0.0] * (2 * options.motor)
     for i, value in enumerate((*values, initial.drive_angle)):
         states[:, i] = value
@@ -389,10 +372,7 @@ _STATES_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STA
 def frozen_states(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of frozen modes."""
     return tuple(
-        name
-        for mode, names in _STATES_OF_MODE.items()
-        if getattr(parameters.modes, mode) == "frozen"
-        for name in names
+        name for mode, names in _STATES_OF_MODE.items() if getattr(parameters.modes, mode) == "frozen" for name in names
     )
 
 

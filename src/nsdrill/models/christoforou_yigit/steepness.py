@@ -30,21 +30,12 @@ def friction_rates(points: Values) -> dict[str, Any]:
         per_mass = np.maximum(per_mass, 1 / k.m_a)
     modes = parameters.modes
     bit_rate = wob * slope / k.J if modes.torsional == "free" else 0.0
-    wall_rate = (
-        2 / math.pi * wall.smoothing * wall.static * normal * per_mass
-        if modes.lateral == "free"
-        else 0.0
-    )
+    wall_rate = 2 / math.pi * wall.smoothing * wall.static * normal * per_mass if modes.lateral == "free" else 0.0
     key = "b1" if parameters.bit.friction.law == "rational" else "smoothing"
     rates = {f"bit.friction.{key}": bit_rate, "well.friction.smoothing": wall_rate}
     radius, law = stabilizer_radius(parameters), parameters.stabilizer.friction
     if radius is not None and modes.lateral == "free":
         clearance = parameters.stabilizer.clearance
-        span_force, per_mass = (
-            k.k_bend * (k.gap - clearance),
-            radius**2 / k.J + clearance / k.gap / k.m_l,
-        )
-        rates["stabilizer.friction.smoothing"] = (
-            2 / math.pi * law.smoothing * law.static * span_force * per_mass
-        )
+        span_force, per_mass = (k.k_bend * (k.gap - clearance), radius**2 / k.J + clearance / k.gap / k.m_l)
+        rates["stabilizer.friction.smoothing"] = 2 / math.pi * law.smoothing * law.static * span_force * per_mass
     return rates

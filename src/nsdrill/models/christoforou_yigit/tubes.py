@@ -30,9 +30,7 @@ def collars(parameters: Parameters) -> Tube:
 
 def pipe(parameters: Parameters, depth: float) -> Tube:
     """The drill pipe of a string of this ``depth`` [m]."""
-    return _tube(
-        parameters, parameters.drillstring.pipe, depth - parameters.drillstring.collar.length
-    )
+    return _tube(parameters, parameters.drillstring.pipe, depth - parameters.drillstring.collar.length)
 
 
 def _tube(parameters: Parameters, part: Collar | Pipe, length: float) -> Tube:

@@ -11,24 +11,14 @@ DRIVEN_STATE_NAMES = (*STATE_NAMES[:-1], "lag", "drive_speed", STATE_NAMES[-1])
 MOTOR_STATE_NAMES = (*DRIVEN_STATE_NAMES[:-1], "motor_impulse", "motor_torque", STATE_NAMES[-1])
 
 LABELS = (
-    flag(
-        "whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"
-    ),
+    flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"),
     flag(
         "stick_slip_severity",
         "severity band of the stick-slip index",
         "none torsional_oscillation medium onset_of_full_stall severe",
     ),
-    flag(
-        "bounce_severity",
-        "severity band of the time off the rock",
-        "none light moderate strong severe",
-    ),
-    flag(
-        "whirl_severity",
-        "severity band of the r.m.s. lateral acceleration",
-        "none light moderate strong severe",
-    ),
+    flag("bounce_severity", "severity band of the time off the rock", "none light moderate strong severe"),
+    flag("whirl_severity", "severity band of the r.m.s. lateral acceleration", "none light moderate strong severe"),
 )
 FEATURES = (
     feature("bit_speed_min", "rad s-1", "least bit speed"),
@@ -45,40 +35,19 @@ FEATURES = (
     feature("radius_mean", "m", "mean radial displacement of the collar"),
     feature("wall_contact_fraction", "1", "fraction of time with the collar on the wall"),
     feature("wall_force_max", "N", "greatest normal force on the wall"),
-    feature(
-        "stabilizer_contact_fraction",
-        "1",
-        "fraction of time with the stabilisers on the wall",
-        "stabilizers",
-    ),
-    feature(
-        "x_mean",
-        "m",
-        "mean displacement of the collar in an inclined hole, x, across it",
-        "inclined",
-    ),
-    feature(
-        "y_mean",
-        "m",
-        "mean displacement of the collar in an inclined hole, y, the low side at -y",
-        "inclined",
-    ),
+    feature("stabilizer_contact_fraction", "1", "fraction of time with the stabilisers on the wall", "stabilizers"),
+    feature("x_mean", "m", "mean displacement of the collar in an inclined hole, x, across it", "inclined"),
+    feature("y_mean", "m", "mean displacement of the collar in an inclined hole, y, the low side at -y", "inclined"),
     feature("whirl_speed_mean", "rad s-1", "mean whirl speed"),
     feature("whirl_ratio", "1", "mean whirl speed over mean bit speed"),
-    feature(
-        "rolling_ratio",
-        "1",
-        "rolling ratio while on the wall: 1 rolls backward without slip, 0 does not roll",
-    ),
+    feature("rolling_ratio", "1", "rolling ratio while on the wall: 1 rolls backward without slip, 0 does not roll"),
     feature("surface_torque_min", "N m", "least torque at the surface"),
     feature("surface_torque_max", "N m", "greatest torque at the surface"),
     feature("surface_torque_mean", "N m", "mean torque at the surface"),
     feature("drive_speed_min", "rad s-1", "least speed of the drive", "drive_speed"),
     feature("drive_speed_max", "rad s-1", "greatest speed of the drive", "drive_speed"),
     feature("drive_speed_mean", "rad s-1", "mean speed of the drive", "drive_speed"),
-    feature(
-        "lateral_acceleration_rms", "m s-2", "r.m.s. lateral acceleration of the collar centre"
-    ),
+    feature("lateral_acceleration_rms", "m s-2", "r.m.s. lateral acceleration of the collar centre"),
     feature("axial_acceleration_rms", "m s-2", "r.m.s. axial acceleration of the bit"),
 )
 # the features that decide on responses
@@ -142,11 +111,7 @@ DISTINGUISHING = (
 )
 PEAKS = (
     last_peaks("axial_peaks", "m", "last local maxima of the bit position"),
-    last_peaks(
-        "bit_speed_peaks",
-        "rad s-1",
-        "last local maxima of the bit speed, one a slip where the bit sticks",
-    ),
+    last_peaks("bit_speed_peaks", "rad s-1", "last local maxima of the bit speed, one a slip where the bit sticks"),
     last_peaks("radius_peaks", "m", "last local maxima of the radial displacement"),
 )
 SECTION = (

@@ -27,14 +27,10 @@ def torsional_waves(parameters: Parameters, depth: float, count: int) -> np.ndar
     collar, pipe = tubes.collars(parameters), tubes.pipe(parameters, depth)
     steel = parameters.drillstring.material
     speed = math.sqrt(steel.shear_modulus / steel.density)
-    return _standing(
-        speed, (pipe.length, pipe.torsional), (collar.length, collar.torsional), 0.0, count
-    )
+    return _standing(speed, (pipe.length, pipe.torsional), (collar.length, collar.torsional), 0.0, count)
 
 
-def axial_waves(
-    parameters: Parameters, depth: float, count: int, *, on_rock: bool = False
-) -> np.ndarray:
+def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bool = False) -> np.ndarray:
     """The first ``count`` axial frequencies [rad/s] of a string to ``depth`` [m]: top
     fixed, bit off or on the rock."""
     collar, pipe = tubes.collars(parameters), tubes.pipe(parameters, depth)

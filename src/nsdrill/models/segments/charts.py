@@ -11,12 +11,7 @@ from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DriveCard
 from nsdrill.models.operation import Operation
 from nsdrill.models.segments.drive import impedance
-from nsdrill.models.segments.linear import (
-    drive_impedance,
-    slope_held,
-    string_at,
-    torsional_frequencies,
-)
+from nsdrill.models.segments.linear import drive_impedance, slope_held, string_at, torsional_frequencies
 from nsdrill.models.segments.parameters import Parameters
 
 WAVES = 4
@@ -38,6 +33,4 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
         return slope, reflection(law, pipe, frequency, circuit)
 
     waves = torsional_frequencies(string_at(parameters, operation), WAVES)
-    return drives.drive_card(
-        ("ideal", *LAWS, "dc_motor", "lqr"), study_kind, waves, slope_and_reflection
-    )
+    return drives.drive_card(("ideal", *LAWS, "dc_motor", "lqr"), study_kind, waves, slope_and_reflection)

@@ -57,9 +57,7 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
     return Coefficients(float(string.axial), k_t, k_t / first**2, float(sum(string.drags)))
 
 
-def every_derived_quantity(
-    parameters: Parameters, operation: Operation
-) -> dict[str, DerivedQuantity]:
+def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point."""
     string, drive = string_at(parameters, operation), parameters.drive
     steady = steady_of(parameters, string, operation.wob, operation.rotary_speed)
@@ -68,28 +66,17 @@ def every_derived_quantity(
     slope = slope_held(parameters, string)
     onset_speed = onset(parameters, operation, string, slope)
     law_at_top, circuit = drive_impedance(parameters, string)
-    reflected = (
-        None if drive.kind == "ideal" else reflection(law_at_top, pipe, float(first), circuit)
-    )
+    reflected = None if drive.kind == "ideal" else reflection(law_at_top, pipe, float(first), circuit)
     quantities = {
         "axial_free": DerivedQuantity(
-            axial_free(parameters, string),
-            "rad/s",
-            "first axial frequency, bit off the rock",
-            "axial",
+            axial_free(parameters, string), "rad/s", "first axial frequency, bit off the rock", "axial"
         ),
         "torsional": DerivedQuantity(float(first), "rad/s", "first torsional frequency, top held"),
-        "torsional_2": DerivedQuantity(
-            float(second), "rad/s", "second torsional frequency, top held"
-        ),
+        "torsional_2": DerivedQuantity(float(second), "rad/s", "second torsional frequency, top held"),
         "mean_torque": DerivedQuantity(torque, "N m", "steady torque at the surface"),
-        "static_twist": DerivedQuantity(
-            float(steady.angles[-1]), "rad", "steady twist of the string"
-        ),
+        "static_twist": DerivedQuantity(float(steady.angles[-1]), "rad", "steady twist of the string"),
         "slope_held": DerivedQuantity(
-            slope,
-            "N m s/rad",
-            "steepest fall of the bit's torque with speed that steady drilling withstands",
+            slope, "N m s/rad", "steepest fall of the bit's torque with speed that steady drilling withstands"
         ),
         "stick_slip_onset": DerivedQuantity(
             onset_speed, "rad/s", "speed below which steady drilling is unstable to stick-slip"
@@ -99,12 +86,8 @@ def every_derived_quantity(
     if drive.kind in LAWS:
         law = law_of(parameters, string)
         quantities |= {
-            "drive_stiffness": DerivedQuantity(
-                float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"
-            ),
-            "drive_damping": DerivedQuantity(
-                float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"
-            ),
+            "drive_stiffness": DerivedQuantity(float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"),
+            "drive_damping": DerivedQuantity(float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"),
         }
     if drive.kind != "ideal":
         share = None if reflected is None else float(abs(reflected))
@@ -120,13 +103,9 @@ def every_derived_quantity(
         quantities["torque_reserve"] = DerivedQuantity(
             reserve, "N m", "torque limit of the drive less the steady torque"
         )
-    for number, root in enumerate(
-        oscillating_modes(torsional_matrix(parameters, string), MODES), start=1
-    ):
+    for number, root in enumerate(oscillating_modes(torsional_matrix(parameters, string), MODES), start=1):
         quantities |= {
-            f"drive_mode_{number}": DerivedQuantity(
-                abs(root), "rad/s", f"frequency {number} of string and drive"
-            ),
+            f"drive_mode_{number}": DerivedQuantity(abs(root), "rad/s", f"frequency {number} of string and drive"),
             f"drive_damping_{number}": DerivedQuantity(
                 -root.real / abs(root), "1", "its damping ratio, without bit friction"
             ),
@@ -161,21 +140,14 @@ def _unstable(study: Any, corners: list[Values], format_value: FormatValue) -> s
     growing = [
         (root, corner.operation[0], corner.parameters.drive.kind)
         for corner in corners
-        if (
-            root := growth_at_rest(
-                corner.parameters, string_of(corner.parameters, corner.operation[0])
-            )
-        )
-        is not None
+        if (root := growth_at_rest(corner.parameters, string_of(corner.parameters, corner.operation[0]))) is not None
     ]
     return swinging(growing, "depth" in study.swept, format_value)
 
 
 def _few_periods(study: Any, corners: list[Values]) -> str | None:
     period = max(
-        2
-        * math.pi
-        / float(torsional_frequencies(string_of(corner.parameters, corner.operation[0]), 1)[0])
+        2 * math.pi / float(torsional_frequencies(string_of(corner.parameters, corner.operation[0]), 1)[0])
         for corner in corners
     )
     if study.simulation.observe >= LEAST_PERIODS * period:

@@ -13,23 +13,9 @@ from nsdrill.models.drives import LAWS, inertia_faults
 from nsdrill.models.segments.reads import READ_BY
 
 ORDERS = (
-    Order(
-        "drillstring.collar.inner_diameter",
-        "drillstring.collar.outer_diameter",
-        True,
-        "lower",
-        WIDEST_BORE,
-    ),
-    Order(
-        "drillstring.pipe.inner_diameter",
-        "drillstring.pipe.outer_diameter",
-        True,
-        "lower",
-        WIDEST_BORE,
-    ),
-    Order(
-        "segments.kelly.inner_diameter", "segments.kelly.outer_diameter", True, "lower", WIDEST_BORE
-    ),
+    Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("segments.kelly.inner_diameter", "segments.kelly.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.collar.outer_diameter", "well.diameter"),
     Order("drillstring.pipe.outer_diameter", "well.diameter"),
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
@@ -55,8 +41,7 @@ def _load(check: Any) -> Iterator[Fault]:
     if check.ends("operation.wob")[0] < LEAST_LOAD:
         yield check.fault(
             "sweep.wob" if check.axis("operation.wob") else "operation.wob",
-            f"{check.text('operation.wob', 0)}, and segments.rock_damping is the damping under "
-            f"the weight on bit",
+            f"{check.text('operation.wob', 0)}, and segments.rock_damping is the damping under the weight on bit",
             "at least 1 kN, or segments.rock_damping: 0 N*s/m",
             ("sweep", "wob") if check.axis("operation.wob") else None,
         )
@@ -68,15 +53,11 @@ def _gains(check: Any) -> Iterator[Fault]:
         return
     gains, key = check.value("drive.gains"), "drive.on_at"
     if gains is not None and len(gains) != 5:
-        yield check.fault(
-            "drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null"
-        )
+        yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")
     if gains is None and (check.axis(key) or check.value(key) != check.leaves[key].default):
         path = ("sweep", key) if check.axis(key) else None
         found = "a time without drive.gains, which would begin then"
-        yield check.idle(
-            check.fault(f"sweep.{key}" if path else key, found, "drive.gains, or no time", path)
-        )
+        yield check.idle(check.fault(f"sweep.{key}" if path else key, found, "drive.gains, or no time", path))
 
 
 def _torque(check: Any) -> Iterator[Fault]:
@@ -86,10 +67,7 @@ def _torque(check: Any) -> Iterator[Fault]:
     yield from inertia_faults(check)
     sweep = check.resolved["sweep"]
     if sweep.get("procedure", "same") != "same" and check.value("drive.on_at") > 0.0:
-        found = (
-            f"{check.text('drive.on_at')} with a sweep that carries the state, in which the drive "
-            f"is on"
-        )
+        found = f"{check.text('drive.on_at')} with a sweep that carries the state, in which the drive is on"
         yield check.fault("drive.on_at", found, "0 s, or sweep.procedure: same")
 
 

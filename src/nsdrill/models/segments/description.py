@@ -43,11 +43,7 @@ _INNER = (
         variable
         for node in range(1, 2 * MAX_SEGMENTS)
         for variable in (
-            in_trace(
-                f"u_{node}",
-                "m",
-                f"position of node {node}, from where it is in steady drilling, positive up",
-            ),
+            in_trace(f"u_{node}", "m", f"position of node {node}, from where it is in steady drilling, positive up"),
             in_trace(f"v_{node}", "m s-1", f"axial velocity of node {node}"),
             in_trace(f"angle_{node}", "rad", f"angle of node {node} less that of the set speed"),
             in_trace(f"speed_{node}", "rad s-1", f"turning speed of node {node}"),
@@ -68,13 +64,8 @@ def friction_rates(points: Values) -> dict[str, Any]:
     cutting_speed = speed if cutting.speed == "mean" else 0.0 * np.asarray(speed)
     steepest = 2 / math.pi * cutting.smoothing * depth_root(parameters, wob, cutting_speed)
     if cutting.speed == "live":
-        scaled = [
-            cutting.smoothing * slow for slow in SPEEDS
-        ]  # x / (0.8 + x) stands for (2/pi) atan x
-        torques = [
-            x / (0.8 + x) * depth_root(parameters, wob, slow)
-            for x, slow in zip(scaled, SPEEDS, strict=True)
-        ]
+        scaled = [cutting.smoothing * slow for slow in SPEEDS]  # x / (0.8 + x) stands for (2/pi) atan x
+        torques = [x / (0.8 + x) * depth_root(parameters, wob, slow) for x, slow in zip(scaled, SPEEDS, strict=True)]
         for before, after, a, b in zip(torques, torques[1:], SPEEDS, SPEEDS[1:], strict=False):
             steepest = np.maximum(steepest, (after - before) / (b - a))
     rate = wob * bit.radius * cutting.zeta * steepest / string_of(parameters, depth).bit_inertia
@@ -88,8 +79,7 @@ def options(parameters: Parameters) -> tuple[str, ...]:
 
 DESCRIPTION = Description(
     name="segments",
-    title="A string of segments in the axial and the torsional direction, with mud, hoist and an "
-    "electric motor",
+    title="A string of segments in the axial and the torsional direction, with mud, hoist and an electric motor",
     parameters=Parameters,
     initial=Initial,
     operation=SegmentsOperation,
@@ -103,24 +93,19 @@ DESCRIPTION = Description(
         "segments.material_damping": "Damping of a segment over its stiffness",
         "mud": "The drilling fluid",
         "mud.density": "Density",
-        "segments.hydraulics": "The flow of the mud and its drag on the string as it moves; null: "
-        "none",
-        "initial.start": "What null stands for below: steady drilling, or a string at rest below "
-        "a table that turns",
+        "segments.hydraulics": "The flow of the mud and its drag on the string as it moves; null: none",
+        "initial.start": "What null stands for below: steady drilling, or a string at rest below a table that turns",
         "well": "The hole",
         "bit": "The bit on its lobed surface",
         "bit.lobes": "Lobes per revolution: 3 for a roller cone, 1 for a PDC bit",
-        "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] "
-        "sqrt(w[rad/s]) + c2",
-        "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set "
-        "speed",
+        "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2",
+        "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
         "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
         "drive": "The drive at the top of the string; each kind reads its own keys",
         "drive.kind": "A motor at constant voltage, with gains or a regulator; a top that keeps "
         "its speed; or a drive "
         "whose torque a controller sets",
-        "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight "
-        "on bit",
+        "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight on bit",
         "initial.bit_speed": "Bit speed; null: as start says, the set speed or 0",
     },
     states=states,
@@ -189,19 +174,12 @@ DESCRIPTION = Description(
         "stuck_fraction": None,
         "lift_off_fraction": None,
     },
-    distinguishing=(
-        "bit_speed_min",
-        "bit_speed_max",
-        "stick_slip_index",
-        "stuck_fraction",
-        "lift_off_fraction",
-    ),
+    distinguishing=("bit_speed_min", "bit_speed_max", "stick_slip_index", "stuck_fraction", "lift_off_fraction"),
     orders=ORDERS,
     constraints=constraints,
     compiled=("bit.lobes",),
     example_axis=("segments.material_damping.torsional", "1 ms", "10 ms"),
-    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: "
-    "26 rad/s, points: 9}}",
+    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
     drawn=Drawn(
         panels=(
             Panel("axial", "z", "axial_peaks", "axial_max"),
@@ -210,10 +188,7 @@ DESCRIPTION = Description(
         histories=("z", "bit_speed", "drive_speed", "bit_force", "bit_torque", "current"),
         planes=(("z", "vz"), ("twist", "bit_speed")),
         section=("section_axial", "section_twist", "section_bit_speed"),
-        section_planes=(
-            ("section_axial", "section_axial_velocity"),
-            ("section_twist", "section_bit_speed"),
-        ),
+        section_planes=(("section_axial", "section_axial_velocity"), ("section_twist", "section_bit_speed")),
         summary=("stick_slip_index", "stuck_fraction", "lift_off_fraction"),
         attractors=(
             ("bit_speed_min", "bit_speed_max", "Swing of the bit"),

@@ -53,21 +53,14 @@ def law_of(parameters: Parameters, string: String) -> Gains:
     top = drive.inertia + string.kelly_inertia
     if drive.kind == "ideal":
         return Gains(top, 0.0, 0.0)
-    return LAWS[drive.kind](
-        drive, Seen(top, _modal_inertia(string), string.torsional, impedance(parameters))
-    )
+    return LAWS[drive.kind](drive, Seen(top, _modal_inertia(string), string.torsional, impedance(parameters)))
 
 
 def impedance(parameters: Parameters) -> Any:
     """The torsional impedance of the pipe [N m s/rad]."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
-    outer, inner = (
-        pipe.outer_diameter * pipe.outer_diameter,
-        pipe.inner_diameter * pipe.inner_diameter,
-    )
-    return impedance_of(
-        math.pi / 32 * (outer * outer - inner * inner), steel.density, steel.shear_modulus
-    )
+    outer, inner = (pipe.outer_diameter * pipe.outer_diameter, pipe.inner_diameter * pipe.inner_diameter)
+    return impedance_of(math.pi / 32 * (outer * outer - inner * inner), steel.density, steel.shear_modulus)
 
 
 def lag_of(parameters: Parameters, string: String, steady: Steady) -> Any:
@@ -80,9 +73,7 @@ def lag_of(parameters: Parameters, string: String, steady: Steady) -> Any:
     law = law_of(parameters, string)
     torque = steady.table_torque + law.twist_gain * steady.angles[-1]
     torque, stiffness, on_at = np.broadcast_arrays(torque, law.stiffness, drive.on_at)
-    return -np.divide(
-        torque, stiffness, out=np.zeros(torque.shape), where=(stiffness != 0.0) & (on_at == 0.0)
-    )
+    return -np.divide(torque, stiffness, out=np.zeros(torque.shape), where=(stiffness != 0.0) & (on_at == 0.0))
 
 
 def _modal_inertia(string: String) -> Any:
@@ -125,9 +116,7 @@ def regulator(parameters: Parameters, string: String) -> np.ndarray:
     )
     table = np.stack(numbers, axis=1).astype(float)
     distinct, row_of = np.unique(table, axis=0, return_inverse=True)
-    return np.array([_gains(row, len(string.torsional_stiffnesses)) for row in distinct])[
-        row_of.ravel()
-    ]
+    return np.array([_gains(row, len(string.torsional_stiffnesses)) for row in distinct])[row_of.ravel()]
 
 
 def first_frequency(stiffnesses: Any, inertias: Any) -> float:
@@ -140,11 +129,7 @@ def first_frequency(stiffnesses: Any, inertias: Any) -> float:
     diagonal = (stiffnesses + np.append(stiffnesses[1:], 0.0)) / inertias
     off_diagonal = -stiffnesses[1:] / np.sqrt(inertias[:-1] * inertias[1:])
     return float(
-        np.sqrt(
-            eigh_tridiagonal(
-                diagonal, off_diagonal, eigvals_only=True, select="i", select_range=(0, 0)
-            )[0]
-        )
+        np.sqrt(eigh_tridiagonal(diagonal, off_diagonal, eigvals_only=True, select="i", select_range=(0, 0))[0])
     )
 
 
@@ -173,9 +158,7 @@ def _gains(row: Any, springs: int) -> list[float]:
     system, voltage = matrices(row, springs)
     weight, lag, drive_speed, current, twist, bit_speed = row[7:13]
     try:
-        cost = solve_continuous_are(
-            system, voltage, np.diag([lag, drive_speed, current, twist, bit_speed]), [[weight]]
-        )
+        cost = solve_continuous_are(system, voltage, np.diag([lag, drive_speed, current, twist, bit_speed]), [[weight]])
     except (np.linalg.LinAlgError, ValueError) as error:
         raise InputError(
             "drive.kind: lqr finds no gains: the Riccati equation cannot be solved to any use. "

@@ -118,9 +118,7 @@ def equations(t: Any, phase: Any, s: Any, p: Any, o: Options) -> Any:
     interference = p.surface_amplitude * sine - s.z
     elastic = p.rock_stiffness * touching("rock", interference)
     omega, numbers = s.bit_speed, {name: getattr(p, name) for name in ROCK}
-    rock = Named(
-        elastic=elastic, surface_slope=surface_slope, axial_velocity=s.vz, speed=omega, **numbers
-    )
+    rock = Named(elastic=elastic, surface_slope=surface_slope, axial_velocity=s.vz, speed=omega, **numbers)
     damped, _ = rock_force(omega, rock)
     force = elastic * damped
     rubbing = tanh(omega) + p.hump * omega / (p.narrowing * omega * omega + 1.0) + p.viscous * omega

@@ -30,17 +30,9 @@ Array = np.ndarray[Any, np.dtype[Any]]
 def torsional_matrix(parameters: Parameters, string: String) -> Array:
     """d(rates)/d(coordinates) without friction at the bit, whose speed is the last of
     the angular speeds (its row: :func:`bit_row`)."""
-    drive, stiffnesses, n = (
-        parameters.drive,
-        string.torsional_stiffnesses,
-        string.pipes + string.collars,
-    )
+    drive, stiffnesses, n = (parameters.drive, string.torsional_stiffnesses, string.pipes + string.collars)
     motor = not drive.by_torque
-    top = (
-        string.drive_inertia
-        if motor
-        else law_of(parameters, string).inertia + string.pipe.inertia / 2
-    )
+    top = string.drive_inertia if motor else law_of(parameters, string).inertia + string.pipe.inertia / 2
     inertias, drags = (top, *string.inertias), string.drags
     matrix = np.zeros((2 * n + 2 + motor, 2 * n + 2 + motor))
     speeds = range(n + 1, 2 * n + 2)
@@ -89,9 +81,7 @@ def bit_row(parameters: Parameters, matrix: Array) -> int:
 
 def oscillating_modes(matrix: Array, count: int) -> list[complex]:
     """The first ``count`` eigenvalues that oscillate, by their frequency."""
-    return sorted((complex(root) for root in np.linalg.eigvals(matrix) if root.imag > 0), key=abs)[
-        :count
-    ]
+    return sorted((complex(root) for root in np.linalg.eigvals(matrix) if root.imag > 0), key=abs)[:count]
 
 
 def torsional_frequencies(string: String, count: int) -> Array:
@@ -113,16 +103,8 @@ def torsional_frequencies(string: String, count: int) -> Array:
 def axial_free(parameters: Parameters, string: String) -> float:
     """The first axial frequency [rad/s] of the string on its hoist, with the bit off
     the rock."""
-    inner = [
-        (string.pipe.mass, string.pipes - 1),
-        (string.joint_mass, 1),
-        (string.collar.mass, string.collars - 1),
-    ]
-    masses = [
-        string.top_mass,
-        *(mass for mass, count in inner for _ in range(count)),
-        string.bit_mass,
-    ]
+    inner = [(string.pipe.mass, string.pipes - 1), (string.joint_mass, 1), (string.collar.mass, string.collars - 1)]
+    masses = [string.top_mass, *(mass for mass, count in inner for _ in range(count)), string.bit_mass]
     return first_frequency((parameters.segments.top.stiffness, *string.axial_stiffnesses), masses)
 
 
@@ -158,15 +140,11 @@ def slope_held(parameters: Parameters, string: String) -> float:
 def fall_of_torque(parameters: Parameters, wob: Any, force: Any, speed: Any) -> Any:
     """How fast the torque on the bit falls with its speed [N m s/rad], in steady
     drilling at a ``speed`` [rad/s]."""
-    ahead, behind = (
-        bit_torque(parameters, wob, speed, force, speed * (1 + sign * STEP)) for sign in (1, -1)
-    )
+    ahead, behind = (bit_torque(parameters, wob, speed, force, speed * (1 + sign * STEP)) for sign in (1, -1))
     return (behind - ahead) / (2 * STEP * speed)
 
 
-def onset(
-    parameters: Parameters, operation: Operation, string: String, slope: float
-) -> float | None:
+def onset(parameters: Parameters, operation: Operation, string: String, slope: float) -> float | None:
     """The set speed [rad/s] below which steady drilling is unstable to stick-slip,
     where ``slope`` is the :func:`slope_held`; None where it is stable at every speed,
     or at none."""

@@ -80,23 +80,16 @@ class Segments(Model):
         pipes, collars = variant[:2] or names.DEFAULT[:2]
         length = table["wob"] / (table["chain_stiffness"] + table["rock_stiffness"])
         length = np.maximum(length, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
-        pipe, collar = (
-            length * np.sqrt(table["pipe_axial"]),
-            length * np.sqrt(table["collar_axial"]),
-        )
+        pipe, collar = (length * np.sqrt(table["pipe_axial"]), length * np.sqrt(table["collar_axial"]))
         bit = length * np.sqrt(table["rock_stiffness"] * table["per_bit_mass"])
         speed = 0.1 * table["set_speed"]
         axial = [length, pipe] * (pipes + 1) + [length, collar] * (collars - 1) + [length, bit]
-        current = (
-            np.maximum(0.1 * table["steady_current"], 1.0) if "steady_current" in table else 1.0
-        )
+        current = np.maximum(0.1 * table["steady_current"], 1.0) if "steady_current" in table else 1.0
         return [*axial, *[0.1, speed] * (pipes + collars + 1), current]
 
     def state_scales(self, table: Array, variant: Variant) -> Array:
         values = self.natural_scales(self._by_name(table, variant), variant)
-        return np.stack(
-            [np.broadcast_to(value, len(table)).astype(float) for value in values], axis=1
-        )
+        return np.stack([np.broadcast_to(value, len(table)).astype(float) for value in values], axis=1)
 
     def frame_rates(self, table: Array, variant: Variant) -> Array:
         """Angles are relative to that of the set speed."""
@@ -109,9 +102,7 @@ class Segments(Model):
         return self._by_name(table, ())["set_speed"]
 
     def fastest(self, table: Mapping[str, Array]) -> Array:
-        square = np.maximum(
-            table["rock_stiffness"] * table["per_bit_mass"], 4 * table["collar_axial"]
-        )
+        square = np.maximum(table["rock_stiffness"] * table["per_bit_mass"], 4 * table["collar_axial"])
         return np.sqrt(np.maximum(square, table["set_speed"] ** 2))
 
     # Starts
@@ -128,11 +119,7 @@ class Segments(Model):
         """A string at rest has neither twist nor bit speed."""
         values = super().initial_values(points, names)
         if points.initial.start == "rest":  # type: ignore[attr-defined]
-            values |= {
-                name: 0.0
-                for name in ("twist", "bit_speed")
-                if getattr(points.initial, name) is None
-            }
+            values |= {name: 0.0 for name in ("twist", "bit_speed") if getattr(points.initial, name) is None}
         return values
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
@@ -161,11 +148,7 @@ class Segments(Model):
             u, angle, angular_speed = (
                 ("z", "twist", "bit_speed")
                 if node == last
-                else (
-                    f"u_{node}",
-                    f"angle_{node}" if node else "lag",
-                    f"speed_{node}" if node else "drive_speed",
-                )
+                else (f"u_{node}", f"angle_{node}" if node else "lag", f"speed_{node}" if node else "drive_speed")
             )
             # The compliance above the node, as a share of the whole string's.
             share = twist_compliance * string.torsional
@@ -197,17 +180,9 @@ class Segments(Model):
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         bit, (_, wob, _) = points.parameters.bit, points.operation
-        return drilled(
-            features["surface_torque_mean"],
-            features["bit_speed_mean"],
-            bit.cutting,
-            wob,
-            bit.radius,
-        )
+        return drilled(features["surface_torque_mean"], features["bit_speed_mean"], bit.cutting, wob, bit.radius)
 
-    def section(
-        self, outcome: Array, record: Record, table: Array, variant: Variant
-    ) -> dict[str, Array]:
+    def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         section = super().section(outcome, record, table, variant)
         # The twist is relative to the drive here: the drive may deviate from the set
         # point, and the twist relative to that would not repeat.
@@ -224,42 +199,21 @@ class Segments(Model):
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         """Whether neither bit speed nor bit position varies."""
         scales = self.seen(state_scales)
-        swings = (
-            features["axial_max"] - features["axial_min"],
-            features["bit_speed_max"] - features["bit_speed_min"],
-        )
-        return np.asarray(
-            (swings[0] <= absolute * scales[..., 0]) & (swings[1] <= absolute * scales[..., 3])
-        )
+        swings = (features["axial_max"] - features["axial_min"], features["bit_speed_max"] - features["bit_speed_min"])
+        return np.asarray((swings[0] <= absolute * scales[..., 0]) & (swings[1] <= absolute * scales[..., 3]))
 
-    def outputs(
-        self, parameters: Parameters, point: Any, state: Mapping[str, Array]
-    ) -> dict[str, Array]:
-        string, bit, top = (
-            string_of(parameters, point.depth),
-            parameters.bit,
-            parameters.segments.top,
-        )
+    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
+        string, bit, top = (string_of(parameters, point.depth), parameters.bit, parameters.segments.top)
         damping_time = parameters.segments.material_damping.torsional
         angle = bit.lobes * (state["twist"] + state["drive_angle"])
         interference = bit.surface_amplitude * np.sin(angle) - state["z"]
-        closing = (
-            bit.surface_amplitude * bit.lobes * np.cos(angle) * state["bit_speed"] - state["vz"]
-        )
-        damped = np.maximum(
-            1 + names.quotient(parameters.segments.rock_damping, point.wob) * closing, 0.0
-        )
+        closing = bit.surface_amplitude * bit.lobes * np.cos(angle) * state["bit_speed"] - state["vz"]
+        damped = np.maximum(1 + names.quotient(parameters.segments.rock_damping, point.wob) * closing, 0.0)
         force = bit.rock_stiffness * np.maximum(interference, 0.0) * damped
-        relative_twist = (
-            state["lag"]
-            - state["angle_1"]
-            + damping_time * (state["drive_speed"] - state["speed_1"])
-        )
+        relative_twist = state["lag"] - state["angle_1"] + damping_time * (state["drive_speed"] - state["speed_1"])
         return {
             "bit_force": force,
-            "bit_torque": bit_torque(
-                parameters, point.wob, point.rotary_speed, force, state["bit_speed"]
-            ),
+            "bit_torque": bit_torque(parameters, point.wob, point.rotary_speed, force, state["bit_speed"]),
             "surface_torque": string.pipe.torsional * relative_twist,
             "hook_load_change": -(top.stiffness * state["u_0"] + top.damping * state["v_0"]),
         }

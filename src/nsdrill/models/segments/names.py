@@ -207,11 +207,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
             f"per_{name}_annulus": 1 / part.annulus_area,
             f"per_{name}_bore": quotient(1.0, part.bore_area),
         }
-    top = (
-        _torque(parameters, string)
-        if parameters.drive.by_torque
-        else _motor(parameters, string, steady)
-    )
+    top = _torque(parameters, string) if parameters.drive.by_torque else _motor(parameters, string, steady)
     return (
         values
         | top
@@ -305,6 +301,4 @@ def quotient(numerator: Any, denominator: Any) -> Any:
     numerator, denominator = np.broadcast_arrays(
         np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
     )
-    return np.divide(
-        numerator, denominator, out=np.zeros(denominator.shape), where=denominator != 0.0
-    )
+    return np.divide(numerator, denominator, out=np.zeros(denominator.shape), where=denominator != 0.0)

@@ -7,16 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.observe.channels import (
-    Channel,
-    Declaration,
-    Derived,
-    Extremes,
-    Mean,
-    Outputs,
-    Section,
-    TimeAbove,
-)
+from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
 
 
 def _bit(  # type: ignore[no-untyped-def]
@@ -41,9 +32,7 @@ def _bit(  # type: ignore[no-untyped-def]
         - bit_axial_acceleration
     )
     damped = 1.0 + closing_factor * closing_
-    force_rate = rock_stiffness * (
-        closing_ * damped + interference_ * closing_factor * closing_rate
-    )
+    force_rate = rock_stiffness * (closing_ * damped + interference_ * closing_factor * closing_rate)
     return interference_, closing_, closing_rate, force_, force_rate if force_ > 0.0 else 0.0
 
 
@@ -54,26 +43,14 @@ def _surface_torque(  # type: ignore[no-untyped-def]
 
 
 def _surface_torque_rate(  # type: ignore[no-untyped-def]
-    drive_speed,
-    speed_1,
-    drive_acceleration,
-    angular_acceleration_1,
-    surface_stiffness,
-    torsional_time,
+    drive_speed, speed_1, drive_acceleration, angular_acceleration_1, surface_stiffness, torsional_time
 ):
-    return surface_stiffness * (
-        drive_speed - speed_1 + torsional_time * (drive_acceleration - angular_acceleration_1)
-    )
+    return surface_stiffness * (drive_speed - speed_1 + torsional_time * (drive_acceleration - angular_acceleration_1))
 
 
 def _index(bit_speed_max: Any, bit_speed_min: Any, bit_speed_mean: Any) -> Any:
     infinite = np.full(len(bit_speed_mean), np.inf)
-    return np.divide(
-        50.0 * (bit_speed_max - bit_speed_min),
-        bit_speed_mean,
-        out=infinite,
-        where=bit_speed_mean != 0.0,
-    )
+    return np.divide(50.0 * (bit_speed_max - bit_speed_min), bit_speed_mean, out=infinite, where=bit_speed_mean != 0.0)
 
 
 def _motor_torque(  # type: ignore[no-untyped-def]
@@ -101,8 +78,7 @@ def _motor_torque(  # type: ignore[no-untyped-def]
     law = drive_stiffness * lag + drive_damping * (drive_speed - set_speed)
     law = law + twist_gain * (twist - lag) + speed_gain * (bit_speed - set_speed)
     holding_torque = (
-        surface_stiffness * (lag - angle_1 + torsional_time * (drive_speed - speed_1))
-        + top_drag * drive_speed
+        surface_stiffness * (lag - angle_1 + torsional_time * (drive_speed - speed_1)) + top_drag * drive_speed
     )
     return min(max(-law, torque_least), torque_most) if time >= on_at else holding_torque
 
@@ -161,9 +137,7 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
             drive[0],
             Channel(
                 "hook load",
-                lambda u_0, v_0, top_stiffness, top_damping: (
-                    -(top_stiffness * u_0 + top_damping * v_0)
-                ),
+                lambda u_0, v_0, top_stiffness, top_damping: -(top_stiffness * u_0 + top_damping * v_0),
                 lambda v_0, top_acceleration, top_stiffness, top_damping: (
                     -(top_stiffness * v_0 + top_damping * top_acceleration)
                 ),
@@ -175,11 +149,7 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
             TimeAbove("interference", "touching"),
             Derived("lift_off_fraction", lambda touching: 1.0 - touching),
             Extremes(
-                "bit speed",
-                greatest="bit_speed_max",
-                least="bit_speed_min",
-                peaks="bit_speed_peaks",
-                slip="set_speed",
+                "bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks", slip="set_speed"
             ),
             TimeAbove("bit speed", "slipping"),
             Derived("stuck_fraction", lambda slipping: 1.0 - slipping),
@@ -197,10 +167,7 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
 
 
 DECLARATION = _declaration(
-    (
-        Channel("current", "current", "current_rate"),
-        Extremes("current", greatest="current_max", least="current_min"),
-    )
+    (Channel("current", "current", "current_rate"), Extremes("current", greatest="current_max", least="current_min"))
 )
 # As many channels of the same kinds, so that outcomes have the same columns.
 BY_TORQUE = _declaration(

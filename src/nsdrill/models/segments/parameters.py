@@ -27,9 +27,7 @@ MAX_SEGMENTS = 40
 class Collar(Checked):
     """The drill collars."""
 
-    outer_diameter: float = parameter(
-        0.171, "m", "B", "high", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in"
-    )
+    outer_diameter: float = parameter(0.171, "m", "B", "high", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in")
     inner_diameter: float = parameter(0.0571, "m", "B", "high", high=10.0, usual="1 1/4 to 4 in")
     length: float = parameter(200.0, "m", "B", "high", low=1e-2, high=1e4, usual="20 to 400 m")
 
@@ -42,9 +40,7 @@ class Collar(Checked):
 class DrillPipe(Pipe):
     """The drill pipe."""
 
-    outer_diameter: float = parameter(
-        0.101, "m", "B", "high", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in"
-    )
+    outer_diameter: float = parameter(0.101, "m", "B", "high", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in")
     inner_diameter: float = parameter(0.0848, "m", "B", "high", high=10.0, usual="1.8 to 6 in")
 
 
@@ -62,9 +58,7 @@ class Kelly(Checked):
     """The kelly, a rigid body here: its spring would be a hundred times stiffer than
     the pipe."""
 
-    length: float = parameter(
-        15.0, "m", "B", "high", high=100.0, usual="12 to 17 m", meaning="Length"
-    )
+    length: float = parameter(15.0, "m", "B", "high", high=100.0, usual="12 to 17 m", meaning="Length")
     outer_diameter: float = parameter(
         0.379,
         "m",
@@ -89,14 +83,7 @@ class Top(Checked):
     """What the string hangs from."""
 
     stiffness: float = parameter(
-        9.3e6,
-        "N/m",
-        "B",
-        "high",
-        low=1.0,
-        high=1e13,
-        usual="5 to 20 MN/m",
-        meaning="Stiffness of cable and derrick",
+        9.3e6, "N/m", "B", "high", low=1.0, high=1e13, usual="5 to 20 MN/m", meaning="Stiffness of cable and derrick"
     )
     damping: float = parameter(
         0.0,
@@ -108,13 +95,7 @@ class Top(Checked):
         meaning="Damping of cable and derrick",
     )
     mass: float = parameter(
-        7031.0,
-        "kg",
-        "B",
-        "high",
-        high=1e6,
-        usual="5 to 40 t",
-        meaning="Mass of swivel and travelling block",
+        7031.0, "kg", "B", "high", high=1e6, usual="5 to 40 t", meaning="Mass of swivel and travelling block"
     )
 
 
@@ -147,26 +128,12 @@ class Hydraulics(Checked):
     """The flow of the mud, down the bore and up the annulus, and its drag on the moving
     string."""
 
-    flow: float = parameter(
-        0.022, "m^3/s", "B", "high", high=10.0, usual="0.01 to 0.08 m^3/s", meaning="Mean flow"
-    )
+    flow: float = parameter(0.022, "m^3/s", "B", "high", high=10.0, usual="0.01 to 0.08 m^3/s", meaning="Mean flow")
     pulsation: float = parameter(
-        0.002,
-        "m^3/s",
-        "B",
-        "high",
-        high=10.0,
-        usual="0 to 0.01 m^3/s",
-        meaning="Amplitude of the pumps' pulsation",
+        0.002, "m^3/s", "B", "high", high=10.0, usual="0 to 0.01 m^3/s", meaning="Amplitude of the pumps' pulsation"
     )
     pulsation_rate: float = parameter(
-        25.13,
-        "rad/s",
-        "B",
-        "high",
-        high=1e4,
-        usual="10 to 60 rad/s",
-        meaning="Angular frequency of the pulsation",
+        25.13, "rad/s", "B", "high", high=1e4, usual="10 to 60 rad/s", meaning="Angular frequency of the pulsation"
     )
     annulus_factor: float = parameter(
         0.045,
@@ -178,13 +145,7 @@ class Hydraulics(Checked):
         meaning="Weisbach's friction factor outside of the string",
     )
     bore_factor: float = parameter(
-        0.035,
-        "",
-        "B",
-        "high",
-        high=10.0,
-        usual="0.01 to 0.1",
-        meaning="Weisbach's friction factor in the bore",
+        0.035, "", "B", "high", high=10.0, usual="0.01 to 0.1", meaning="Weisbach's friction factor in the bore"
     )
 
 
@@ -196,24 +157,10 @@ class Segments(Checked):
     """The division of the string into segments, and what is at its ends."""
 
     pipe: int = parameter(
-        10,
-        "",
-        "B",
-        "high",
-        low=1,
-        high=MAX_SEGMENTS,
-        usual="5 to 20",
-        meaning="Number of segments of the pipe",
+        10, "", "B", "high", low=1, high=MAX_SEGMENTS, usual="5 to 20", meaning="Number of segments of the pipe"
     )
     collar: int = parameter(
-        10,
-        "",
-        "B",
-        "high",
-        low=1,
-        high=MAX_SEGMENTS,
-        usual="5 to 20",
-        meaning="Number of segments of the collars",
+        10, "", "B", "high", low=1, high=MAX_SEGMENTS, usual="5 to 20", meaning="Number of segments of the collars"
     )
     top: Top = field(default_factory=Top)
     kelly: Kelly = field(default_factory=Kelly)
@@ -229,14 +176,7 @@ class Segments(Checked):
         meaning="Damping of the rock under the weight on bit",
     )
     threshold_force: float = parameter(
-        10e3,
-        "N",
-        "B",
-        "high",
-        low=1.0,
-        high=1e7,
-        usual="1 to 50 kN",
-        meaning="Force on the bit above which it cuts",
+        10e3, "N", "B", "high", low=1.0, high=1e7, usual="1 to 50 kN", meaning="Force on the bit above which it cuts"
     )
 
 
@@ -296,13 +236,7 @@ class BitFriction(Checked):
         meaning="How soon the hump falls with speed (beta)",
     )
     viscous: float = parameter(
-        0.01,
-        "s/rad",
-        "B",
-        "medium: as the level",
-        high=1e3,
-        usual="0 to 0.1 s/rad",
-        meaning="Rise with speed (nu)",
+        0.01, "s/rad", "B", "medium: as the level", high=1e3, usual="0 to 0.1 s/rad", meaning="Rise with speed (nu)"
     )
 
 
@@ -311,9 +245,7 @@ class SegmentCutting(Cutting):
     """The cutting torque. ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2, 0 if negative; the
     depth of cut is 2 pi ROP / w."""
 
-    speed: Literal["live", "mean"] = choice(
-        "live", "R: with 'mean' (the set speed) the paper's peaks do not come out"
-    )
+    speed: Literal["live", "mean"] = choice("live", "R: with 'mean' (the set speed) the paper's peaks do not come out")
     slow: float = parameter(
         0.05,
         "rad/s",
@@ -341,27 +273,12 @@ class Bit(Checked):
     """The bit on its lobed surface s = s0 sin(b phi)."""
 
     radius: float = parameter(
-        0.1,
-        "m",
-        "B",
-        "high",
-        low=1e-4,
-        high=5.0,
-        usual="0.05 to 0.4 m",
-        meaning="Radius of the bit",
+        0.1, "m", "B", "high", low=1e-4, high=5.0, usual="0.05 to 0.4 m", meaning="Radius of the bit"
     )
-    mass: float = parameter(
-        65.0, "kg", "B", "high", high=1e5, usual="20 to 500 kg", meaning="Mass of the bit"
-    )
-    lobes: int = parameter(
-        1, "", "B", "medium: the labels are one short", low=1, high=8, usual="1 to 6"
-    )
-    surface_amplitude: float = parameter(
-        1e-3, "m", "B", "medium: as lobes", high=1.0, usual="0.1 to 10 mm"
-    )
-    rock_stiffness: float = parameter(
-        1.16e9, "N/m", "B", "high", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
-    )
+    mass: float = parameter(65.0, "kg", "B", "high", high=1e5, usual="20 to 500 kg", meaning="Mass of the bit")
+    lobes: int = parameter(1, "", "B", "medium: the labels are one short", low=1, high=8, usual="1 to 6")
+    surface_amplitude: float = parameter(1e-3, "m", "B", "medium: as lobes", high=1.0, usual="0.1 to 10 mm")
+    rock_stiffness: float = parameter(1.16e9, "N/m", "B", "high", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m")
     cutting: SegmentCutting = field(default_factory=SegmentCutting)
     friction: BitFriction = field(default_factory=BitFriction)
 
@@ -380,9 +297,9 @@ class Drive(Checked):
     (:mod:`nsdrill.models.drives`). The weights of the regulator are those of squared
     deviations from steady drilling, and of the squared voltage."""
 
-    kind: Literal[
-        "dc_motor", "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi", "lqr"
-    ] = choice("dc_motor", "B; those by torque as in the main model")
+    kind: Literal["dc_motor", "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi", "lqr"] = choice(
+        "dc_motor", "B; those by torque as in the main model"
+    )
     inductance: float = parameter(
         0.005,
         "H",
@@ -531,20 +448,13 @@ class Drive(Checked):
     torque_limit: float | None = _from_main(
         "torque_limit", "Torque limit: the motor's torque stays between 0 and this; null: none"
     )
-    matching: float = _from_main(
-        "matching", "Proportional gain in impedances of the pipe; kind soft_torque"
-    )
+    matching: float = _from_main("matching", "Proportional gain in impedances of the pipe; kind soft_torque")
     frequency: float | None = _from_main(
-        "frequency",
-        "Frequency that the controller is tuned to, null: the string's first; kind soft_torque",
+        "frequency", "Frequency that the controller is tuned to, null: the string's first; kind soft_torque"
     )
-    compensated_inertia: float = _from_main(
-        "compensated_inertia", "Inertia that is compensated; kind soft_torque"
-    )
+    compensated_inertia: float = _from_main("compensated_inertia", "Inertia that is compensated; kind soft_torque")
     a: float = _from_main("a", "Softness; larger is softer than a stiff drive; kind z_torque")
-    high_pass: float = _from_main(
-        "high_pass", "Time constant of the filter on the torque; kind z_torque"
-    )
+    high_pass: float = _from_main("high_pass", "Time constant of the filter on the torque; kind z_torque")
     stiffness: float = _from_main("stiffness", "Integral gain of the speed control (K_i); kind pi")
     damping: float = _from_main("damping", "Proportional gain of the speed control (K_p); kind pi")
     twist_gain: float = _from_main("twist_gain", "Gain on the twist of the string (G_t); kind pi")
@@ -593,9 +503,7 @@ class SegmentsOperation(Operation):
 
     depth: float = parameter(2200.0, "m", "B", "high", low=1e-2, high=1e5, usual="500 to 10 000 m")
     wob: float = parameter(100e3, "N", "B", "high", high=LARGEST_FORCE, usual="20 to 300 kN")
-    rotary_speed: float = parameter(
-        13.0, "rad/s", "B", "high", low=1e-9, high=1e3, usual="5 to 60 rad/s"
-    )
+    rotary_speed: float = parameter(13.0, "rad/s", "B", "high", low=1e-9, high=1e3, usual="5 to 60 rad/s")
 
 
 @dataclass(frozen=True)

@@ -7,23 +7,8 @@ from typing import Any
 
 from nsdrill.models.drives import LIMITED, TUNING
 
-_MOTOR = (
-    "inductance",
-    "resistance",
-    "torque_constant",
-    "gear",
-    "motor_inertia",
-    "table_inertia",
-    "table_damping",
-)
-_WEIGHTS = (
-    "control_weight",
-    "lag_weight",
-    "drive_speed_weight",
-    "current_weight",
-    "twist_weight",
-    "bit_speed_weight",
-)
+_MOTOR = ("inductance", "resistance", "torque_constant", "gear", "motor_inertia", "table_inertia", "table_damping")
+_WEIGHTS = ("control_weight", "lag_weight", "drive_speed_weight", "current_weight", "twist_weight", "bit_speed_weight")
 # The keys of the drive that each kind reads.
 READ_BY: dict[str, tuple[str, ...]] = {
     "ideal": (),
@@ -41,9 +26,5 @@ def unread(parameters: Any) -> frozenset[str]:
     """The keys that a string with these :class:`.parameters.Parameters` does not
     read."""
     drive = parameters.drive
-    keys = {
-        f"drive.{item.name}"
-        for item in fields(drive)
-        if item.name not in ("kind", *READ_BY[drive.kind])
-    }
+    keys = {f"drive.{item.name}" for item in fields(drive) if item.name not in ("kind", *READ_BY[drive.kind])}
     return frozenset(keys)

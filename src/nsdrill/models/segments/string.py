@@ -76,13 +76,7 @@ class String(NamedTuple):
         """The drag to the wall [N m s/rad] of each node, from the surface to the
         bit."""
         pipe, collar = self.pipe.drag, self.collar.drag
-        return (
-            pipe / 2,
-            *(pipe,) * (self.pipes - 1),
-            (pipe + collar) / 2,
-            *(collar,) * (self.collars - 1),
-            collar / 2,
-        )
+        return (pipe / 2, *(pipe,) * (self.pipes - 1), (pipe + collar) / 2, *(collar,) * (self.collars - 1), collar / 2)
 
     @property
     def torsional_stiffnesses(self) -> tuple[Any, ...]:
@@ -122,19 +116,12 @@ class Steady(NamedTuple):
 
 def string_of(parameters: Parameters, depth: Any) -> String:
     """The lumped string at a depth [m], a number or an array."""
-    drill, bit, drive, segments = (
-        parameters.drillstring,
-        parameters.bit,
-        parameters.drive,
-        parameters.segments,
-    )
+    drill, bit, drive, segments = (parameters.drillstring, parameters.bit, parameters.drive, parameters.segments)
     steel, kelly = drill.material, segments.kelly
     pipe = _segment(parameters, drill.pipe, (depth - drill.collar.length) / segments.pipe)
     collar = _segment(parameters, drill.collar, drill.collar.length / segments.collar)
     area, polar = _section(kelly.outer_diameter, kelly.inner_diameter)
-    compliance = (
-        1 / segments.top.stiffness + segments.pipe / pipe.axial + segments.collar / collar.axial
-    )
+    compliance = 1 / segments.top.stiffness + segments.pipe / pipe.axial + segments.collar / collar.axial
     return String(
         pipe,
         collar,
@@ -158,10 +145,7 @@ def string_of(parameters: Parameters, depth: Any) -> String:
 def _section(outer: Any, inner: Any) -> tuple[Any, Any]:
     """The area [m^2] and the polar moment [m^4] of a ring."""
     squares = outer * outer, inner * inner
-    return (
-        math.pi / 4 * (squares[0] - squares[1]),
-        math.pi / 32 * (squares[0] * squares[0] - squares[1] * squares[1]),
-    )
+    return (math.pi / 4 * (squares[0] - squares[1]), math.pi / 32 * (squares[0] * squares[0] - squares[1] * squares[1]))
 
 
 def _segment(parameters: Parameters, part: Any, length: Any) -> Segment:
@@ -190,23 +174,13 @@ def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, spe
     bit, friction, cutting = parameters.bit, parameters.bit.friction, parameters.bit.cutting
     cutting_speed = speed if cutting.speed == "live" else set_speed
     advance = np.maximum(cutting.c1 * wob * np.sqrt(np.abs(cutting_speed)) + cutting.c2, 0.0)
-    depth = (
-        2 * math.pi * advance / np.sqrt(cutting_speed * cutting_speed + cutting.slow * cutting.slow)
-    )
+    depth = 2 * math.pi * advance / np.sqrt(cutting_speed * cutting_speed + cutting.slow * cutting.slow)
     threshold = parameters.segments.threshold_force
     on = np.clip((force - threshold) / (0.1 * threshold), 0.0, 1.0)
     rubbing = (
-        np.tanh(speed)
-        + friction.hump * speed / (1 + friction.narrowing * speed * speed)
-        + friction.viscous * speed
+        np.tanh(speed) + friction.hump * speed / (1 + friction.narrowing * speed * speed) + friction.viscous * speed
     )
-    bite = (
-        on
-        * (2 / math.pi)
-        * np.arctan(cutting.smoothing * speed)
-        * cutting.zeta
-        * np.sqrt(depth / bit.radius)
-    )
+    bite = on * (2 / math.pi) * np.arctan(cutting.smoothing * speed) * cutting.zeta * np.sqrt(depth / bit.radius)
     return force * bit.radius * (friction.level * rubbing + bite)
 
 
@@ -215,9 +189,7 @@ def depth_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
     a weight on bit [N]."""
     bit, cutting = parameters.bit, parameters.bit.cutting
     advance = np.maximum(cutting.c1 * wob * np.sqrt(speed) + cutting.c2, 0.0)
-    return np.sqrt(
-        2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cutting.slow * cutting.slow)
-    )
+    return np.sqrt(2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cutting.slow * cutting.slow))
 
 
 def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
@@ -232,8 +204,7 @@ def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[s
     start = np.where(creeps, -offset / np.maximum(advance, LEAST_ADVANCE), 0.0)
     roots = [depth_root(parameters, wob, speed) for speed in SPEEDS]
     falls = [
-        (before - after) / (b - a)
-        for before, after, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)
+        (before - after) / (b - a) for before, after, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)
     ]
     steepest = 0.0
     for fall in falls:
@@ -243,9 +214,7 @@ def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[s
         "creep_root": np.sqrt(2 * math.pi / bit.radius * cutting.c1 * wob),
         "creep_fall": np.where(creeps, steepest, 0.0),
         "creep_speed": 2 * cutting.slow,
-        "flat_root": np.where(
-            creeps, 0.0, depth_root(parameters, wob, 0.0 * set_speed if live else set_speed)
-        ),
+        "flat_root": np.where(creeps, 0.0, depth_root(parameters, wob, 0.0 * set_speed if live else set_speed)),
     }
 
 
@@ -264,12 +233,4 @@ def steady_of(parameters: Parameters, string: String, wob: Any, speed: Any) -> S
     table_torque = torque + speed * (sum(drags) + drive.table_damping)
     constant = drive.gear * drive.torque_constant
     current = table_torque / constant
-    return Steady(
-        force,
-        torque,
-        table_torque,
-        current,
-        constant * speed + drive.resistance * current,
-        tuple(angles),
-        z,
-    )
+    return Steady(force, torque, table_torque, current, constant * speed + drive.resistance * current, tuple(angles), z)

@@ -25,12 +25,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
 from nsdrill.plot.dark import light_of
-from nsdrill.plot.kinds.starts import (
-    ATTRACTOR_VARIABLES,
-    attractor_label,
-    by_operating_point,
-    has_starts,
-)
+from nsdrill.plot.kinds.starts import ATTRACTOR_VARIABLES, attractor_label, by_operating_point, has_starts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
@@ -54,19 +49,15 @@ MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 def draw(results: Results, units: str = "si", states: Sequence[str] | None = None) -> Figure:
     if results.swept:
         options = " and ".join(f"--{name.replace('_', '-')}" for name in results.swept)
-        found_values = ", ".join(
-            f"{len(results.coords[name])} values of {name}" for name in results.swept
-        )
+        found_values = ", ".join(f"{len(results.coords[name])} values of {name}" for name in results.swept)
         raise InputError(
-            f"plot kind 'basin': found {found_values}; allowed: one operating point. Select "
-            f"it with {options}."
+            f"plot kind 'basin': found {found_values}; allowed: one operating point. Select it with {options}."
         )
     variables = by_operating_point(results)
     ((attractors, counts),) = describe(variables, model_in(results.attrs).distinguishing)
     if counts["ungrouped"]:
         raise InputError(
-            "The starts are not grouped into attractors yet: this is done when all points are "
-            "there. Finish the run."
+            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
         )
     names = _states(results, states)
     colours = distinct_colours(attractors)
@@ -77,17 +68,12 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
     starts = _Starts(number, status, attractors, colours)
     if results.slice:
         plane = slice_values(Starts(slice=results.slice), tuple(results["state"].tolist()))
-        x, y = (
-            plane[name] / shown_state.scale for name, shown_state in zip(names, shown, strict=True)
-        )
+        x, y = (plane[name] / shown_state.scale for name, shown_state in zip(names, shown, strict=True))
         _draw_cells(axes, x, y, starts, transposed=tuple(plane) == names)
     else:
         initial = np.asarray(results["initial_state"]).reshape(len(status), len(results["state"]))
         by_name = dict(zip(results["state"].tolist(), initial.T, strict=True))
-        x, y = (
-            by_name[name] / shown_state.scale
-            for name, shown_state in zip(names, shown, strict=True)
-        )
+        x, y = (by_name[name] / shown_state.scale for name, shown_state in zip(names, shown, strict=True))
         _draw_dots(axes, x, y, starts)
     axes.set_xlabel(shown[0].label)
     axes.set_ylabel(shown[1].label)
@@ -102,19 +88,14 @@ def _states(results: Results, states: Sequence[str] | None) -> tuple[str, str]:
     plane = tuple(name for name in results["state"].tolist() if name in results.slice)
     if plane:
         if states and set(states) != set(plane):
-            raise InputError(
-                f"--states: found {','.join(states)}; allowed: those of the slice, "
-                f"{','.join(plane)}."
-            )
+            raise InputError(f"--states: found {','.join(states)}; allowed: those of the slice, {','.join(plane)}.")
         across, up = tuple(states) if states else plane
         return across, up
     names, default = results["state"].tolist(), drawn_in(results.attrs).planes[0]
     pair = tuple(states or default)
     if len(pair) != 2 or len(set(pair)) != 2 or not set(pair) <= set(names):
         pair_text, example = ",".join(pair), ",".join(default)
-        raise InputError(
-            f"--states: found {pair_text}; allowed: two of {', '.join(names)}, as in {example}."
-        )
+        raise InputError(f"--states: found {pair_text}; allowed: two of {', '.join(names)}, as in {example}.")
     return pair[0], pair[1]
 
 
@@ -132,8 +113,7 @@ def distinct_colours(attractors: list[Attractor]) -> list[str]:
             colours[one.number] = max(
                 FURTHER_COLOURS,
                 key=lambda colour: min(
-                    float(np.linalg.norm((lightness_and_hue(colour) - other) * (2, 1, 1)))
-                    for other in used
+                    float(np.linalg.norm((lightness_and_hue(colour) - other) * (2, 1, 1))) for other in used
                 ),
             )
     return [colours[one.number] for one in named]
@@ -169,13 +149,10 @@ def _draw_cells(axes: Axes, x: Array, y: Array, starts: _Starts, *, transposed: 
     # 0: others; 1 ...: those with colours; then: failed, and not run yet.
     named_attractors = enumerate(starts.attractors[: len(colours)], 1)
     cell_codes = sum(
-        (code * (starts.number == attractor.number) for code, attractor in named_attractors),
-        0 * starts.number,
+        (code * (starts.number == attractor.number) for code, attractor in named_attractors), 0 * starts.number
     )
     cell_codes = np.where(starts.status == OK, cell_codes, len(colours) + 1)
-    cell_codes = (
-        cell_codes.reshape(len(x), len(y)).T if transposed else cell_codes.reshape(len(y), len(x))
-    )
+    cell_codes = cell_codes.reshape(len(x), len(y)).T if transposed else cell_codes.reshape(len(y), len(x))
     x, y = edges(x), edges(y)
     cells = ListedColormap([OTHERS_COLOUR, *colours, FAILED_COLOUR], name="basins")
     axes.pcolormesh(
@@ -220,15 +197,7 @@ def _draw_dots(axes: Axes, x: Array, y: Array, starts: _Starts) -> None:
         gid="others",
     )
     failed = has_failed(starts.status)
-    axes.plot(
-        x[failed],
-        y[failed],
-        "kx",
-        markersize=size,
-        markeredgewidth=0.7,
-        linestyle="none",
-        gid="failed",
-    )
+    axes.plot(x[failed], y[failed], "kx", markersize=size, markeredgewidth=0.7, linestyle="none", gid="failed")
 
 
 def _handles(
@@ -245,14 +214,7 @@ def _handles(
         label = f"{len(rest)} smaller group{'s' * (len(rest) > 1)}, {members} starts"
         handles.append(_handle(label, OTHERS_COLOUR if as_cells else "#808080", "o", as_cells))
     if counts["failed"]:
-        handles.append(
-            _handle(
-                f"failed ({counts['failed']})",
-                FAILED_COLOUR if as_cells else "black",
-                "x",
-                as_cells,
-            )
-        )
+        handles.append(_handle(f"failed ({counts['failed']})", FAILED_COLOUR if as_cells else "black", "x", as_cells))
     return handles
 
 

@@ -89,28 +89,19 @@ def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
     along = str(data.attrs.get("along", "rotary_speed"))
     panels = [panel for panel in drawn_in(data.attrs).panels if panel.greatest in data]
     if not panels:
-        raise InputError(
-            "the branches: found no feature that a panel shows; allowed: a file of "
-            "nsdrill branches."
-        )
+        raise InputError("the branches: found no feature that a panel shows; allowed: a file of nsdrill branches.")
     x = quantity(along, units)
     fixed = {
-        name: float(data[name].values[0])
-        for name in ("depth", "wob", "rotary_speed")
-        if name in data and name != along
+        name: float(data[name].values[0]) for name in ("depth", "wob", "rotary_speed") if name in data and name != along
     }
     if over is not None:
         check_same_string(data, over, fixed)
-    figure = new_figure(
-        page_width(), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * max(2, len(panels)) / 3
-    )
+    figure = new_figure(page_width(), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * max(2, len(panels)) / 3)
     axes = stack(figure, len(panels))
     panel_height = (figure.get_figheight() - TEXT_HEIGHT) / len(panels)
     letters = max(8, int(72.0 * panel_height / (LETTER * font_size(FONT_SIZE))))
     handles: dict[str, Artist] = {}
-    ends = [
-        float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")
-    ]
+    ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
     for panel_axes, panel in zip(axes, panels, strict=True):
         y = quantity(panel.greatest, units)
         if over is not None:
@@ -143,26 +134,15 @@ def check_same_string(data: Any, over: Results, fixed: dict[str, float]) -> None
             f"{key}: {of_branches} of the branches, {of_sweep} of the sweep"
             for key, of_branches, of_sweep in differences[:4]
         )
-        raise InputError(
-            f"--over: found another string ({listing}); allowed: results of the same string."
-        )
+        raise InputError(f"--over: found another string ({listing}); allowed: results of the same string.")
 
 
 def _draw_sweep(
-    axes: Axes,
-    over: Results,
-    along: str,
-    panel: Any,
-    x_scale: float,
-    y_scale: float,
-    handles: dict[str, Artist],
+    axes: Axes, over: Results, along: str, panel: Any, x_scale: float, y_scale: float, handles: dict[str, Artist]
 ) -> None:
     """The peaks of a sweep."""
     if along not in over.axes:
-        raise InputError(
-            f"--over: found a sweep without {along}; allowed: a sweep along the "
-            f"number that is continued."
-        )
+        raise InputError(f"--over: found a sweep without {along}; allowed: a sweep along the number that is continued.")
     others = {name: 0 for name in over.swept if name != along}
     if others:
         raise InputError(
@@ -188,21 +168,12 @@ def _draw_sweep(
                 gid=gid,
             )
     handles.setdefault(
-        "sweep",
-        Line2D(
-            [], [], linestyle="none", marker=".", color=SWEEP_COLOUR, label="peaks of the sweep"
-        ),
+        "sweep", Line2D([], [], linestyle="none", marker=".", color=SWEEP_COLOUR, label="peaks of the sweep")
     )
 
 
 def _draw_branches(
-    axes: Axes,
-    data: Any,
-    along: str,
-    feature: str,
-    x_scale: float,
-    y_scale: float,
-    handles: dict[str, Artist],
+    axes: Axes, data: Any, along: str, feature: str, x_scale: float, y_scale: float, handles: dict[str, Artist]
 ) -> None:
     """The branches in one panel."""
     numbers, values = data[along].values / x_scale, data[feature].values / y_scale
@@ -230,9 +201,7 @@ def _draw_branches(
                 gid=f"branch {number} {name}",
             )
             if drawn.any() and name not in handles:
-                handles[name] = Line2D(
-                    [], [], linestyle=style, linewidth=width, color=BLACK, label=name
-                )
+                handles[name] = Line2D([], [], linestyle=style, linewidth=width, color=BLACK, label=name)
     # The colour denotes the motion, solid or dashed its stability.
     for motion in dict.fromkeys(str(motion) for motion in motions):
         words = MOTION_NAMES.get(motion, motion.replace("_", " "))
@@ -246,13 +215,7 @@ def _parts(sizes: Array) -> list[slice]:
 
 
 def _draw_special_points(
-    axes: Axes,
-    data: Any,
-    along: str,
-    feature: str,
-    x_scale: float,
-    y_scale: float,
-    handles: dict[str, Artist],
+    axes: Axes, data: Any, along: str, feature: str, x_scale: float, y_scale: float, handles: dict[str, Artist]
 ) -> None:
     """The special points in one panel. Where several would lie on each other, one
     marker stands for them, with their number above it; a black one for more than two
@@ -299,14 +262,7 @@ def _draw_special_points(
 
 
 def _mark(
-    axes: Axes,
-    name: str,
-    x: Array,
-    y: Array,
-    place: int,
-    handles: dict[str, Artist],
-    marker: str,
-    colour: str = BLACK,
+    axes: Axes, name: str, x: Array, y: Array, place: int, handles: dict[str, Artist], marker: str, colour: str = BLACK
 ) -> None:
     """A marker with this ``name`` in the legend, at one ``place`` of the branches."""
     style: dict[str, Any] = {
@@ -342,12 +298,7 @@ def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) ->
     for number, part in enumerate(_parts(data["curve_row_size"].values)):
         code = codes[number]
         name = meanings[code].title
-        line: dict[str, Any] = {
-            "linestyle": styles[code],
-            "color": BLACK,
-            "linewidth": 1.3,
-            "zorder": 6,
-        }
+        line: dict[str, Any] = {"linestyle": styles[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
         curve_x, curve_y = (
             data[f"curve_{x}"].values[part] / x_quantity.scale,
             data[f"curve_{y}"].values[part] / y_quantity.scale,
@@ -361,11 +312,7 @@ def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) ->
         handles.setdefault(name, Line2D([], [], label=name, **line))
     if panels and handles:
         panels[0].legend(
-            handles=list(handles.values()),
-            loc="upper left",
-            frameon=True,
-            framealpha=0.9,
-            fontsize=font_size(6),
+            handles=list(handles.values()), loc="upper left", frameon=True, framealpha=0.9, fontsize=font_size(6)
         )
 
 

@@ -13,14 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, StrMethodFormatter
 
-from nsdrill.models.numbers import (
-    FULL_HELIX,
-    HELIX,
-    BucklingLoads,
-    CriticalSpeeds,
-    DriveCard,
-    DriveTuning,
-)
+from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.registry import STUDY, Kind
@@ -61,9 +54,7 @@ class Chart:
     speeds: tuple[float, float]
 
 
-def chart_kind(
-    name: str, words: str, numbers: type, panel: Callable[[Figure, Axes, Chart, str], None]
-) -> Kind:
+def chart_kind(name: str, words: str, numbers: type, panel: Callable[[Figure, Axes, Chart, str], None]) -> Kind:
     """The kind of chart that shows ``numbers``; ``panel`` draws them, with a
     label for each entry of the legend."""
 
@@ -136,12 +127,7 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) 
         axes.axhline(low, label="rotary speed of the study", **line)
     for label, speeds_of_modes, colour, dashes, part_along in families:
         for number, values in enumerate(speeds_of_modes / up.scale, start=1):
-            style: dict[str, Any] = {
-                "color": colour,
-                "linestyle": dashes,
-                "linewidth": 1.1,
-                "gid": label,
-            }
+            style: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 1.1, "gid": label}
             axes.plot(x, values, label=label if number == 1 else "_", **style)
             finite = np.flatnonzero(np.isfinite(values))
             if finite.size:
@@ -163,9 +149,7 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) 
         axes.set_ylim(bottom=0.6 * min(float(speeds.min()) for speeds in waves) / up.scale)
     axes.set_xlim(x[0], x[-1])
     write_note(
-        axes,
-        "The equations of motion have one mode of each kind, near the first (axial: off the "
-        "rock), and no others.",
+        axes, "The equations of motion have one mode of each kind, near the first (axial: off the rock), and no others."
     )
 
 
@@ -186,14 +170,7 @@ def _draw_buckling(figure: Figure, axes: Axes, chart: Chart, units: str) -> None
         (numbers.collar, VERMILLION, "-", 1.3, "collars: sinusoid on the low side", "collars"),
         (numbers.pipe, BLUE, (0, (5, 1.5, 1, 1.5)), 1.3, "pipe: sinusoid on the low side", "pipe"),
         (numbers.euler, BLACK, (0, (5, 2)), 1.0, "span of the collars, pinned (Euler)", ""),
-        (
-            numbers.vertical,
-            BLACK,
-            (0, (1, 1.4)),
-            1.0,
-            "collars in a vertical hole, their own weight",
-            "",
-        ),
+        (numbers.vertical, BLACK, (0, (1, 1.4)), 1.0, "collars in a vertical hole, their own weight", ""),
         (numbers.wob, REFERENCE, "-", 2.5, "weight on bit of the study", ""),
     )
     for load, colour, dashes, width, label, tube in loads:
@@ -258,9 +235,7 @@ def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> No
     axes.set(xlim=(x[0], x[-1]), ylim=(0.0, 1.05))
     axes.set(xlabel="Frequency [Hz]", ylabel="Share of the wave thrown back, $|R|$")
     write_note(
-        axes,
-        f"Modes: standing torsional waves of the string. Holds: the fall of friction "
-        f"withstood [{slope.unit}].",
+        axes, f"Modes: standing torsional waves of the string. Holds: the fall of friction withstood [{slope.unit}]."
     )
 
 
@@ -268,9 +243,7 @@ def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> 
     numbers: Any = chart.numbers
     slope = shown_quantity("Fall of friction that is held", SLOPE_UNIT, units)
     x, y, held_slope = numbers.matching, numbers.frequency * TO_HERTZ, numbers.held / slope.scale
-    mesh = axes.pcolormesh(
-        x, y, held_slope, cmap="viridis", shading="gouraud", rasterized=True, gid="cells"
-    )
+    mesh = axes.pcolormesh(x, y, held_slope, cmap="viridis", shading="gouraud", rasterized=True, gid="cells")
     lines = axes.contour(x, y, held_slope, levels=8, colors="white", linewidths=0.6)
     axes.clabel(lines, fontsize=font_size(6), fmt="%g")
     figure.colorbar(mesh, ax=axes, label=slope.label, fraction=0.05, pad=0.01, aspect=30)
@@ -308,8 +281,7 @@ def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> 
 KINDS = (
     chart_kind(
         "buckling",
-        "loads at which collars and pipe buckle against the inclination of the hole, or along an "
-        "axis",
+        "loads at which collars and pipe buckle against the inclination of the hole, or along an axis",
         BucklingLoads,
         _draw_buckling,
     ),
@@ -321,8 +293,7 @@ KINDS = (
     ),
     chart_kind(
         "drive-card",
-        "how much of a torsional wave each drive throws back, and the slope of friction that it "
-        "holds",
+        "how much of a torsional wave each drive throws back, and the slope of friction that it holds",
         DriveCard,
         _draw_drive_card,
     ),

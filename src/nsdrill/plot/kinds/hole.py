@@ -58,16 +58,7 @@ def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
 def mark_axis(axes: Axes, **placed: Any) -> None:
     """A small cross at the axis of the hole; ``placed`` are properties of the line, as
     ``zorder`` or ``gid``."""
-    axes.plot(
-        [0],
-        [0],
-        marker="+",
-        color=REFERENCE,
-        markersize=6,
-        markeredgewidth=0.6,
-        linestyle="none",
-        **placed,
-    )
+    axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none", **placed)
 
 
 def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
@@ -93,9 +84,7 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     extent, wall_text = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
     if gap is not None:
         wall = float(gap) / across.scale
-        axes.add_patch(
-            Circle((0, 0), wall, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
-        )
+        axes.add_patch(Circle((0, 0), wall, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall"))
         if WALL_VISIBLE_FROM * wall <= extent or extent <= CONSTANT_TOLERANCE * wall:
             extent = max(extent, wall)
         else:
@@ -104,18 +93,8 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     axes.set_aspect("equal")
     name_panel(axes, "orbit", "y")
     half_width = (1.2 if wall_text else 1.06) * (extent or 1.0)
-    axes.set(
-        xlim=(-half_width, half_width),
-        ylim=(-half_width, half_width),
-        xlabel=across.label,
-        ylabel=up.label,
-    )
-    notes = [
-        part_text or "orbit",
-        "red: on the wall" if on_wall.any() else "",
-        wall_text,
-        "dot: the end",
-    ]
+    axes.set(xlim=(-half_width, half_width), ylim=(-half_width, half_width), xlabel=across.label, ylabel=up.label)
+    notes = [part_text or "orbit", "red: on the wall" if on_wall.any() else "", wall_text, "dot: the end"]
     set_panel_title(axes, "; ".join(note for note in notes if note))
 
 
@@ -123,18 +102,8 @@ def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, 
     """The path x, y [m] with the wall force [N]. Samples that are far apart for the
     ``gap`` [m] are joined by the cubic with the velocities at both (Hermite), so that a
     revolution along the wall is not drawn as a polygon."""
-    time, x, y, force = (
-        trace.time[part],
-        trace["x"][part],
-        trace["y"][part],
-        trace["wall_force"][part],
-    )
-    if (
-        gap is None
-        or len(x) < 2
-        or not {"vx", "vy"} <= trace.variables.keys()
-        or len(x) * SUBDIVISIONS > LAST_SAMPLES
-    ):
+    time, x, y, force = (trace.time[part], trace["x"][part], trace["y"][part], trace["wall_force"][part])
+    if gap is None or len(x) < 2 or not {"vx", "vy"} <= trace.variables.keys() or len(x) * SUBDIVISIONS > LAST_SAMPLES:
         return x, y, force
     finite = np.isfinite(x) & np.isfinite(y)
     if not finite.all() or np.max(np.hypot(np.diff(x), np.diff(y))) <= MAX_STEP * gap:
@@ -146,10 +115,7 @@ def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, 
     # between two samples on the wall the path is on the wall
     force_between = np.minimum(force[:-1], force[1:])
     fine_force = np.where(fractions == 0.0, force[:-1, None], force_between[:, None]).ravel()
-    curves = [
-        CubicHermiteSpline(time, trace[name][part], trace[f"v{name}"][part])(fine_time)
-        for name in ("x", "y")
-    ]
+    curves = [CubicHermiteSpline(time, trace[name][part], trace[f"v{name}"][part])(fine_time) for name in ("x", "y")]
     return curves[0], curves[1], np.append(fine_force, force[-1])
 
 
@@ -161,21 +127,10 @@ def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
     if len(finite) < STEP + 1:
         return
     end = finite[-1]
-    axes.plot(
-        [x[end]],
-        [y[end]],
-        marker="o",
-        color=BLACK,
-        markersize=3,
-        linestyle="none",
-        zorder=4,
-        gid="end",
-    )
+    axes.plot([x[end]], [y[end]], marker="o", color=BLACK, markersize=3, linestyle="none", zorder=4, gid="end")
     if np.hypot(x[finite], y[finite]).max() < min_extent:
         return
-    for place in end - np.unique(
-        np.linspace(0, min(len(finite) - STEP, ARROW_SAMPLES), 4)[1:-1].astype(int)
-    ):
+    for place in end - np.unique(np.linspace(0, min(len(finite) - STEP, ARROW_SAMPLES), 4)[1:-1].astype(int)):
         step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
         if np.hypot(*step) > 0.0:
             rotated = Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi)
@@ -264,69 +219,27 @@ class Scene:
             ylabel=up.label,
             aspect="equal",
         )
-        axes.add_patch(
-            Circle((0, 0), hole, facecolor=MUD, edgecolor=REFERENCE, linewidth=0.9, gid="wall")
-        )
-        axes.add_patch(
-            Circle(
-                (0, 0),
-                0.95 * hole,
-                fill=False,
-                edgecolor=BIT,
-                linewidth=0.6,
-                linestyle="--",
-                gid="bit",
-            )
-        )
+        axes.add_patch(Circle((0, 0), hole, facecolor=MUD, edgecolor=REFERENCE, linewidth=0.9, gid="wall"))
+        axes.add_patch(Circle((0, 0), 0.95 * hole, fill=False, edgecolor=BIT, linewidth=0.6, linestyle="--", gid="bit"))
         mark_axis(axes, zorder=4)
         line_style: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
-        self._blades = [
-            axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)
-        ]
-        self._collar = Circle(
-            (0, 0), collar, facecolor=STEEL, edgecolor=EDGE, linewidth=0.9, zorder=2, gid="collar"
-        )
+        self._blades = [axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)]
+        self._collar = Circle((0, 0), collar, facecolor=STEEL, edgecolor=EDGE, linewidth=0.9, zorder=2, gid="collar")
         axes.add_patch(self._collar)
         (self._spoke,) = axes.plot([], [], color=EDGE, linewidth=1.2, gid="spoke", **line_style)
-        (self._path,) = axes.plot(
-            [], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line_style
-        )
-        (self._centre,) = axes.plot(
-            [], [], marker="o", color=BLUE, markersize=3.5, linestyle="none", zorder=4
-        )
+        (self._path,) = axes.plot([], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line_style)
+        (self._centre,) = axes.plot([], [], marker="o", color=BLUE, markersize=3.5, linestyle="none", zorder=4)
         (self._contact,) = axes.plot(
-            [],
-            [],
-            marker="o",
-            color=VERMILLION,
-            markersize=6,
-            linestyle="none",
-            zorder=5,
-            gid="touch",
+            [], [], marker="o", color=VERMILLION, markersize=6, linestyle="none", zorder=5, gid="touch"
         )
         self._text = axes.text(
-            0.02,
-            0.98,
-            "",
-            transform=axes.transAxes,
-            va="top",
-            fontsize=font_size(7),
-            gid="clock",
-            zorder=6,
+            0.02, 0.98, "", transform=axes.transAxes, va="top", fontsize=font_size(7), gid="clock", zorder=6
         )
 
     @property
     def moving_artists(self) -> list[Artist]:
         """The artists that :meth:`show` moves, in the order in which they are drawn."""
-        return [
-            *self._blades,
-            self._collar,
-            self._path,
-            self._spoke,
-            self._centre,
-            self._contact,
-            self._text,
-        ]
+        return [*self._blades, self._collar, self._path, self._spoke, self._centre, self._contact, self._text]
 
     def show(self, time: float, since: float | None = None) -> None:
         """Move the artists to the ``time`` [s], with the path from ``since`` [s] on, or
@@ -335,30 +248,20 @@ class Scene:
             float(np.interp(time, self._time, values))
             for values in (self._x, self._y, self._angle, self._force, self._speed)
         )
-        hole, collar, scale = (
-            self.size.hole / self._scale,
-            self.size.collar / self._scale,
-            self._scale,
-        )
+        hole, collar, scale = (self.size.hole / self._scale, self.size.collar / self._scale, self._scale)
         x, y = x / scale, y / scale
         for number, blade in enumerate(self._blades):
-            direction = np.array(
-                [np.cos(angle + 2 * pi * number / BLADES), np.sin(angle + 2 * pi * number / BLADES)]
-            )
+            direction = np.array([np.cos(angle + 2 * pi * number / BLADES), np.sin(angle + 2 * pi * number / BLADES)])
             blade.set_data(*np.outer(direction, [0.9 * hole, 0.985 * hole]))
         self._collar.set_center((x, y))
         self._spoke.set_data([x, x + collar * np.cos(angle)], [y, y + collar * np.sin(angle)])
         begin = time - PATH_REVOLUTIONS * self._revolution if since is None else since
         in_path = (self._time >= begin) & (self._time < time)
-        self._path.set_data(
-            np.append(self._x[in_path] / scale, x), np.append(self._y[in_path] / scale, y)
-        )
+        self._path.set_data(np.append(self._x[in_path] / scale, x), np.append(self._y[in_path] / scale, y))
         self._centre.set_data([x], [y])
         radius = np.hypot(x, y)
         touching = force > 0.0 and radius > 0.0
-        self._contact.set_data(
-            *(([x / radius * hole], [y / radius * hole]) if touching else ([], []))
-        )
+        self._contact.set_data(*(([x / radius * hole], [y / radius * hole]) if touching else ([], [])))
         speed_shown = speed / self._shown_speed.scale
         self._text.set_text(f"{time:.2f} s\nbit {speed_shown:.2f} {self._shown_speed.unit}")
 

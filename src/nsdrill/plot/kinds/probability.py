@@ -73,9 +73,7 @@ def _title(results: Results, probabilities: Probabilities, units: str) -> str:
     return heading(results.attrs, f"{point}; {samples}{history}", width=80)
 
 
-def _draw_maps(
-    results: Results, probabilities: Probabilities, units: str, confidence: float
-) -> Figure:
+def _draw_maps(results: Results, probabilities: Probabilities, units: str, confidence: float) -> Figure:
     numbers_first = sorted(results.axes, key=lambda axis: bool(words_along(axis)))
     axes_in_order = [axis for axis in (*ACROSS, *numbers_first) if axis in results.swept]
     x_axis, y_axis = dict.fromkeys(axes_in_order)
@@ -84,16 +82,12 @@ def _draw_maps(
     figure = new_figure(page_width(), 1.3 + panel_rows * 2.4)
     grid = figure.add_gridspec(panel_rows, panel_columns)
     x, y = quantity(x_axis, units), quantity(y_axis, units)
-    x_edges, y_edges = (
-        edges(positions(results, name)) / shown.scale for name, shown in ((x_axis, x), (y_axis, y))
-    )
+    x_edges, y_edges = (edges(positions(results, name)) / shown.scale for name, shown in ((x_axis, x), (y_axis, y)))
 
     def plane(values: Array) -> Array:
         plane_axes = [results.axes.index(y_axis), results.axes.index(x_axis)]
         other_axes = [i for i in range(len(results.axes)) if i not in plane_axes]
-        return values.transpose(*other_axes, *plane_axes).reshape(
-            len(y_edges) - 1, len(x_edges) - 1
-        )
+        return values.transpose(*other_axes, *plane_axes).reshape(len(y_edges) - 1, len(x_edges) - 1)
 
     inside, _ = window_state(probabilities, confidence)
     panels: list[Axes] = []
@@ -114,10 +108,7 @@ def _draw_maps(
         mesh = cells if outcome == SAFE else mesh
         draw_outline(axes, x_edges, y_edges, plane(inside))
         axes.set_title(_style(outcome)[0], pad=3)
-        is_lowest, is_leftmost = (
-            place + panel_columns >= len(probabilities.outcomes),
-            place % panel_columns == 0,
-        )
+        is_lowest, is_leftmost = (place + panel_columns >= len(probabilities.outcomes), place % panel_columns == 0)
         axes.tick_params(labelbottom=is_lowest, labelleft=is_leftmost)
         axes.set_xlabel(x.label if is_lowest else "")
         axes.set_ylabel(y.label if is_leftmost else "")
@@ -132,9 +123,7 @@ def _draw_maps(
     bar.set_ticklabels([f"{tick} / {100 - tick}" for tick in range(0, 101, 20)])
     safe_share = 100.0 * np.count_nonzero(inside) / inside.size
     label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
-    handle = Line2D(
-        [], [], color="white", linewidth=1.2, path_effects=outline_effects(), label=label
-    )
+    handle = Line2D([], [], color="white", linewidth=1.2, path_effects=outline_effects(), label=label)
     legend_below(figure, [handle], 1)
     put_title(figure, _title(results, probabilities, units))
     return figure
@@ -164,9 +153,7 @@ def draw_outline(axes: Axes, x_edges: Array, y_edges: Array, inside: Array) -> N
     axes.add_collection(outline)
 
 
-def _draw_lines(
-    results: Results, probabilities: Probabilities, units: str, confidence: float
-) -> Figure:
+def _draw_lines(results: Results, probabilities: Probabilities, units: str, confidence: float) -> Figure:
     axis = results.swept[0]
     shown, values = quantity(axis, units), positions(results, axis)
     figure = new_figure(page_width(), 3.2)
@@ -174,9 +161,7 @@ def _draw_lines(
     x, handles = values / shown.scale, []
     for place, outcome in enumerate(probabilities.outcomes):
         label, colour, marker = _style(outcome)
-        share, low, high = (
-            100.0 * values_of_share.ravel() for values_of_share in probabilities.of(outcome)
-        )
+        share, low, high = (100.0 * values_of_share.ravel() for values_of_share in probabilities.of(outcome))
         axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND_STYLE)
         for edge in (low, high):  # overlapping bands are distinguished by their edges
             axes.plot(
@@ -204,38 +189,16 @@ def _draw_lines(
         share = 100.0 * probabilities.of(SAFE, history)[0].ravel()
         history_label = f"safe, {history} by itself"
         handles += axes.plot(
-            x,
-            share,
-            color=BLACK,
-            linestyle=dashes,
-            linewidth=0.9,
-            label=history_label,
-            gid=f"alone:{history}",
+            x, share, color=BLACK, linestyle=dashes, linewidth=0.9, label=history_label, gid=f"alone:{history}"
         )
-    axes.axhline(
-        100.0 * confidence,
-        color=REFERENCE,
-        linewidth=0.6,
-        linestyle=(0, (4, 2)),
-        zorder=0,
-        gid="confidence",
-    )
+    axes.axhline(100.0 * confidence, color=REFERENCE, linewidth=0.6, linestyle=(0, (4, 2)), zorder=0, gid="confidence")
     axes.set_ylim(-2.0, 102.0)
     axes.set_xlabel(shown.label)
     axes.set_ylabel("Probability [%]")
     spaced(axes, values)
     axes.margins(x=0.01)
-    reference = Line2D(
-        [],
-        [],
-        color=REFERENCE,
-        linewidth=0.6,
-        linestyle=(0, (4, 2)),
-        label=f"{100 * confidence:g} %",
-    )
-    band = Line2D(
-        [], [], color=REFERENCE, linewidth=5, alpha=BAND_STYLE["alpha"], label="95 % interval"
-    )
+    reference = Line2D([], [], color=REFERENCE, linewidth=0.6, linestyle=(0, (4, 2)), label=f"{100 * confidence:g} %")
+    band = Line2D([], [], color=REFERENCE, linewidth=5, alpha=BAND_STYLE["alpha"], label="95 % interval")
     legend_below(figure, [*handles, band, reference], 6)
     put_title(figure, _title(results, probabilities, units))
     return figure
@@ -259,17 +222,9 @@ def _draw_points(results: Results, probabilities: Probabilities, units: str) -> 
             linestyle="none",
         )[0].set_gid(f"point:{outcome}")
         axes.annotate(
-            f"{share:.1f} %",
-            (high, row),
-            (5, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=font_size(7),
+            f"{share:.1f} %", (high, row), (5, 0), textcoords="offset points", va="center", fontsize=font_size(7)
         )
-    axes.set_yticks(
-        range(len(probabilities.outcomes)),
-        [_style(outcome)[0] for outcome in probabilities.outcomes],
-    )
+    axes.set_yticks(range(len(probabilities.outcomes)), [_style(outcome)[0] for outcome in probabilities.outcomes])
     axes.set_ylim(len(probabilities.outcomes) - 0.5, -0.5)
     axes.set_xlim(-2.0, 115.0)
     axes.set_xlabel("Probability [%], with its 95 % interval")

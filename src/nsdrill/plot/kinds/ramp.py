@@ -53,9 +53,7 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
     handles: list[Artist] = []
     if over is not None:
         handles += draw_sweep(panels, over, trace, axis, units)
-    peaks = [
-        local_maxima(trace.time, trace[name]) for name in (panel.trace for panel in panels_drawn)
-    ]
+    peaks = [local_maxima(trace.time, trace[name]) for name in (panel.trace for panel in panels_drawn)]
     rasterise = sum(len(times) for times, _ in peaks) > MANY_MARKERS
     signs_shown = set()
     for axes, panel, (times, peak_heights) in zip(panels, panels_drawn, peaks, strict=True):
@@ -86,32 +84,15 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
     panels[-1].set_xlim((values.min() - margin) / x.scale, (values.max() + margin) / x.scale)
     panels[-1].set_xlabel(x.label)
     rate = rate_text(trace, axis, units)
-    put_title(
-        figure,
-        heading(trace.attrs, f"{operating_point_text(trace, units)}{'; ' + rate if rate else ''}"),
-    )
+    put_title(figure, heading(trace.attrs, f"{operating_point_text(trace, units)}{'; ' + rate if rate else ''}"))
     figure.align_ylabels(panels)
     legend_below(figure, handles, 4)
     return figure
 
 
 STYLES: dict[int, dict[str, Any]] = {
-    0: {
-        "label": "held",
-        "color": REFERENCE,
-        "marker": ".",
-        "markersize": 1.5,
-        "markeredgewidth": 0.0,
-        "zorder": 2.0,
-    },
-    1: {
-        "label": "rising",
-        "color": BLUE,
-        "marker": "o",
-        "markersize": 1.6,
-        "markeredgewidth": 0.0,
-        "zorder": 2.1,
-    },
+    0: {"label": "held", "color": REFERENCE, "marker": ".", "markersize": 1.5, "markeredgewidth": 0.0, "zorder": 2.0},
+    1: {"label": "rising", "color": BLUE, "marker": "o", "markersize": 1.6, "markeredgewidth": 0.0, "zorder": 2.1},
     -1: {
         "label": "falling",
         "color": VERMILLION,
@@ -136,9 +117,7 @@ def local_maxima(time: Array, values: Array) -> tuple[Array, Array]:
     return time[maxima + 1] + offset * sample_time, b - 0.25 * (a - c) * offset
 
 
-def draw_sweep(
-    panels: list[Axes], results: Results, trace: Trace, axis: str, units: str
-) -> list[Artist]:
+def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, units: str) -> list[Artist]:
     """Draw the peaks of a sweep along the same axis, pale; where it has several values
     of another axis, those at the value of the ramp."""
     if axis not in results.swept:
@@ -161,11 +140,7 @@ def draw_sweep(
     sweep_line = line(ordered(results, held), axis)
     x = quantity(axis, units)
     values_set = setpoint(trace, axis)
-    in_range = (
-        (sweep_line["status"] == OK)
-        & (sweep_line.x >= values_set.min())
-        & (sweep_line.x <= values_set.max())
-    )
+    in_range = (sweep_line["status"] == OK) & (sweep_line.x >= values_set.min()) & (sweep_line.x <= values_set.max())
     handles: list[Artist] = []
     for row, procedure in enumerate(sweep_line.procedures):
         style: dict[str, Any] = {
@@ -178,8 +153,7 @@ def draw_sweep(
         }
         for axes, peaks in zip(panels, drawn_in(trace.attrs).peaks, strict=True):
             peak_heights = (
-                np.where(in_range[row][:, None], sweep_line[peaks][row], np.nan)
-                / quantity(peaks, units).scale
+                np.where(in_range[row][:, None], sweep_line[peaks][row], np.nan) / quantity(peaks, units).scale
             )
             x_values = np.broadcast_to((sweep_line.x / x.scale)[:, None], peak_heights.shape)
             axes.plot(
@@ -217,8 +191,7 @@ def _draw_references(panels: list[Axes], trace: Trace, axis: str, units: str) ->
 KINDS = (
     Kind(
         "ramp",
-        "peaks of the three motions against the value that was moved: a bifurcation diagram made "
-        "by a real ramp",
+        "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
         of=RAMP,
         place=lambda data: 85 if isinstance(data, Trace) and moving_values(data) else None,
         draw=draw,

@@ -22,22 +22,8 @@ from nsdrill.models.description import Drawn
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import direction_entries, legend_below, motion_entries
-from nsdrill.plot.panels import (
-    draw_dots,
-    draw_rotary_speed,
-    draw_wall,
-    new_columns,
-    outcome_handles,
-)
-from nsdrill.plot.registry import (
-    RETURNS,
-    TRACE,
-    Kind,
-    fits_columns,
-    is_sweep,
-    longest,
-    needs_returns,
-)
+from nsdrill.plot.panels import draw_dots, draw_rotary_speed, draw_wall, new_columns, outcome_handles
+from nsdrill.plot.registry import RETURNS, TRACE, Kind, fits_columns, is_sweep, longest, needs_returns
 from nsdrill.plot.slices import text
 from nsdrill.plot.style import (
     BLUE,
@@ -68,11 +54,7 @@ def draw_point(results: Results, units: str = "si") -> Figure:
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
     gap, drawn = results.attrs.get("gap"), drawn_in(results.attrs)
     for row, name in enumerate(names):
-        section = {
-            key: results[key][row].ravel()
-            for key in results.variables
-            if key.startswith("section_")
-        }
+        section = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
         motion_code = int(results["motion"][row].ravel()[0])
         description = MOTIONS[motion_code].name
         if period := int(results["period"][row].ravel()[0]):
@@ -91,21 +73,14 @@ def draw_trace(trace: Trace, units: str) -> Figure:
     section, drawn = section_of(trace), drawn_in(trace.attrs)
     figure = new_figure(page_width(), 0.6 + 2.1 * _plane_rows(trace.attrs))
     start = _observed_from(trace)
-    description = f"{len(section['section_bit_speed'])} returns" + (
-        f" after {start:g} s" if start else ""
-    )
+    description = f"{len(section['section_bit_speed'])} returns" + (f" after {start:g} s" if start else "")
     _draw_planes(figure, section, drawn, units, trace.attrs.get("gap"), BLUE)
     put_title(figure, f"{title_of(trace, units)}; {description}")
     return figure
 
 
 def _draw_planes(
-    figure: Any,
-    section: Mapping[str, Array],
-    drawn: Drawn,
-    units: str,
-    gap: float | None,
-    colour: str,
+    figure: Any, section: Mapping[str, Array], drawn: Drawn, units: str, gap: float | None, colour: str
 ) -> None:
     """Draw the returns in planes, the first of which is the orbit where there is one."""
     style: dict[str, Any] = {
@@ -124,9 +99,7 @@ def _draw_planes(
         _draw_orbit(panels[0], section, units, gap, style)
     for axes, (across, up) in zip(panels[has_orbit:], drawn.section_planes, strict=True):
         x, y = quantity(across, units), quantity(up, units)
-        axes.plot(
-            section[across] / x.scale, section[up] / y.scale, gid=f"section:{across}", **style
-        )
+        axes.plot(section[across] / x.scale, section[up] / y.scale, gid=f"section:{across}", **style)
         axes.set(xlabel=x.label, ylabel=y.label)
         name_panel(axes, across, up)
         _widen_limits(axes)
@@ -143,24 +116,16 @@ def _plane_rows(attrs: Mapping[str, Any]) -> int:
 
 
 def _draw_orbit(
-    axes: Axes,
-    section: Mapping[str, Array],
-    units: str,
-    gap: float | None,
-    style: Mapping[str, Any],
+    axes: Axes, section: Mapping[str, Array], units: str, gap: float | None, style: Mapping[str, Any]
 ) -> None:
     """Draw the collar centre in the hole, in axes that rotate with the bit."""
     x = quantity("x", units)
     radius, angle = section["section_radius"] / x.scale, section["section_whirl_angle"]
     axes.plot(radius * np.cos(angle), radius * np.sin(angle), gid="section:orbit", **style)
-    axes.plot(
-        [0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none"
-    )
+    axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none")
     extent = float(np.nanmax(radius, initial=0.0)) or 1.0
     if gap is not None and extent > 0.4 * gap / x.scale:
-        axes.add_patch(
-            Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5)
-        )
+        axes.add_patch(Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5))
         extent = max(extent, gap / x.scale)
     axes.set(
         xlim=(-1.1 * extent, 1.1 * extent),
@@ -185,10 +150,7 @@ def _widen_limits(axes: Axes) -> None:
 def _observed_from(trace: Trace) -> float:
     """The time [s] at which the section of a trace begins: after its transient, or at
     its start if fewer than three revolutions follow."""
-    transient, speed = (
-        float(trace.attrs.get("transient", 0.0)),
-        float(trace.attrs.get("rotary_speed", 0.0)),
-    )
+    transient, speed = (float(trace.attrs.get("transient", 0.0)), float(trace.attrs.get("rotary_speed", 0.0)))
     revolutions = (trace.time[-1] - transient) * speed / (2 * pi)
     return transient if revolutions >= 3 else 0.0
 
@@ -200,30 +162,17 @@ def section_of(trace: Trace) -> dict[str, Array]:
     time = trace.time[chosen]
     angle = (trace["twist"] + trace["drive_angle"])[chosen]
     if not np.all(np.isfinite(angle)):
-        raise InputError(
-            "trace: found samples of the bit angle that are no numbers; the section "
-            "needs all of them."
-        )
+        raise InputError("trace: found samples of the bit angle that are no numbers; the section needs all of them.")
     furthest = np.maximum.accumulate(angle)  # a bit that rotates back is not counted twice
-    levels = (
-        np.arange(np.floor(angle[0] / (2 * pi)) + 1, np.floor(furthest[-1] / (2 * pi)) + 1) * 2 * pi
-    )
+    levels = np.arange(np.floor(angle[0] / (2 * pi)) + 1, np.floor(furthest[-1] / (2 * pi)) + 1) * 2 * pi
     if not len(levels):
-        raise InputError(
-            "trace: found less than one revolution of the bit; the section needs "
-            "one. Simulate longer."
-        )
+        raise InputError("trace: found less than one revolution of the bit; the section needs one. Simulate longer.")
     after = np.searchsorted(furthest, levels, side="left")
     after = np.clip(after, 1, len(time) - 1)
     step = time[after] - time[after - 1]
 
     def cubic(values: Array, rates: Array, theta: Array) -> Array:
-        v0, v1, d0, d1 = (
-            values[after - 1],
-            values[after],
-            step * rates[after - 1],
-            step * rates[after],
-        )
+        v0, v1, d0, d1 = (values[after - 1], values[after], step * rates[after - 1], step * rates[after])
         rise = v1 - v0
         return v0 + theta * (d0 + theta * (3 * rise - 2 * d0 - d1 + theta * (d0 + d1 - 2 * rise)))
 
@@ -231,9 +180,7 @@ def section_of(trace: Trace) -> dict[str, Array]:
     theta = (levels - angle[after - 1]) / np.maximum(angle[after] - angle[after - 1], 1e-300)
     for _ in range(3):  # the angle is nearly straight between samples
         theta = np.clip(
-            theta - (cubic(angle, speed, theta) - levels) / np.maximum(step * speed[after], 1e-300),
-            0.0,
-            1.0,
+            theta - (cubic(angle, speed, theta) - levels) / np.maximum(step * speed[after], 1e-300), 0.0, 1.0
         )
 
     def at_section(name: str, rate: str | None = None) -> Array:
@@ -244,17 +191,9 @@ def section_of(trace: Trace) -> dict[str, Array]:
 
     section = {"section_twist": at_section("twist"), "section_bit_speed": at_section("bit_speed")}
     if "z" in trace.variables:
-        section |= {
-            "section_axial": at_section("z", "vz"),
-            "section_axial_velocity": at_section("vz"),
-        }
+        section |= {"section_axial": at_section("z", "vz"), "section_axial_velocity": at_section("vz")}
     if "x" in trace.variables:
-        x, y, vx, vy = (
-            at_section("x", "vx"),
-            at_section("y", "vy"),
-            at_section("vx"),
-            at_section("vy"),
-        )
+        x, y, vx, vy = (at_section("x", "vx"), at_section("y", "vy"), at_section("vx"), at_section("vy"))
         radius = np.sqrt(x * x + y * y)
         section |= {
             "section_radius": radius,
@@ -288,29 +227,14 @@ def draw_along(results: Results, units: str = "si") -> Figure:
         looks = np.where(line["status"] == OK, line["motion"], -1), MOTIONS
         for axes, name in zip(column[1:], shown, strict=True):
             present |= draw_dots(
-                axes,
-                line,
-                name,
-                looks,
-                line[name],
-                units,
-                markers > MANY_MARKERS,
-                marker="o",
-                scale=0.75,
-                edge=0.3,
+                axes, line, name, looks, line[name], units, markers > MANY_MARKERS, marker="o", scale=0.75, edge=0.3
             )
     rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
     for axes in rows.get("section_whirl_angle", ()):
         _set_angle_axis(axes, quantity("section_whirl_angle", units))
     handles = [*motion_entries(present), *direction_entries(lines[0].procedures)]
-    wall = (
-        draw_wall(results.attrs, rows["section_radius"], units) if "section_radius" in rows else []
-    )
-    speed = (
-        draw_rotary_speed(lines, rows["section_bit_speed"], units)
-        if "section_bit_speed" in rows
-        else []
-    )
+    wall = draw_wall(results.attrs, rows["section_radius"], units) if "section_radius" in rows else []
+    speed = draw_rotary_speed(lines, rows["section_bit_speed"], units) if "section_bit_speed" in rows else []
     legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
     return figure
 
@@ -320,17 +244,13 @@ def _set_angle_axis(axes: Axes, y: Shown) -> None:
     quarters."""
     axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
     ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
-    axes.set_yticks(
-        ticks,
-        ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks],
-    )
+    axes.set_yticks(ticks, ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks])
 
 
 KINDS = (
     Kind(
         "section",
-        "the Poincare section of one operating point, or of a trace: the motion once in every "
-        "revolution of the bit",
+        "the Poincare section of one operating point, or of a trace: the motion once in every revolution of the bit",
         of=TRACE,
         place=_section_place,
         draw=draw_section,
@@ -340,14 +260,9 @@ KINDS = (
     ),
     Kind(
         "poincare",
-        "every return to the Poincare section along one axis, coloured by the kind of motion; "
-        "planes of one point",
+        "every return to the Poincare section along one axis, coloured by the kind of motion; planes of one point",
         of=RETURNS,
-        place=lambda data: (
-            (32 if data.swept else 20)
-            if fits_columns(data) and "motion" in data.variables
-            else None
-        ),
+        place=lambda data: (32 if data.swept else 20) if fits_columns(data) and "motion" in data.variables else None,
         draw=draw_along,
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
         across=lambda data: longest(data) if data.swept else None,

@@ -26,15 +26,7 @@ from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, q
 from nsdrill.plot.legend import legend_below, marker_entry, response_entries
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
-from nsdrill.plot.style import (
-    REFERENCE,
-    RESPONSES,
-    font_size,
-    name_panel,
-    new_figure,
-    page_width,
-    put_title,
-)
+from nsdrill.plot.style import REFERENCE, RESPONSES, font_size, name_panel, new_figure, page_width, put_title
 
 ATTRACTOR_VARIABLES = ("attractor", "whirl_kind", "settled")  # variables that describe an attractor
 
@@ -46,13 +38,10 @@ def has_starts(data: Any) -> bool:
 
 def attractors_along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, int]]]]:
     """The swept axis, and the attractors and counts of every operating point along it."""
-    attractors_and_counts = list(
-        describe(by_operating_point(results), model_in(results.attrs).distinguishing)
-    )
+    attractors_and_counts = list(describe(by_operating_point(results), model_in(results.attrs).distinguishing))
     if not any(attractors for attractors, _ in attractors_and_counts):
         raise InputError(
-            "The starts are not grouped into attractors yet: this is done when all points are "
-            "there. Finish the run."
+            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
         )
     return results.swept[0], attractors_and_counts
 
@@ -62,9 +51,7 @@ def is_matched(results: Results) -> bool:
     older versions it does so at each operating point only, until they are classified
     again."""
     study = resolved_study(results.attrs)
-    thresholds = json.loads(results.attrs.get("classification_resolved") or "null") or study.get(
-        "classify", {}
-    )
+    thresholds = json.loads(results.attrs.get("classification_resolved") or "null") or study.get("classify", {})
     return "matching" in thresholds.get("attractors", {})
 
 
@@ -128,31 +115,15 @@ def draw_shares(results: Results, units: str = "si") -> Figure:
     starts = len(results.coords["start"])
     point = operating_point(fixed_values(results), units)
     put_title(figure, heading(results.attrs, f"{point}; {starts} starts each"))
-    handles: list[Artist] = [
-        Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present
-    ]
+    handles: list[Artist] = [Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
     if is_divided:
         handles.append(
-            Line2D(
-                [],
-                [],
-                color="white",
-                linewidth=1,
-                label="between attractors",
-                path_effects=_outline_effects(),
-            )
+            Line2D([], [], color="white", linewidth=1, label="between attractors", path_effects=_outline_effects())
         )
     if is_sample and len(present) > 1:
         handles.append(marker_entry("95 % interval", "|", "black", size=7, edge=1.0))
     if failed := sum(counts["failed"] for _, counts in by_point):
-        handles.append(
-            Patch(
-                facecolor="white",
-                edgecolor="black",
-                linewidth=0.4,
-                label=f"failed, left out ({failed})",
-            )
-        )
+        handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, label=f"failed, left out ({failed})"))
     legend_below(figure, handles, 4)
     return figure
 
@@ -174,15 +145,11 @@ class AttractorShare:
     is_divided: bool
 
 
-def draw_column(
-    axes: Axes, attractors: list[Attractor], left: float, right: float
-) -> list[AttractorShare]:
+def draw_column(axes: Axes, attractors: list[Attractor], left: float, right: float) -> list[AttractorShare]:
     """Draw the attractors of one operating point, the lowest response first."""
     bottom = 0.0
     shares: list[AttractorShare] = []
-    for attractor in sorted(
-        attractors, key=lambda attractor: (attractor.response, attractor.number)
-    ):
+    for attractor in sorted(attractors, key=lambda attractor: (attractor.response, attractor.number)):
         height = 100 * attractor.share
         axes.fill_between(
             [left, right],
@@ -216,12 +183,7 @@ def draw_bands(axes: Axes, columns: list[list[AttractorShare]], borders: Array) 
     for (number, response), shares in bands.items():
         for place, share in shares.items():
             if share.is_divided and (following := shares.get(place + 1)) and following.is_divided:
-                axes.plot(
-                    [borders[place + 1]] * 2,
-                    [share.bottom, following.bottom],
-                    color="white",
-                    **BORDER_STYLE,
-                )
+                axes.plot([borders[place + 1]] * 2, [share.bottom, following.bottom], color="white", **BORDER_STYLE)
         for consecutive in np.split(list(shares), 1 + np.flatnonzero(np.diff(list(shares)) > 1)):
             place = max(consecutive.tolist(), key=lambda i: shares[i].height)
             if (widest := shares[place]).height >= MIN_NUMBERED_HEIGHT:
@@ -281,12 +243,7 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
         y = quantity(name, units)
         points = [
             # a range is taken between the medians of the extremes
-            (
-                centre,
-                (attractor.features[name] - attractor.features.get(lower_name or "", 0.0))
-                / y.scale,
-                attractor,
-            )
+            (centre, (attractor.features[name] - attractor.features.get(lower_name or "", 0.0)) / y.scale, attractor)
             for (attractors, _), centre in zip(by_point, centres, strict=True)
             for attractor in attractors
         ]
@@ -300,9 +257,7 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
                 gid=f"{name}:{attractor.response}",
             )
         if joins_attractors:
-            join_attractors(
-                axes, points, centres, with_numbers=row == min(1, len(panels_shown) - 1)
-            )
+            join_attractors(axes, points, centres, with_numbers=row == min(1, len(panels_shown) - 1))
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
         axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
@@ -321,8 +276,7 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     legend_below(
         figure,
         _attractor_handles(
-            [attractor for attractors, _ in by_point for attractor in attractors],
-            joins_attractors=joins_attractors,
+            [attractor for attractors, _ in by_point for attractor in attractors], joins_attractors=joins_attractors
         ),
         4,
     )
@@ -339,9 +293,7 @@ def join_attractors(
         lines.setdefault(point[2].number, []).append(point)
     for number, members in lines.items():
         for (x, y, _), (next_x, next_y, _) in pairwise(members):
-            points_between = np.count_nonzero(
-                (centres > min(x, next_x)) & (centres < max(x, next_x))
-            )
+            points_between = np.count_nonzero((centres > min(x, next_x)) & (centres < max(x, next_x)))
             axes.plot(
                 [x, next_x],
                 [y, next_y],
@@ -351,11 +303,7 @@ def join_attractors(
                 zorder=2,
                 gid=f"branch:{number}",
             )
-        if (
-            with_numbers
-            and len(members) > 1
-            and max(attractor.share for _, _, attractor in members) >= MIN_NUMBERED
-        ):
+        if with_numbers and len(members) > 1 and max(attractor.share for _, _, attractor in members) >= MIN_NUMBERED:
             axes.annotate(
                 str(number),
                 members[0][:2],
@@ -391,9 +339,7 @@ def _attractor_handles(attractors: list[Attractor], *, joins_attractors: bool) -
     if any(attractor.unsettled > attractor.members / 2 for attractor in attractors):
         handles.append(marker_entry("open: most of its starts unsettled", hollow=True))
     if joins_attractors:
-        handles.append(
-            Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number")
-        )
+        handles.append(Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
     for share in (1.0, 0.25, 0.05):
         handles.append(marker_entry(f"share {100 * share:.0f} %", size=marker_diameter(share)))
     return handles

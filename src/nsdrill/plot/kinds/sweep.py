@@ -46,15 +46,7 @@ from nsdrill.plot.registry import (
     needs_returns,
 )
 from nsdrill.plot.slices import Line, robust_limits
-from nsdrill.plot.style import (
-    DIRECTION_COLOURS,
-    MANY_MARKERS,
-    MOTIONS,
-    REFERENCE,
-    RESPONSES,
-    SHADE,
-    SHADE_EDGE,
-)
+from nsdrill.plot.style import DIRECTION_COLOURS, MANY_MARKERS, MOTIONS, REFERENCE, RESPONSES, SHADE, SHADE_EDGE
 from nsdrill.variables import OK, PERIODIC, POINT
 
 MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
@@ -76,18 +68,14 @@ def draw_bifurcation(results: Results, units: str = "si") -> Figure:
             values = with_greatest(peaks, greatest)
             draw_dots(axes, line, panel.peaks, (line.outcome, RESPONSES), values, units, rasterise)
             constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
-            draw_dots(
-                axes, line, panel.greatest, (line.outcome, RESPONSES), constant, units, marker="_"
-            )
+            draw_dots(axes, line, panel.greatest, (line.outcome, RESPONSES), constant, units, marker="_")
             steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (line.outcome >= 0)))
     rows = {panel.mode: [column[1 + row] for column in columns] for row, panel in enumerate(panels)}
     speed = draw_rotary_speed(lines, rows["torsional"], units) if "torsional" in rows else []
     wall = draw_wall(results.attrs, rows["lateral"], units) if "lateral" in rows else []
     handles += direction_entries(lines[0].procedures)
     if shaded:
-        handles.append(
-            Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ")
-        )
+        handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ"))
     if steady:
         handles.append(marker_entry("no peaks: constant value", "_", size=5, edge=1.0))
     legend_below(figure, [*handles, *speed, *wall], 4)
@@ -113,11 +101,7 @@ def _bifurcation_advice(data: Any) -> str:
     return needs_one_axis(data)
 
 
-ALIASES = {
-    "lift_off": "lift_off_fraction",
-    "wall_contact": "wall_contact_fraction",
-    "radius": "radius_max",
-}
+ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
 FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # in the list of kinds, before all others
 
 
@@ -166,9 +150,7 @@ def _value_kind(name: str, variable: str, place: float) -> Kind:
     )
 
 
-_MEASURED = [
-    name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT
-]
+_MEASURED = [name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT]
 
 
 MOTION_LABELS = {
@@ -180,11 +162,7 @@ STANDARD_ERRORS = 2  # half the length of an error bar
 
 
 def draw_motion(results: Results, units: str = "si") -> Figure:
-    return (
-        _draw_motion_lines(results, units)
-        if fits_columns(results)
-        else draw_map(results, units, "motion")
-    )
+    return _draw_motion_lines(results, units) if fits_columns(results) else draw_map(results, units, "motion")
 
 
 def _draw_motion_lines(results: Results, units: str) -> Figure:
@@ -207,19 +185,14 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
         axes.set_ylabel(str(label))
     if "lyapunov_exponent" in names:
         bar_ends = [
-            _values_to_draw(line, "lyapunov_exponent")
-            + sign * STANDARD_ERRORS * line["lyapunov_error"]
+            _values_to_draw(line, "lyapunov_exponent") + sign * STANDARD_ERRORS * line["lyapunov_error"]
             for line in lines
             for sign in (-1, 0, 1)
         ]
         low, high = robust_limits(np.concatenate([values.ravel() for values in bar_ends]))
         margin = 0.08 * (high - low)
         columns[0][2].set_ylim(min(low, 0.0) - margin, max(high, 0.0) + margin)
-    kinds = [
-        Patch(facecolor=style.colour, label=style.name)
-        for code, style in enumerate(MOTIONS)
-        if code in present
-    ]
+    kinds = [Patch(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present]
     directions = direction_entries(lines[0].procedures) if names else []
     legend_below(figure, [*kinds, *directions, *outcome_handles(lines, markers=False)], 4)
     return figure
@@ -237,14 +210,10 @@ def _values_to_draw(line: Line, name: str) -> Array:
 
 
 def _draw_motion_values(axes: Axes, line: Line, name: str, x: Shown) -> None:
-    for row, (procedure, values) in enumerate(
-        zip(line.procedures, _values_to_draw(line, name), strict=True)
-    ):
+    for row, (procedure, values) in enumerate(zip(line.procedures, _values_to_draw(line, name), strict=True)):
         hollow = is_open(procedure, line.procedures)
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
-        errors = (
-            STANDARD_ERRORS * line["lyapunov_error"][row] if name == "lyapunov_exponent" else None
-        )
+        errors = STANDARD_ERRORS * line["lyapunov_error"][row] if name == "lyapunov_exponent" else None
         axes.errorbar(
             line.x / x.scale,
             values,
@@ -290,9 +259,7 @@ KINDS = (
         "the most telling values along one axis",
         of=LINE,
         place=lambda data: 31 if fits_columns(data) else None,
-        draw=lambda results, units="si": draw_curves(
-            results, drawn_in(results.attrs).summary, units
-        ),
+        draw=lambda results, units="si": draw_curves(results, drawn_in(results.attrs).summary, units),
         uses=lambda model: model.drawn.summary,
         across=longest,
         advice=needs_one_axis,
@@ -304,13 +271,10 @@ KINDS = (
     ),
     Kind(
         "motion",
-        "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over "
-        "two axes",
+        "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over two axes",
         of=RETURNS,
         place=lambda data: (
-            (33 if fits_columns(data) else 42)
-            if is_sweep(data) and "motion" in data.variables
-            else None
+            (33 if fits_columns(data) else 42) if is_sweep(data) and "motion" in data.variables else None
         ),
         draw=draw_motion,
         uses=lambda model: ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),

@@ -19,16 +19,7 @@ from nsdrill.data import Results
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, needs_samples
-from nsdrill.plot.style import (
-    BLACK,
-    BLUE,
-    ORANGE,
-    REFERENCE,
-    font_size,
-    new_figure,
-    page_width,
-    put_title,
-)
+from nsdrill.plot.style import BLACK, BLUE, ORANGE, REFERENCE, font_size, new_figure, page_width, put_title
 from nsdrill.quantity import quantity as base_quantity
 
 LOW_COLOUR, HIGH_COLOUR = BLUE, ORANGE
@@ -46,9 +37,7 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
     for place, answer in enumerate(answers):
         _draw_panel(figure.add_subplot(grid[divmod(place, panel_columns)]), answer, units)
     handles = [
-        Patch(
-            facecolor=LOW_COLOUR, label=f"the lowest {100 * PART:g} % of the samples of the unknown"
-        ),
+        Patch(facecolor=LOW_COLOUR, label=f"the lowest {100 * PART:g} % of the samples of the unknown"),
         Patch(facecolor=HIGH_COLOUR, label=f"the highest {100 * PART:g} %"),
         Line2D([], [], color=REFERENCE, linewidth=0.8, label="mean of all samples"),
     ]
@@ -68,32 +57,19 @@ def _draw_panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
     if answer["deviation"] is None:
         unit = label.partition("[")[2].partition("]")[0]
         text = f"{answer['mean'] / scale:.4g} {unit} in every sample,\nwhatever the unknowns are"
-        axes.text(
-            0.5,
-            0.5,
-            text,
-            ha="center",
-            va="center",
-            transform=axes.transAxes,
-            fontsize=font_size(7),
-        )
+        axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, fontsize=font_size(7))
         axes.set_xticks([])
         axes.set_yticks([])
         axes.set_xlabel(label)
         for side in ("top", "right"):
             axes.spines[side].set_visible(False)
         return
-    rows = [
-        row
-        for row in answer["unknowns"]
-        if None not in (row["low"]["answer"], row["high"]["answer"])
-    ]
+    rows = [row for row in answer["unknowns"] if None not in (row["low"]["answer"], row["high"]["answer"])]
     rows.sort(key=lambda row: -abs(row["high"]["answer"] - row["low"]["answer"]))
     middle = answer["mean"] / scale
     for number, row in enumerate(rows):
         ends = sorted(
-            (("low", LOW_COLOUR), ("high", HIGH_COLOUR)),
-            key=lambda end: -abs(row[end[0]]["answer"] / scale - middle),
+            (("low", LOW_COLOUR), ("high", HIGH_COLOUR)), key=lambda end: -abs(row[end[0]]["answer"] / scale - middle)
         )
         extents = [row[end]["answer"] / scale - middle for end, _ in ends]
         heights = (BAR_HEIGHT, 0.5 * BAR_HEIGHT if extents[0] * extents[1] > 0.0 else BAR_HEIGHT)
@@ -103,10 +79,7 @@ def _draw_panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
             axes.barh(number, extent, height, middle, color=colour, gid=f"{end}:{row['key']}")
         if row["first"] is not None:
             indices = [index for index in ("first", "total") if row[index] is not None]
-            texts = [
-                f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %"
-                for index in indices
-            ]
+            texts = [f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %" for index in indices]
             axes.annotate(
                 "\n".join(texts),
                 (1.0, number),
@@ -123,9 +96,7 @@ def _draw_panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
     axes.margins(x=0.08)
     axes.set_xlabel(label)
     heading_of_indices = (
-        "first-order\nindex, total"
-        if any(row["total"] is not None for row in rows)
-        else "first-order\nindex"
+        "first-order\nindex, total" if any(row["total"] is not None for row in rows) else "first-order\nindex"
     )
     axes.annotate(
         heading_of_indices,

@@ -59,9 +59,7 @@ PANEL_MARGINS = 1.1  # inches of axis and margin beside a panel
 
 def draw_histories_page(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    figure = new_figure(
-        page_width(), 7.2 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace))
-    )
+    figure = new_figure(page_width(), 7.2 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace)))
     draw_histories(figure, trace, units)
     put_title(figure, title_of(trace, units))
     return figure
@@ -74,13 +72,8 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     trace, notes = last_seconds(trace, width), []
     if trace.time[-1] - trace.time[0] < 0.999 * run:
         notes.append(f"last {LAST_SECONDS:g} s of {run:.4g} s")
-    scheduled, constants = (
-        [SCHEDULED[name] for name in moving_values(trace)],
-        constant_histories(trace),
-    )
-    names = [
-        name for name in (*drawn_in(trace.attrs).histories, *scheduled) if name not in constants
-    ]
+    scheduled, constants = ([SCHEDULED[name] for name in moving_values(trace)], constant_histories(trace))
+    names = [name for name in (*drawn_in(trace.attrs).histories, *scheduled) if name not in constants]
     panels = stack(figure, len(names))
     time = quantity("time", units)
     histories = {name: trace[name] / quantity(name, units).scale for name in names}
@@ -96,13 +89,7 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
             _draw_band(axes, trace.time / time.scale, values, bins, name)
         else:
             kept_time, kept_values = envelope(trace.time, values, LINE_BINS)
-            axes.plot(
-                kept_time / time.scale,
-                kept_values,
-                color=BLUE,
-                linewidth=0.5,
-                gid=f"history:{name}",
-            )
+            axes.plot(kept_time / time.scale, kept_values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
         axes.set_ylabel(quantity(name, units).label)
         name_panel(axes, name, name)
         axes.margins(x=0)
@@ -114,19 +101,11 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
         speeds = setpoint(trace, "rotary_speed") / quantity("bit_speed", units).scale
         kept_time, values = envelope(trace.time, speeds, LINE_BINS)
         panels[names.index("bit_speed")].plot(
-            kept_time / time.scale,
-            values,
-            color=REFERENCE,
-            linewidth=0.7,
-            dashes=(4, 2),
-            zorder=3,
-            gid="rotary speed",
+            kept_time / time.scale, values, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid="rotary speed"
         )
     elif "bit_speed" in names and speed is not None:
         _draw_reference(
-            panels[names.index("bit_speed")],
-            float(speed) / quantity("bit_speed", units).scale,
-            "rotary speed",
+            panels[names.index("bit_speed")], float(speed) / quantity("bit_speed", units).scale, "rotary speed"
         )
     if "radius" in names and gap is not None:
         radius = quantity("radius", units)
@@ -178,14 +157,7 @@ def _draw_band(axes: Axes, time: Array, values: Array, bins: int, name: str) -> 
     middle, least, greatest, mean = binned_statistics(time, values, bins)
     middle[[0, -1]] = time[[0, -1]]
     axes.fill_between(
-        middle,
-        least,
-        greatest,
-        facecolor=SKY,
-        edgecolor=SKY,
-        linewidth=0.5,
-        alpha=0.75,
-        gid=f"history:{name}:band",
+        middle, least, greatest, facecolor=SKY, edgecolor=SKY, linewidth=0.5, alpha=0.75, gid=f"history:{name}:band"
     )
     axes.plot(middle, mean, color=BLUE, linewidth=0.8, gid=f"history:{name}")
 
@@ -218,9 +190,7 @@ def draw_phase_page(trace: Trace, units: str = "si") -> Figure:
     down = -(-planes // across)
     figure = new_figure(page_width(), 0.7 + 2.2 * down)
     grid = figure.add_gridspec(down, across)
-    draw_planes(
-        [figure.add_subplot(grid[divmod(place, across)]) for place in range(planes)], trace, units
-    )
+    draw_planes([figure.add_subplot(grid[divmod(place, across)]) for place in range(planes)], trace, units)
     put_title(figure, title_of(trace, units))
     return figure
 
@@ -247,9 +217,7 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
         if across == "radius" and gap is not None:
             low, high = axes.get_xlim()
             if low < float(gap) / x.scale < high:
-                axes.axvline(
-                    float(gap) / x.scale, color=REFERENCE, linewidth=0.7, dashes=(4, 2), gid="wall"
-                )
+                axes.axvline(float(gap) / x.scale, color=REFERENCE, linewidth=0.7, dashes=(4, 2), gid="wall")
 
 
 PLANE_HEIGHT = 1.6  # inches

@@ -97,17 +97,14 @@ def draw(results: Results, units: str = "si") -> Figure:
     axes.set_xlim(-3.0, 103.0)
     axes.set_ylim(0.0, 1.08 * float(np.max(rate[known], initial=1e-9)))
     axes.set_xlabel(
-        f"Probability of a safe "
-        f"run{', whatever the history' if EVERY in probabilities.histories else ''} [%]"
+        f"Probability of a safe run{', whatever the history' if EVERY in probabilities.histories else ''} [%]"
     )
     axes.set_ylabel(shown.label)
     samples = f"{len(results.coords[SAMPLE])} samples"
     put_title(
         figure,
         heading(
-            results.attrs,
-            "; ".join(filter(None, (operating_point(fixed_values(results), units), samples))),
-            width=70,
+            results.attrs, "; ".join(filter(None, (operating_point(fixed_values(results), units), samples))), width=70
         ),
     )
     label = "not beaten in both, with the 95 % interval of the probability"
@@ -155,8 +152,7 @@ def _setting_text(results: Results, place: int, units: str) -> str:
     lengths = [len(results.coords[axis]) for axis in results.axes]
     at = dict(zip(results.axes, np.unravel_index(place, lengths), strict=True))
     return operating_point(
-        {axis: float(results.coords[axis][i]) for axis, i in at.items() if axis in results.swept},
-        units,
+        {axis: float(results.coords[axis][i]) for axis, i in at.items() if axis in results.swept}, units
     )
 
 
@@ -165,16 +161,10 @@ KINDS = (
         "trade-off",
         "rate of penetration against the probability of a safe run, point by point",
         of=SAMPLES,
-        place=lambda data: (
-            52
-            if has_samples(data) and data.swept and RATE_OF_PENETRATION in data.variables
-            else None
-        ),
+        place=lambda data: 52 if has_samples(data) and data.swept and RATE_OF_PENETRATION in data.variables else None,
         draw=draw,
         uses=lambda model: tuple(
-            variable.name
-            for variable in model.derived
-            if variable.name in (RATE_OF_PENETRATION, SPECIFIC_ENERGY)
+            variable.name for variable in model.derived if variable.name in (RATE_OF_PENETRATION, SPECIFIC_ENERGY)
         ),
         advice=needs_samples,
     ),

@@ -72,12 +72,7 @@ from nsdrill.plot.style import (
 ALLOWED_LEGEND = 0.5  # inches of a legend for which there is room anyway
 
 
-def draw(
-    results: Results,
-    units: str = "si",
-    severity: int | None = None,
-    confidence: float | None = None,
-) -> Figure:
+def draw(results: Results, units: str = "si", severity: int | None = None, confidence: float | None = None) -> Figure:
     numbers = find_window(results, severity, confidence)
     classified = classes(results, severity, numbers["confidence"])
     map_numbers = _panels_to_draw(len(classified.state))
@@ -85,18 +80,13 @@ def draw(
     has_lines = False
     for axes, map_number in zip(panels, map_numbers, strict=True):
         has_lines |= draw_map(axes, classified, numbers, map_number, units)
-    handles = [
-        *legend_entries(classified, numbers),
-        *([isolines.legend_entry(units)] if has_lines else []),
-    ]
+    handles = [*legend_entries(classified, numbers), *([isolines.legend_entry(units)] if has_lines else [])]
     legend_below(figure, handles, 3)
     put_warnings(figure, notes(numbers, units))
     return figure
 
 
-def draw_map(
-    axes: Axes, classified: Classes, numbers: dict[str, Any], map_number: int, units: str
-) -> bool:
+def draw_map(axes: Axes, classified: Classes, numbers: dict[str, Any], map_number: int, units: str) -> bool:
     """Draw one map of a window into a panel: its areas with their names, the lines of
     equal rate of penetration, the recommended point. Returns whether there are such
     lines."""
@@ -121,15 +111,11 @@ def draw_map(
             for shown_point in (point, most_probable)
             if shown_point
         ]
-        has_lines = isolines.draw_lines(
-            axes, x, y, classified.yields[RATE_OF_PENETRATION][map_number], units, points
-        )
+        has_lines = isolines.draw_lines(axes, x, y, classified.yields[RATE_OF_PENETRATION][map_number], units, points)
     _draw_recommended(axes, classified, point, bool(point) and is_hint(numbers, point), units)
     name_areas(axes, classified, cells, map_number, point)
     if most_probable is not None:
-        scales = [
-            quantity(axis, units).scale if axis else 1.0 for axis in (classified.x, classified.y)
-        ]
+        scales = [quantity(axis, units).scale if axis else 1.0 for axis in (classified.x, classified.y)]
         height = most_probable[classified.y] / scales[1] if classified.y else 0.5
         for colour, size in (("white", 8.0), (BLACK, 6.0)):
             name = "most_probable" if colour == BLACK else "halo"
@@ -164,19 +150,14 @@ def put_warnings(figure: Figure, texts: list[str]) -> None:
     title, width = legend.get_title(), figure.bbox.width - 12.0 * figure.dpi / 72
     title.set(color=WARNING, gid="warnings", parse_math=False)
     for characters in range(140, SHORTEST_LINE, -4):
-        lines = [
-            textwrap.fill(text, characters, subsequent_indent="   ", break_on_hyphens=False)
-            for text in texts
-        ]
+        lines = [textwrap.fill(text, characters, subsequent_indent="   ", break_on_hyphens=False) for text in texts]
         legend.set_title("\n".join(lines), prop=FontProperties(size=size, weight="bold"))
         if title.get_window_extent().width <= width:
             break
     if isinstance(figure, Picture) and look.get().height is None:
         heading_lines = figure.get_suptitle().count("\n")
         grown = legend.get_window_extent().height / figure.dpi - ALLOWED_LEGEND
-        figure.set_figheight(
-            figure.get_figheight() + max(0.0, grown) + heading_lines * 1.4 * font_size(9) / 72
-        )
+        figure.set_figheight(figure.get_figheight() + max(0.0, grown) + heading_lines * 1.4 * font_size(9) / 72)
 
 
 def _panels_to_draw(count: int) -> list[int]:
@@ -187,9 +168,7 @@ def _panels_to_draw(count: int) -> list[int]:
     return [round(number * (count - 1) / (MAX_PANELS - 1)) for number in range(MAX_PANELS)]
 
 
-def _new_panels(
-    classified: Classes, map_numbers: list[int], units: str, sentence: str
-) -> tuple[Figure, list[Axes]]:
+def _new_panels(classified: Classes, map_numbers: list[int], units: str, sentence: str) -> tuple[Figure, list[Axes]]:
     panel_columns = panels_per_row(COLUMNS_OF_PANELS.get(len(map_numbers), 4), PANEL_WIDTH)
     panel_rows = -(-len(map_numbers) // panel_columns)
     width = page_width() / panel_columns
@@ -198,9 +177,7 @@ def _new_panels(
         if classified.y
         else 0.8 + 0.9 * panel_rows
     )
-    figure = new_figure(
-        page_width(FULL_WIDTH if len(map_numbers) > 1 or not classified.y else 5.0), height
-    )
+    figure = new_figure(page_width(FULL_WIDTH if len(map_numbers) > 1 or not classified.y else 5.0), height)
     grid = figure.add_gridspec(panel_rows, panel_columns)
     x = quantity(classified.x, units)
     panels: list[Axes] = []
@@ -208,10 +185,7 @@ def _new_panels(
     for place, map_number in enumerate(map_numbers):
         first = panels[0] if panels else None
         axes = figure.add_subplot(grid[divmod(place, panel_columns)], sharex=first, sharey=first)
-        is_lowest, is_leftmost = (
-            place + panel_columns >= len(map_numbers),
-            place % panel_columns == 0,
-        )
+        is_lowest, is_leftmost = (place + panel_columns >= len(map_numbers), place % panel_columns == 0)
         axes.tick_params(labelbottom=is_lowest, labelleft=is_leftmost)
         axes.set_xlabel(x.label if is_lowest else "")
         if classified.y:
@@ -219,21 +193,11 @@ def _new_panels(
         else:
             axes.set_yticks([])
         if classified.third:
-            axes.set_title(
-                operating_point(
-                    {classified.third: classified.values(classified.third)[map_number]}, units
-                )
-            )
+            axes.set_title(operating_point({classified.third: classified.values(classified.third)[map_number]}, units))
         panels.append(axes)
-    spaced(
-        panels[0],
-        classified.values(classified.x),
-        classified.values(classified.y) if classified.y else None,
-    )
+    spaced(panels[0], classified.values(classified.x), classified.values(classified.y) if classified.y else None)
     panels[0].set_xlim(x_edges[0], x_edges[-1])
-    panels[0].set_ylim(
-        (y_edges[-1], y_edges[0]) if classified.y == "depth" else (y_edges[0], y_edges[-1])
-    )
+    panels[0].set_ylim((y_edges[-1], y_edges[0]) if classified.y == "depth" else (y_edges[0], y_edges[-1]))
     point = operating_point(fixed_values(classified.results), units)
     put_title(figure, f"{heading(classified.results.attrs, point, width=80)}\n{sentence}")
     return figure, panels
@@ -250,9 +214,7 @@ def cell_edges(classified: Classes, units: str) -> tuple[Array, Array]:
     return edges(classified.values(classified.x)) / quantity(classified.x, units).scale, y_edges
 
 
-def _draw_recommended(
-    axes: Axes, classified: Classes, point: dict[str, Any] | None, hint: bool, units: str
-) -> None:
+def _draw_recommended(axes: Axes, classified: Classes, point: dict[str, Any] | None, hint: bool, units: str) -> None:
     """Draw the recommended point, with bars to the last safe point in each direction;
     hollow where it is a ``hint``."""
     if point is None:
@@ -281,9 +243,7 @@ def _draw_recommended(
         artists[0].set_gid("recommended" if colour == BLACK else "halo")
 
 
-def _most_probable_in(
-    classified: Classes, numbers: dict[str, Any], map_number: int
-) -> dict[str, Any] | None:
+def _most_probable_in(classified: Classes, numbers: dict[str, Any], map_number: int) -> dict[str, Any] | None:
     """The point that is most probably safe, if no point is safe and it lies in this
     map."""
     point: dict[str, Any] | None = numbers["most_probable"]
@@ -291,8 +251,7 @@ def _most_probable_in(
         return None
     return (
         point
-        if classified.third is None
-        or numbers["maps"][map_number]["at"] == {classified.third: point[classified.third]}
+        if classified.third is None or numbers["maps"][map_number]["at"] == {classified.third: point[classified.third]}
         else None
     )
 
@@ -304,11 +263,7 @@ def _margins(point: dict[str, Any], axis: str, scale: float) -> list[list[float]
 def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]:
     """The legend entries of the areas, with their meaning in this file and their shares
     of all points, and of the points drawn."""
-    criterion = (
-        "no critical response"
-        if numbers["severity"] is None
-        else f"no severity above {numbers['severity']}"
-    )
+    criterion = "no critical response" if numbers["severity"] is None else f"no severity above {numbers['severity']}"
     procedures = " and ".join(numbers["procedures"])
     label = f"safe: {criterion}, {procedures}"
     if not numbers["history_examined"]:
@@ -318,9 +273,7 @@ def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]
         label = f"safe with {100 * numbers['confidence']:g} %: {criterion}, {history}"
     share = numbers["share"]
     border: dict[str, Any] = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
-    handles: list[Artist] = [
-        Patch(facecolor=SAFE_COLOUR, label=f"{label} ({100 * share['safe']:.1f} %)", **border)
-    ]
+    handles: list[Artist] = [Patch(facecolor=SAFE_COLOUR, label=f"{label} ({100 * share['safe']:.1f} %)", **border)]
     critical, by_history = (classified.state == value for value in (CRITICAL, HISTORY_DEPENDENT))
     for code in np.unique(classified.bits[critical | by_history]).tolist():
         here = classified.bits == code
@@ -334,9 +287,7 @@ def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]
         handles.append(Patch(facecolor=CRITICAL_COLOURS[code], label=label, **border))
     if np.any(by_history):
         label = f"hatched, with ?: history-dependent ({100 * share['rim']:.1f} %)"
-        handles.append(
-            Patch(facecolor=SAFE_COLOUR, edgecolor=BLACK, linewidth=0, hatch=RIM_HATCH, label=label)
-        )
+        handles.append(Patch(facecolor=SAFE_COLOUR, edgecolor=BLACK, linewidth=0, hatch=RIM_HATCH, label=label))
     if numbers["unknown"]:
         handles.append(
             Patch(
@@ -347,11 +298,7 @@ def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]
                 label=f"unknown ({unknown_words(numbers)})",
             )
         )
-    recommended = [
-        point_of_map["recommended"]
-        for point_of_map in numbers["maps"]
-        if point_of_map["recommended"]
-    ]
+    recommended = [point_of_map["recommended"] for point_of_map in numbers["maps"] if point_of_map["recommended"]]
     for of_hints in (False, True):
         if any(is_hint(numbers, point_of_map) == of_hints for point_of_map in recommended):
             label = (
@@ -360,27 +307,13 @@ def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]
                 else "recommended, bars to the last safe point"
             )
             face = "white" if of_hints else BLACK
-            style: dict[str, Any] = {
-                "color": BLACK,
-                "marker": "o",
-                "markersize": 5,
-                "markerfacecolor": face,
-            }
+            style: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 5, "markerfacecolor": face}
             handles.append(Line2D([], [], linewidth=1.0, label=label, **style))
     if numbers["most_probable"] and not numbers["safe"]:
         label = f"most probably safe, with {100 * numbers['most_probable']['probability']:.0f} %"
-        handles.append(
-            Line2D([], [], color=BLACK, marker="D", markersize=5, linestyle="none", label=label)
-        )
+        handles.append(Line2D([], [], color=BLACK, marker="D", markersize=5, linestyle="none", label=label))
     if len(classified.state) > MAX_PANELS:
-        handles.append(
-            Line2D(
-                [],
-                [],
-                linestyle="none",
-                label=f"{MAX_PANELS} of {len(classified.state)} panels shown",
-            )
-        )
+        handles.append(Line2D([], [], linestyle="none", label=f"{MAX_PANELS} of {len(classified.state)} panels shown"))
     return handles
 
 
