@@ -155,7 +155,7 @@ def test_other_files_are_no_branches(shared: Path, tmp_path: Path, branches: Pat
     assert not is_branches(tmp_path / "nothing.h5")
     with pytest.raises(FileError, match="results file; a file of branches"):
         Session(shared / "small.h5", over=shared / "map.h5")
-    with pytest.raises(InputError, match="--over"):
+    with pytest.raises(InputError, match="over: found"):
         Session(shared / "small.yaml", over=branches)
 
 

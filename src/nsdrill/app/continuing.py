@@ -22,7 +22,7 @@ from nsdrill.app.provenance import provenance
 from nsdrill.app.run import processors
 from nsdrill.app.unfinished import Part
 from nsdrill.data import Array, json_text, resolved_study
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, InputError, option
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Model, Symmetry, Variant
@@ -168,7 +168,9 @@ def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
     another study."""
     data = open_branches(path)
     if listed := changes_text(resolved_study(data.attrs), study.resolved):
-        raise FileError(f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite.")
+        raise FileError(
+            f"{path}: finished, and made from another study ({listed}). Start anew by {option('overwrite')}."
+        )
     return ContinuationResult(data, {}, 0.0)
 
 
@@ -266,7 +268,7 @@ def _continue(
     except KeyboardInterrupt:
         raise KeyboardInterrupt(_interrupted(part, branches)) from None
     if path is not None:
-        remedy = "" if part is None else f"{part.kept} are safe in {part.path}. Go on with --resume."
+        remedy = "" if part is None else f"{part.kept} are safe in {part.path}. Go on with {option('resume')}."
         write_branches(path, data, lambda: remedy, overwrite=overwrite or bool(known))
         if part is not None:
             part.discard()
@@ -289,7 +291,7 @@ def _interrupted(part: Part | None, branches: Mapping[Any, Branch]) -> str:
         return interrupt.NOTHING
     if not branches:
         return "Interrupted before the first branches had ended: nothing is kept. The same command begins anew."
-    return f"Interrupted: {len(branches)} branches are safe in {part.path}. Go on with --resume."
+    return f"Interrupted: {len(branches)} branches are safe in {part.path}. Go on with {option('resume')}."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
@@ -301,7 +303,7 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
     return (
         f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); "
         f"allowed: seeds that have "
-        "settled on a motion that repeats. Give others (continue.seeds or --seeds), let them "
+        f"settled on a motion that repeats. Give others (continue.seeds or {option('seeds')}), let them "
         "settle for longer "
         "(simulation.transient), or try longer periods (continue.lobes)."
     )
@@ -382,7 +384,7 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
             low, high, own = (word_or_number(name, one) for one in (values[0], values[-1], wanted))
             raise FileError(
                 f"{path}: found {name} from {low} to {high}, of which none is {own}, as in the "
-                f"study; allowed: results that have the study's {name}, or --set a value that "
+                f"study; allowed: results that have the study's {name}, or {option('set')} a value that "
                 f"they have."
             )
         shape = [1] * len(results.shape)

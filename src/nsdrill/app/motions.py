@@ -21,7 +21,7 @@ from nsdrill.app.planned import chosen_of, plan_of
 from nsdrill.app.run import processors
 from nsdrill.app.trajectory import run_at, sampled_variables, select_states
 from nsdrill.data import Array, Results
-from nsdrill.errors import InputError, StudyError
+from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import OPERATION, Values, values_at, word_at, words_of
@@ -98,9 +98,10 @@ class Motions:
         try:
             return parse_study(self._texts(tuple(values.items())), "the point", texts)
         except StudyError as error:
+            changed = f" ({option('set')}"
             faults = "; ".join(
                 f"{fault.key.removeprefix('operation.')}: found "
-                f"{fault.found.partition(' (--set')[0]}; allowed: "
+                f"{fault.found.partition(changed)[0]}; allowed: "
                 f"{fault.allowed}"
                 for fault in error.faults[:3]
             )

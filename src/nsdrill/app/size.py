@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.files import amount
 from nsdrill.models.kept import Kept
 from nsdrill.store import record_dtype
@@ -51,7 +51,7 @@ def check_large(what: str, runs: int, seconds: float, size: str, workers: int, *
     raise InputError(
         f"found {what}: {runs} runs of {seconds:g} s, which take roughly {hours:.2g} hours on "
         f"{workers} processor{'s' * (workers > 1)}, {size}; allowed: up to {MANY} runs, or more "
-        f"where they are meant: --large."
+        f"where they are meant: {option('large')}."
     )
 
 

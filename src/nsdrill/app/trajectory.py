@@ -17,7 +17,7 @@ from nsdrill.app.ramped import run_schedule, schedule_of
 from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
-from nsdrill.errors import InputError, Refusal, printable
+from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
@@ -158,7 +158,7 @@ def replay(
     if unknown := [key for key in requested if key not in plan.axes or key in plan.drawn]:
         allowed = ", ".join(key for key in plan.axes if key not in plan.drawn)
         samples = f", and {SAMPLE}, as its uncertain numbers go together" if plan.samples else ""
-        raise InputError(f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}.")
+        raise InputError(f"{path}: {option('at')}: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}.")
     for name, values in plan.axes.items():
         if name not in requested and len(values) > 1:
             raise InputError(
@@ -167,7 +167,9 @@ def replay(
         wanted[name] = _on_axis(path, name, requested.get(name, float(values[0])), values, units[name])
     if procedure is None:
         if len(plan.procedures) > 1:
-            raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
+            raise InputError(
+                f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with {option('procedure')}."
+            )
         procedure = plan.procedures[0]
     start_number = _start(path, start, plan.starts)
     try:
@@ -178,7 +180,7 @@ def replay(
     names = ("status", "initial_state", "final_state")
     point = {name: source[name][place] for name in names} if isinstance(source, Results) else read_point(path, *place)
     if point["status"] == PENDING:
-        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
+        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run {option('resume')}.")
     if point["status"] == INFERRED:
         status = (outline if isinstance(source, Results) else read_results(source, ["status"]))["status"]
         raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
@@ -226,13 +228,16 @@ def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int
     if start is None:
         if starts:
             raise InputError(
-                f"{where}: every operating point has {starts} starts. Say which one with --start, 0 to {starts - 1}."
+                f"{where}: every operating point has {starts} starts. Say which one with "
+                f"{option('start')}, 0 to {starts - 1}."
             )
         return 0
     if not starts:
-        raise InputError(f"{where}: --start: found {start}; allowed: nothing, as every operating point has one start.")
+        raise InputError(
+            f"{where}: {option('start')}: found {start}; allowed: nothing, as every operating point has one start."
+        )
     if not 0 <= start < starts:
-        raise InputError(f"{where}: --start: found {start}; allowed: 0 to {starts - 1}.")
+        raise InputError(f"{where}: {option('start')}: found {start}; allowed: 0 to {starts - 1}.")
     return start
 
 
@@ -251,14 +256,15 @@ def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -
         if samples:
             raise InputError(
                 f"{where}: every operating point has {samples} samples of uncertain numbers. Say "
-                f"which one with --at "
-                f"{SAMPLE}=..., 0 to {samples - 1}."
+                f"which one with {option('at', f'{SAMPLE}=...')}, 0 to {samples - 1}."
             )
         return 0
     if not samples:
-        raise InputError(f"{where}: --at {SAMPLE}: found {sample:g}; allowed: nothing, as no number is uncertain.")
+        raise InputError(
+            f"{where}: {option('at')} {SAMPLE}: found {sample:g}; allowed: nothing, as no number is uncertain."
+        )
     if sample != int(sample) or not 0 <= sample < samples:
-        raise InputError(f"{where}: --at {SAMPLE}: found {sample:g}; allowed: 0 to {samples - 1}.")
+        raise InputError(f"{where}: {option('at')} {SAMPLE}: found {sample:g}; allowed: 0 to {samples - 1}.")
     return int(sample)
 
 
@@ -300,8 +306,8 @@ def select_states(study: Study, names: Array, state: Array) -> Array:
 
 
 def option_of(key: str, value: str = "") -> str:
-    """The command-line option for a value of the axis ``key``."""
-    return f"--{key.replace('_', '-')} {value}".rstrip() if key in OPERATION else f"--at {key}={value or '...'}"
+    """The argument for a value of the axis ``key``."""
+    return option(key, value or None) if key in OPERATION else option("at", f"{key}={value or '...'}")
 
 
 def _seconds(value: float) -> str:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill.data import Results, Trace
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
 from nsdrill.plot.look import Look, apply_limits, limit_y_axes, look_of
@@ -167,16 +167,16 @@ def cut(data: Any, at: Mapping[str, float] | None, start: int | None = None) -> 
         unknown_keys, allowed = (
             ", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes)
         )
-        raise InputError(f"--at: found {unknown_keys}; allowed: {allowed}.")
+        raise Refusal("at", f"{unknown_keys}", f"{allowed}")
     return ordered(data if start is None else select_start(data, start), at)
 
 
 def _refuse_choices(data: Any, names: Sequence[str]) -> None:
     """InputError where a choice of points was given for a trace or branches."""
     for name in names:
-        option = name.replace("_", "-") if name in (*AXES, *_CHOICES) else "at"
+        argument = name if name in (*AXES, *_CHOICES) else "at"
         which = ", which is of one point" if isinstance(data, Trace) else ""
-        raise InputError(f"--{option}: found with {describe(data)}{which}; allowed: with the results of a sweep.")
+        raise Refusal(argument, f"with {describe(data)}{which}", "with the results of a sweep")
 
 
 _CHOICES = ("start", "states", "severity", "confidence")
@@ -189,9 +189,9 @@ def _draw_branch_curves(figure: Figure, data: Results, branches: Any, units: str
 
     if len(data.swept) != 2:
         raise InputError(
-            "--over: found branches, with a sweep over one axis; allowed: a map over two axes, over "
+            f"{option('over')}: found branches, with a sweep over one axis; allowed: a map over two axes, over "
             "which their curves are drawn. For branches over the peaks of this sweep, give the file of "
-            "branches first and the sweep with --over."
+            f"branches first and the sweep with {option('over')}."
         )
     planes = Planes.of(data)
     held = {name: float(branches[name].values.ravel()[0]) for name in data.held if name in branches}

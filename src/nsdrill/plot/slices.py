@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import word_or_number, words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot.labels import quantity
@@ -39,20 +39,20 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
 def select_sample(results: Results, number: float) -> Results:
     """The results of one sample of the uncertain numbers, as a sweep without
     samples."""
-    return _select(results, SAMPLE, number, f"--at {SAMPLE}", "no number is uncertain")
+    return _select(results, SAMPLE, number, f"{option('at')} {SAMPLE}", "no number is uncertain")
 
 
 def select_start(results: Results, start: int) -> Results:
     """The results of one start of every operating point, as a sweep without starts."""
-    return _select(results, "start", start, "--start", "every operating point has one start")
+    return _select(results, "start", start, option("start"), "every operating point has one start")
 
 
-def _select(results: Results, dimension: str, number: float, option: str, why: str) -> Results:
+def _select(results: Results, dimension: str, number: float, argument: str, why: str) -> Results:
     if dimension not in results.coords:
-        raise InputError(f"{option}: found {number:g}; allowed: nothing, as {why}.")
+        raise InputError(f"{argument}: found {number:g}; allowed: nothing, as {why}.")
     count = len(results.coords[dimension])
     if number != int(number) or not 0 <= number < count:
-        raise InputError(f"{option}: found {number:g}; allowed: 0 to {count - 1}.")
+        raise InputError(f"{argument}: found {number:g}; allowed: 0 to {count - 1}.")
     coords = {name: values for name, values in results.coords.items() if name != dimension}
     place = results.grid.index(dimension)
     variables = {
@@ -69,7 +69,9 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
     if words_along(axis):
         if target not in values:
             allowed = ", ".join(str(word_or_number(key, value)) for value in values)
-            raise InputError(f"--at {key}: found {word_or_number(key, target)}; allowed: {allowed}, as the sweep.")
+            raise InputError(
+                f"{option('at')} {key}: found {word_or_number(key, target)}; allowed: {allowed}, as the sweep."
+            )
         return int(np.flatnonzero(values == target)[0])
     ascending = np.sort(values)
     steps = np.diff(ascending)
@@ -79,9 +81,9 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
         def shown(value: float) -> str:
             return amount(value, target.unit, 4) if isinstance(target, WithUnit) else quantity(axis).value(value)
 
-        option = axis if axis in AXES else f"--at {key}"
+        argument = axis if axis in AXES else f"{option('at')} {key}"
         raise InputError(
-            f"{option}: found {shown(target)}; allowed: {shown(ascending[0])} to "
+            f"{argument}: found {shown(target)}; allowed: {shown(ascending[0])} to "
             f"{shown(ascending[-1])}, as the sweep, of "
             "which the nearest value is drawn."
         )

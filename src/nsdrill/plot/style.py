@@ -27,7 +27,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from nsdrill.errors import InputError
+from nsdrill.errors import Refusal
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look
 from nsdrill.plot.look import look as look
@@ -392,7 +392,7 @@ def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: 
     for axes in panels_of(figure):
         if axes.get_xlabel() == x.label:
             if axes.get_xscale() == "log" and low <= 0.0:
-                raise InputError(f"--xlim: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero.")
+                raise Refusal("xlim", f"{x.value(ends[0])} on a logarithmic axis", "above zero")
             axes.set_xlim(low, high)
 
 

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.errors import FileError, printable
+from nsdrill.errors import FileError, option, printable
 from nsdrill.files import MAKE_ROOM, reason, replacing
 from nsdrill.models.leaves import words_along
 from nsdrill.store.attributes import LARGEST, plain_attribute, text_attribute
@@ -307,16 +307,18 @@ def check_readable(path: str | os.PathLike[str]) -> None:
                     raise damaged(path, "its bytes are not those that were written (SHA-256)")
                 return
     except FileNotFoundError as error:
-        unfinished = f" There is an unfinished run, {part_path(path)}; finish it with --resume."
+        unfinished = f" There is an unfinished run, {part_path(path)}; finish it with {option('resume')}."
         raise FileError(f"{path}: there is no such file.{unfinished if part_path(path).exists() else ''}") from error
     except (OSError, ValueError) as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}.") from error
     if first == LOG_MAGIC:
-        raise FileError(f"{path}: the log of an unfinished run, not yet a results file. Finish it with --resume.")
+        raise FileError(
+            f"{path}: the log of an unfinished run, not yet a results file. Finish it with {option('resume')}."
+        )
     if first.startswith(ZIP) and str(path).endswith(".part"):
         raise FileError(
             f"{path}: what is kept of an unfinished continuation or fit, which nsdrill show "
-            f"describes. Finish it with --resume."
+            f"describes. Finish it with {option('resume')}."
         )
     if not first.startswith(SIGNATURE):
         state = "empty" if not first else "not an HDF5 file"
@@ -324,7 +326,7 @@ def check_readable(path: str | os.PathLike[str]) -> None:
             raise FileError(
                 f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill run {path} -o out.h5"
             )
-        measured = " Measurements are for nsdrill fit and for plot --data."
+        measured = f" Measurements are for nsdrill fit and for plot {option('data')}."
         raise FileError(
             f"{path}: this file is {state}. Give a file that nsdrill run wrote."
             f"{measured if str(path).lower().endswith('.csv') else ''}"

@@ -9,7 +9,7 @@ from functools import partial, reduce
 from operator import getitem
 from typing import Any
 
-from nsdrill.errors import Fault
+from nsdrill.errors import Fault, option
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.study.forms import FAULTY, Either, Form, Listed, One, Read, Reading, Schema, Section, member
 from nsdrill.study.keys import MEANINGS, QUANTITY, Keys, Leaf, did_you_mean, shown
@@ -243,7 +243,7 @@ def _axis(keys: Keys, raw: Any) -> str:
         return name
     if name in keys.axes and is_compiled_in(keys.model, name):
         what = "a choice" if words_of(name) else "a whole number that is compiled in"
-        hint = f"Make a file for each of its values, with --set {name}=..."
+        hint = f"Make a file for each of its values, with {option('set', f'{name}=...')}"
         raise QuantityError(f"{name}, {what}", "a number that varies continuously", hint)
     example = keys.model.example_axis[0]
     allowed = f"depth, wob, rotary_speed or another number by its key, as {example}"

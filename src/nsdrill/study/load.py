@@ -13,7 +13,7 @@ from operator import getitem
 from pathlib import Path
 from typing import Any
 
-from nsdrill.errors import Fault, StudyError
+from nsdrill.errors import Fault, StudyError, option
 from nsdrill.models.leaves import is_compiled_in, place_of, words_of
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study.constraints import Checker
@@ -74,7 +74,7 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
 
     ``classify.stuck_below`` enters the run itself and is refused.
     """
-    source = "--set"
+    source = option("set")
     document = Document({})
     apply_overrides(document, overrides)
     faults = list(document.faults)
@@ -168,7 +168,7 @@ def _swept_axes(
             # The name of an axis does not tell that its units are others.
             name, default = choice.rpartition(".")[2], keys.leaves[choice].default
             found = reduce(getitem, choice.split("."), resolved)
-            allowed = f"it with {name}: {default}; else run a study for each value, with --set {key}=..."
+            allowed = f"it with {name}: {default}; else run a study for each value, with {option('set', f'{key}=...')}"
             path: KeyPath = ("sweep", key)
             words = f"an axis with {name}: {found}"
             faults.append(document.fault(path, words, allowed, key=f"sweep.{key}", of_key=True))

@@ -161,7 +161,7 @@ def section(session: Source, request: Mapping[str, Any]) -> Reply:
 
 def motion_reply(session: Source, motion: Motion, study: Study, labels: Mapping[str, Any]) -> Reply:
     """The reply with a motion."""
-    from nsdrill.app.wording import ENDINGS
+    from nsdrill.errors import ENDINGS
 
     status = (BY_NAME["status"].flag_meanings or "").split()[motion.status]
     model, variables = study.model, motion.variables

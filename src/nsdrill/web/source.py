@@ -16,7 +16,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.data import Array, Results, Trace, json_text
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.plot.registry import is_study
 from nsdrill.variables import OK, POINT
 from nsdrill.web import asked
@@ -57,14 +57,14 @@ class Source:
             self.study: Study = load_study(Path(path), overrides or [])
         else:
             if overrides:
-                raise InputError(f"--set: found with {self.path}; allowed: with a study, which ends in .yaml or .yml.")
+                raise Refusal("set", f"with {self.path}", "with a study, which ends in .yaml or .yml")
             self._open()
         self.units = units or self.study.units
         if over is not None and self.results is None:
-            raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
+            raise Refusal("over", f"with {self.path}", "with results of a sweep")
         if self.branches is not None and self.branches.study.model is not self.study.model:
             raise InputError(
-                f"--over: found branches of the model {self.branches.study.model.name}; "
+                f"{option('over')}: found branches of the model {self.branches.study.model.name}; "
                 f"allowed: of {self.study.model.name}."
             )
 
