@@ -10,7 +10,7 @@ from nsdrill.cli.building import Given, command_of, print_json
 from nsdrill.errors import InputError
 from nsdrill.late import deferred
 from nsdrill.operations import answers
-from nsdrill.operations.arguments import DataLike, Json, Switch
+from nsdrill.operations.arguments import AnyData, Json, Switch
 
 with deferred():
     from nsdrill import store
@@ -29,7 +29,7 @@ with deferred():
 )
 def command(
     given: Given,
-    data: DataLike,
+    data: AnyData,
     json: Annotated[Json, "Print JSON, with every failed point."] = False,
     study: Annotated[Switch, "Print the study as it was run, overrides applied, as a study file."] = False,
 ) -> int:

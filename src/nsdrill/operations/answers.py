@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 from nsdrill.errors import Refusal
 from nsdrill.late import deferred
 from nsdrill.operations.arguments import (
+    AnyData,
     At,
     Confidence,
-    DataLike,
     Depth,
     Everything,
     One,
@@ -85,7 +85,7 @@ class Shown:
         return "\n".join(text.lines(self.name, self.summary, self.units, self.everything))
 
 
-def show(data: DataLike, *, units: Units = None, everything: Everything = False) -> Shown:
+def show(data: AnyData, *, units: Units = None, everything: Everything = False) -> Shown:
     """Summarise results, an unfinished run, branches or a trace, as ``nsdrill show`` does.
 
     Returns

@@ -122,7 +122,7 @@ ManyResults = Annotated[
     "Sequence[Any]", Argument("Two or more.", f"sequence of {RESULTS}", "RESULTS", kind=File(several=True))
 ]
 Other = Annotated["str | None", Argument("", option="[OTHER]", kind=File())]
-DataLike = Annotated[Any, Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())]
+AnyData = Annotated[Any, Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())]
 ATrace = Annotated[Any, Argument("Of :func:`simulate` or :func:`replay`.", RESULTS, "FILE", kind=File())]
 One = Annotated[Any, Argument("What is compared.", RESULTS, "A", kind=File())]
 Two = Annotated[Any, Argument("What it is compared with.", RESULTS, "B", kind=File())]

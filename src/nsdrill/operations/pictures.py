@@ -10,13 +10,13 @@ from nsdrill.errors import Refusal, RunWarning, option, printable
 from nsdrill.late import deferred
 from nsdrill.operations.arguments import (
     Along,
+    AnyData,
     AnyFile,
     At,
     ATrace,
     Axes,
     BranchesOver,
     Confidence,
-    DataLike,
     Depth,
     Film,
     FontSize,
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
 
 
 def plot(
-    data: DataLike,
+    data: AnyData,
     kind: KindOfPicture = None,
     *,
     panel: Panel = None,
