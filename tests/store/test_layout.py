@@ -13,7 +13,7 @@ import xarray as xr
 from nsdrill.errors import FileError
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import (
-    ResultsSource,
+    MemoryLog,
     collect,
     hdf5,
     log_from_results,
@@ -147,7 +147,7 @@ def test_a_log_and_a_file_again(case, path, tmp_path):
     with log_from_results(path, tmp_path / "again.part") as again:
         assert again.read(0, again.n_points).tobytes() == log.read(0, log.n_points).tobytes()
         write_results(tmp_path / "again.h5", again)
-    write_results(tmp_path / "held.h5", ResultsSource(read_results(path)))
+    write_results(tmp_path / "held.h5", MemoryLog.of(read_results(path)))
     for name in ("again", "held"):
         alike(read_results(tmp_path / f"{name}.h5"), read_results(path))
         with open_results(tmp_path / f"{name}.h5") as data:
@@ -284,7 +284,7 @@ def test_a_dimension_that_names_nothing_is_seen_by_the_child_process(path):
 def test_a_part_of_results_is_no_file(path):
     write_results(path, make_log(grid(wob=3)))
     with pytest.raises(FileError, match=r"a part of a file only: .*axial_max"):
-        ResultsSource(read_results(path, ["status", "axial_min"]))
+        MemoryLog.of(read_results(path, ["status", "axial_min"]))
 
 
 @pytest.mark.parametrize("text", ["", "[", "5", '{"sweep": 5}', '{"sweep": {"mud.drag": 1, "nothing": 2}}'])
