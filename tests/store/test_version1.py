@@ -199,12 +199,3 @@ def test_its_failed_points_run_again_into_version_2(present):
 def test_another_study_does_not_go_on_with_it(present):
     with pytest.raises(FileError, match="made from another study"):
         run_study(nsdrill.load_study(FOLDER / "starts.yaml"), present, resume=True)
-
-
-def test_one_that_says_another_version_is_named_as_such(tmp_path, name):
-    path = tmp_path / "edited.h5"
-    shutil.copy(FOLDER / f"{name}.h5", path)
-    with h5py.File(path, "r+") as file:
-        file.attrs["format_version"] = 2
-    with pytest.raises(FileError, match="format_version is 2, and the file is laid out as one of"):
-        read_results(path)

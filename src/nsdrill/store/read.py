@@ -304,7 +304,7 @@ class Points:
         dims, own = dims_of(array), variable.dims[len(POINT) :]
         varying = [name for name in self.kept.grid if len(self.coords[name]) > 1]
         allowed = {*self.kept.grid, *own}
-        lengths = tuple(len(self.coords[name]) if name in self.arrays else 0 for name in dims)
+        lengths = tuple(len(self.coords.get(name, ())) if name in self.arrays else 0 for name in dims)
         if not {*varying, *own} <= set(dims) <= allowed or array.shape != lengths:
             found = ", ".join(f"{name} ({length})" for name, length in zip(dims, array.shape, strict=True)) or "none"
             wanted = ", ".join(f"{name} ({len(self.coords.get(name, ()))})" for name in (*varying, *own)) or "none"
@@ -314,7 +314,8 @@ class Points:
         kinds, kind = ("f", "real") if variable.dtype.startswith("f") else ("iu", "whole")
         if array.dtype.kind not in kinds:
             raise FileError(
-                f"{self.where}: {variable.name} has the type {array.dtype}; it should have {kind} numbers. {self.remedy}"
+                f"{self.where}: {variable.name} has the type {array.dtype}; it should have {kind} numbers. "
+                f"{self.remedy}"
             )
         return dims
 

@@ -54,6 +54,7 @@ class Sink(ABC):
 
     def sync(self) -> None:
         """Return when all written points would survive a crash, as far as they can."""
+        return
 
     def status(self) -> Array:
         """Status of every point: int8 [n_points]."""
@@ -65,6 +66,7 @@ class Sink(ABC):
 
     def close(self) -> None:
         """Close the store; synced points stay."""
+        return
 
     @abstractmethod
     def discard(self) -> None:

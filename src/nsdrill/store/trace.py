@@ -57,9 +57,9 @@ def trace_in(where: PathLike, arrays: Arrays, attrs: dict[str, Any], remedy: str
         name = variable.name
         # Traces of earlier versions are of one operating point, which is in their
         # attributes.
-        axis = next((axis for axis, scheduled in SCHEDULED.items() if scheduled == name), None)
-        if name not in arrays and isinstance(attrs.get(axis or ""), float):
-            variables[name] = np.full(time.shape, attrs[axis])
+        operating = attrs.get(next((axis for axis, scheduled in SCHEDULED.items() if scheduled == name), ""))
+        if name not in arrays and isinstance(operating, float):
+            variables[name] = np.full(time.shape, operating)
         elif name not in arrays and variable.only is not None:
             continue
         elif name not in arrays or arrays[name].shape != time.shape:
