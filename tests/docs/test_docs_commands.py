@@ -20,7 +20,7 @@ from nsdrill.plot import needed
 from nsdrill.store import MemoryLog, recorded
 from nsdrill.store.results import coordinates
 from nsdrill.study import Study, change_thresholds, parse_study, short_text, template_text
-from nsdrill.study.keys import keys_of
+from nsdrill.study.keys import keys_named
 from nsdrill.variables import AXES
 
 SHOWN = re.compile(r"^(?:.*&& )?(?:\.venv/bin/)?nsdrill (.+)$")
@@ -85,9 +85,9 @@ def test_examples_use_commands_and_options_that_exist(page: Path) -> None:
         for before, word in pairwise(words):
             if before == "--set":
                 key = word.split("=")[0]
-                assert key in keys_of().leaves or key.startswith(("sweep.", "continue.", "uncertain.")), words
+                assert key in keys_named().leaves or key.startswith(("sweep.", "continue.", "uncertain.")), words
                 if words[0] == "classify":
-                    assert key in {leaf.key for leaf in keys_of().of("classify")}
+                    assert key in {leaf.key for leaf in keys_named().of("classify")}
 
 
 def outline(study: Study) -> Results:

@@ -16,7 +16,7 @@ from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts, word_or_number
-from nsdrill.models.registry import described, model_in, model_named
+from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, flag_words, points_in_block, read_results
@@ -36,7 +36,7 @@ def write_attractors(study: Study, plan: Plan, log: Sink) -> None:
     """Write the attractor of every start into the finished ``log``."""
     step = points_in_block(log.kept)
     kept = {variable.name for variable in log.kept.variables}
-    names = [name for name in names_needed(described(study.model)) if name in kept]
+    names = [name for name in names_needed(study.model) if name in kept]
     per_block = max(1, _BLOCK // plan.starts) * plan.starts
     ranges = [(begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)]
     numbers = _attractor_numbers(
@@ -54,7 +54,7 @@ def write_attractors(study: Study, plan: Plan, log: Sink) -> None:
 def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], thresholds: Attractors) -> Array:
     """The attractor of each point of ``plan``, on the grid, as are the
     ``variables``."""
-    needed = {name: variables[name].ravel() for name in names_needed(described(study.model)) if name in variables}
+    needed = {name: variables[name].ravel() for name in names_needed(study.model) if name in variables}
     return _attractor_numbers(study, plan, [needed], thresholds).reshape(plan.grid)
 
 
@@ -93,7 +93,7 @@ def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[s
     """The coordinates by which starts are grouped, and those by which groups are
     matched along the axes (:meth:`nsdrill.models.base.Model.coordinates`), at operating
     points with these ``values`` [points]."""
-    model = model_named(study.model)
+    model = study.model.dynamics
     places, several = [], []
     for at, there in values_in_parts(study.model, study.parameters, study.initial, values):
         table = model.pack(at, study.thresholds)

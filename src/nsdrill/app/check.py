@@ -15,9 +15,9 @@ import numpy as np
 
 from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.size import disk, memory
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import described
 from nsdrill.models.schedule import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
@@ -137,7 +137,7 @@ def operation_of(study: Study) -> Operation:
     not exceed the length of the collars."""
     operation = study.operation
     if "depth" in study.swept:
-        for one in described(study.model).orders:
+        for one in study.model.orders:
             if one.upper == "operation.depth" and operation.depth <= attrgetter(one.lower)(study.parameters):
                 operation = replace(operation, depth=float(study.axes["depth"][0]))
     return operation
@@ -172,11 +172,10 @@ def passed_over(study: Study) -> list[dict[str, Any]]:
     return speeds
 
 
-def checks_of(model: str) -> Any:
-    """The module with the checks of the model of this name, which its description
-    names; None where it names none."""
-    name = described(model).checks
-    return import_module(name) if name else None
+def checks_of(model: Description) -> Any:
+    """The module with the checks of the ``model``, which it names; None where it names
+    none."""
+    return import_module(model.checks) if model.checks else None
 
 
 def _amount_text(value: float, si: str, shown: str, units: str) -> str:

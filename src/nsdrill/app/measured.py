@@ -24,8 +24,8 @@ import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.registry import described, of_all
-from nsdrill.study.keys import Keys, keys_of
+from nsdrill.models.registry import of_all
+from nsdrill.study.keys import Keys
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, kind_of, plain_units, to_si
 from nsdrill.variables import dimension_of
@@ -129,7 +129,7 @@ class _Names:
 
     @classmethod
     def of(cls, study: Study) -> _Names:
-        keys, model = keys_of(study.model), described(study.model)
+        keys, model = study.keys, study.model
         options = (*model.states(study.parameters), *model.options(study.parameters), "drilled")
         settings = {name: key for key in keys.axes for name in (key, keys.axes[key].key, dimension_of(key))}
         results = {v.name: v.units for v in (*model.features, *model.derived) if v.only is None or v.only in options}
@@ -282,8 +282,8 @@ def _models_with(name: str) -> list[str]:
     ends = ("", MEAN, "_max", f"{CHANGE}_max")
     return [
         model
-        for model, found in of_all(described)
-        if {f"{name}{end}" for end in ends} & {one.name for one in found.features}
+        for model, features in of_all(lambda model: model.features)
+        if {f"{name}{end}" for end in ends} & {one.name for one in features}
     ]
 
 

@@ -26,11 +26,9 @@ from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import OPERATION, Values, values_at, word_at, words_of
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import Schedule
 from nsdrill.models.steepness import METHODS
 from nsdrill.observe.thresholds import Record
-from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Engine
 from nsdrill.sweep.method import Chosen
@@ -67,7 +65,7 @@ class Motions:
 
     def __init__(self, study: Study, results: Results | None = None) -> None:
         self.study, self.results, self.plan = study, results, plan_of(study)
-        if model_named(study.model).switches(study.parameters) is not None:
+        if study.model.dynamics.switches(study.parameters) is not None:
             raise InputError(
                 f"{study.source or 'the study'}: found something that is switched on within the "
                 f"run (drive.on_at); "
@@ -121,7 +119,7 @@ class Motions:
         for section in ("ramps", "uncertain", "continue"):  # not of one constant point
             resolved.pop(section, None)
         resolved["initial"] |= {name: value for name, value in _ONE_START.items() if name in resolved["initial"]}
-        leaves = keys_of(self.study.model).axes
+        leaves = self.study.keys.axes
         for key, value in values.items():
             *sections, name = (key if "." in key else f"operation.{key}").split(".")
             target = resolved
@@ -147,12 +145,12 @@ class Motions:
 
     def start(self, study: Study) -> Array:
         """The state in which the study of one point begins."""
-        model = model_named(study.model)
+        model = study.model.dynamics
         return np.asarray(model.starts(_points(study), 0)[0], dtype=float)
 
     def states(self, study: Study) -> list[str]:
         """The names of the states of the string of ``study``, the phase last."""
-        model = model_named(study.model)
+        model = study.model.dynamics
         return [*model.states(model.variant(study.parameters)), "drive_angle"]
 
     def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
@@ -168,7 +166,7 @@ class Motions:
         """The resolved study of one point with ``state`` as its start; None where its
         states are not keys of a study."""
         names = self.states(study)
-        initial, held = study.resolved["initial"], model_named(study.model).held(study.parameters)
+        initial, held = study.resolved["initial"], study.model.dynamics.held(study.parameters)
         if not all(name in initial for name in names):
             return None
         state = self.validated_state(study, state)

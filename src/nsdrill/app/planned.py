@@ -6,9 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 from nsdrill.errors import InputError
+from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
-from nsdrill.models.registry import described
 from nsdrill.study.study import Study
 from nsdrill.sweep.method import Chosen
 from nsdrill.sweep.plan import Plan
@@ -19,14 +19,14 @@ def plan_of(study: Study) -> Plan:
     return Plan(study.axes, study.procedure, study.along, study.initial.starts, study.drawn)
 
 
-def _derived(model: str) -> tuple[str, ...]:
+def _derived(model: Description) -> tuple[str, ...]:
     """The options of the derived variables of a model, which are optional in files."""
-    return tuple(dict.fromkeys(one.only for one in described(model).derived if one.only))
+    return tuple(dict.fromkeys(one.only for one in model.derived if one.only))
 
 
 def kept_of(study: Study) -> Kept:
     """The contents of the record of each point of a study."""
-    record, model = study.record, described(study.model)
+    record, model = study.record, study.model
     parts = parts_of(study.model, study.parameters, study.initial, study.axes)
     return Kept(
         record.peaks,
@@ -36,7 +36,7 @@ def kept_of(study: Study) -> Kept:
         study.simulation.verify,
         study.more,
         states_of_all([model.states(parameters) for parameters, _ in parts]),
-        study.model,
+        study.model.name,
         (
             *dict.fromkeys(word for parameters, _ in parts for word in _options(study, parameters)),
             *_derived(study.model),
@@ -56,7 +56,7 @@ def _options(study: Study, parameters: Any) -> tuple[str, ...]:
         for key, values in study.varied.items()
         if not is_compiled_in(study.model, key) and key not in unread
     }
-    return described(study.model).options(values_at(parameters, study.initial, varied).parameters)
+    return study.model.options(values_at(parameters, study.initial, varied).parameters)
 
 
 def chosen_of(study: Study) -> Chosen:
@@ -70,7 +70,7 @@ def check_method(study: Study) -> None:
     """InputError where a study requires the implicit integration of friction and its
     model does not support it."""
     parts = parts_of(study.model, study.parameters, study.initial, study.axes)
-    reasons = (described(study.model).explicit_only(parameters) for parameters, _ in parts)
+    reasons = (study.model.explicit_only(parameters) for parameters, _ in parts)
     reason = next((reason for reason in reasons if reason is not None), None)
     if study.simulation.method == "implicit" and reason is not None:
         source = study.source or "the study"

@@ -30,7 +30,6 @@ from nsdrill.errors import FileError, InputError, Refusal
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.leaves import values_in_parts
-from nsdrill.models.registry import model_named
 from nsdrill.models.steepness import advice
 from nsdrill.store import (
     MemoryLog,
@@ -216,7 +215,7 @@ def check_sweep(study: Study) -> None:
     """InputError unless the study is a sweep, in which every point has a constant
     operating point."""
     source = study.source or "the study"
-    if model_named(study.model).switches(study.parameters) is not None:
+    if study.model.dynamics.switches(study.parameters) is not None:
         raise InputError(
             f"{source}: found something that is switched on within the run (drive.on_at); "
             f"allowed: nothing, as the "

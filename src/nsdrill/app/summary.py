@@ -276,13 +276,12 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
 
 def _state_scales(study: Study, results: Results) -> np.ndarray:
     """The natural scales of the states at every point, shape (*grid, states)."""
-    from nsdrill.models.registry import model_named
 
     several = [np.arange(study.samples)] if study.samples else []
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
     values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
     values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
-    model, names = model_named(study.model), results.coords["state"].tolist()[:-1]
+    model, names = study.model.dynamics, results.coords["state"].tolist()[:-1]
     # NaN for states that the string of a point lacks
     by_point = np.full((axes[0].size, len(names)), np.nan)
     for at, selected in values_in_parts(study.model, study.parameters, study.initial, values):
@@ -335,14 +334,13 @@ def new_labels(
     from nsdrill.app.attractors import labels_of
     from nsdrill.app.refinement import reinfer
     from nsdrill.app.stored import stored_study
-    from nsdrill.models.registry import model_named
     from nsdrill.observe.trust import trust_labels
     from nsdrill.study import change_thresholds
 
     study = stored_study(path, results.attrs, results.coords, results.drawn)
     thresholds = change_thresholds(study.thresholds, overrides)
     scales = _state_scales(study, results)
-    model = model_named(study.model)
+    model = study.model.dynamics
     with missing_variable_errors(os.fspath(path)):
         labels = model.classify(results.variables, results["status"], thresholds, scales)
     if "start" in results.coords:

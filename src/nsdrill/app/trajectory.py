@@ -22,7 +22,6 @@ from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
 from nsdrill.models.steepness import METHODS, advice
 from nsdrill.models.steepness import implicit as implicit_points
@@ -98,7 +97,7 @@ def simulate(
             study, {name: None if value is None else float(value) for name, value in overrides.items()}
         )
         operation = schedule.start
-        for one in described(study.model).orders:
+        for one in study.model.orders:
             if one.upper != "operation.depth" or operation.depth > (length := attrgetter(one.lower)(study.parameters)):
                 continue
             found, least = f"{operation.depth:g} m", f"{length:g} m"
@@ -118,7 +117,7 @@ def simulate(
         # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
-    initial = model_named(study.model).starts(_points(study, operation), number)[0]
+    initial = study.model.dynamics.starts(_points(study, operation), number)[0]
     if state is not None:
         initial = state
     extra: dict[str, Any] = {"start": number} if study.initial.starts else {}
@@ -201,7 +200,7 @@ def replay(
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
     )
-    states = model_named(study.model).states(model_named(study.model).variant(study.parameters))
+    states = study.model.dynamics.states(study.model.dynamics.variant(study.parameters))
     return replace(
         result,
         same_bits=same,
@@ -296,7 +295,7 @@ def units_of(study: Study) -> dict[str, str]:
 def select_states(study: Study, names: Array, state: Array) -> Array:
     """The states that the string of ``study``, that of one point, has, from ``state``
     with the states ``names`` of a file."""
-    needed = described(study.model).states(study.parameters)
+    needed = study.model.states(study.parameters)
     return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in needed]]
 
 
@@ -396,14 +395,14 @@ def _trace(
 def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
     """The variables of a trace from the ``states`` [samples, states] at ``time``
     [s] of a run from ``initial``."""
-    model = model_named(study.model)
+    model = study.model.dynamics
     names = model.states(model.variant(study.parameters))
     state = {name: states[:, i].copy() for i, name in enumerate(names)}
     state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
     history = schedule.at(time)
     scheduled = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
     point = history if schedule.ramps else schedule.start
-    known = {variable.name for variable in described(study.model).trace}
+    known = {variable.name for variable in study.model.trace}
     shown = {name: values for name, values in state.items() if name in known}
     return {**shown, **model.outputs(study.parameters, point, state), **scheduled}
 
@@ -438,7 +437,7 @@ def run_at(
     """As :func:`nsdrill.app.ramped.run_schedule`, at one operating point and with the
     marks of ``simulation``. Samples begin at ``begin`` [s], which does not affect the
     run."""
-    model = model_named(study.model)
+    model = study.model.dynamics
     fixed = model.variant(study.parameters)
     if simulation.method == "implicit":
         fixed = model.implicit(fixed)

@@ -62,9 +62,10 @@ class Source:
         self.units = units or self.study.units
         if over is not None and self.results is None:
             raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
-        if self.branches is not None and self.branches.study.model != self.study.model:
+        if self.branches is not None and self.branches.study.model is not self.study.model:
             raise InputError(
-                f"--over: found branches of the model {self.branches.study.model}; allowed: of {self.study.model}."
+                f"--over: found branches of the model {self.branches.study.model.name}; "
+                f"allowed: of {self.study.model.name}."
             )
 
     def _open(self) -> None:
@@ -103,7 +104,7 @@ class Source:
         if self.results is not None:
             return self.results.attrs
         return {
-            "model": self.study.model,
+            "model": self.study.model.name,
             "study_resolved": json_text(self.study.resolved),
             "study_overrides": json_text(list(self.study.overrides)),
         }
@@ -134,7 +135,7 @@ class Source:
     @cached_property
     def adjustable(self) -> dict[str, Leaf]:
         """The keys of the study that may change while the string rotates."""
-        return adjustable(self.study.model)
+        return adjustable(self.study.keys)
 
     @cached_property
     def motions(self) -> Motions:
