@@ -1113,7 +1113,7 @@ def fit(
     rename : mapping, optional
         The names of nsdrill by heads of the file.
     ignore : sequence of str
-        Heads to pass over; ``"*"`` for all that are not known.
+        Heads to ignore; ``"*"`` ignores all unknown ones.
     errors : mapping, optional
         Standard deviations by name: ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or
         in SI as numbers.

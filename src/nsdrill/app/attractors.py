@@ -123,9 +123,8 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
     if "start" not in results.coords:
         name = IN_MEMORY if isinstance(source, Results) else os.fspath(source)
         raise FileError(
-            f"{name}: every operating point has one start, so no attractors were told apart. Run "
-            f"a study with "
-            "initial.ensemble, say --set initial.ensemble=64."
+            f"{name}: every operating point has one start, so there are no attractors to compare. Run "
+            f"a study with initial.ensemble, as by --set initial.ensemble=64."
         )
     starts = len(results.coords["start"])
     features = model_in(results.attrs).distinguishing

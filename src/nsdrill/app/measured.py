@@ -249,7 +249,7 @@ def _columns(
             raise FileError(f"{where}: found two columns of {name}; allowed: one of each.")
         columns.append(Column(place, head, name, _scale(where, head, unit, si, name in names.results)))
     if ignored:
-        notes.append(f"passed over: {', '.join(head for head in ignored if head) or 'columns without a name'}")
+        notes.append(f"ignored: {', '.join(head for head in ignored if head) or 'columns without a name'}")
     return columns, notes
 
 
@@ -365,7 +365,7 @@ def _numbers(
         rows.append(values)
         lines.append(line)
     if skipped:
-        notes.append(f"{skipped} of {len(body)} rows have gaps and are passed over")
+        notes.append(f"{skipped} of {len(body)} rows have gaps and are left out")
     if missing:
         notes.append(f"in {missing} of {len(body)} rows some values are not measured")
     if not rows:
@@ -429,7 +429,7 @@ def _over_time(
         )
     notes.append(
         f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
-        + (f"; {short} shorter than {options.shortest:g} s are passed over" if short else "")
+        + (f"; {short} shorter than {options.shortest:g} s are left out" if short else "")
     )
     if coarse:
         notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")

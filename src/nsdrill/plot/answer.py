@@ -1,4 +1,4 @@
-"""The answer of a safe window in words: where to run, what bounds it and why, and what
+"""The answer of a operating window in words: where to run, what bounds it and why, and what
 one must know before relying on it.
 
 The text of ``nsdrill window``, its picture and the report have the same words. The data
@@ -297,13 +297,13 @@ def _of_motions(summary: Mapping[str, Any]) -> Iterator[str]:
     if unsettled:
         yield (
             f"NOT SETTLED: at {unsettled} of {_count(points, of)}{which} a motion was still "
-            "changing when it was observed. A longer simulation.transient would tell."
+            "changing when it was observed. Run with a longer simulation.transient."
         )
     if decided := summary["by_history"]:
         yield (
             f"HISTORY DECIDES at {_count(decided, 'point')} "
-            f"({100 * decided / summary['points']:.1f} %): there the setting is safe or not by how "
-            "one came to it."
+            f"({100 * decided / summary['points']:.1f} %): there it depends on the history whether "
+            "the setting is safe."
         )
 
 
@@ -325,7 +325,8 @@ def _of_recommended(summary: Mapping[str, Any], fmt: Formatter) -> Iterator[str]
     ]
     if has_no_room(best):
         yield (
-            "NO ROOM to one side or more of the best point: a hint, not a setting. A finer map around it would tell."
+            "NO MARGIN to one side or more of the best point: it is a hint, not a setting. A finer map around it "
+            "would show more."
         )
     if edges:
         yield (f"THE MAP ENDS at {' and '.join(edges)}, and the window with it: nothing is known beyond.")

@@ -281,7 +281,7 @@ class RunLog:
         return (
             f"{self.path} is no longer there: its folder was moved or its disk unmounted. {done} "
             f"are in that file, "
-            "wherever it is now; when it is back, go on with the same command and --resume."
+            "wherever it is now; when it is back, run the same command with --resume."
         )
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The safe window: where every procedure is safe, where only some are, which response
+"""The operating window: where every procedure is safe, where only some are, which response
 bounds it, and the recommended operating point.
 
 There is a panel for each value of a third axis, or a strip where only one axis is
