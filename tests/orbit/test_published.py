@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from scipy.special import mathieu_a
 
-from nsdrill.orbit.arclength import follow
+from nsdrill.analysis.bifurcations import PERIODIC
+from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.cycle import Cycle
 from nsdrill.orbit.flow import Legs
-from nsdrill.orbit.labels import orbit_test_functions as orbit_test_functions
+from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Periodic
 
@@ -86,7 +87,7 @@ def test_folds_of_duffing():
         state = flow.run(legs).state
     problem = Periodic.at(flow, 1, number[0], state[0])
     point = at(flow, problem, problem.unknowns(state, 0.6))
-    jobs = {0: follow(problem, point, 1, (0.5, 1.6), 400, orbit_test_functions({}, equilibrium=False))}
+    jobs = {0: follow(problem, point, 1, Rules((0.5, 1.6), 400, functions_of({}, PERIODIC)))}
     half = advance(flow, jobs)[0]
     folds = [one.point.found.values[0] for one in half.points if one.label == 5]
     assert half.ended == "to"
