@@ -61,7 +61,7 @@ def test_units_may_have_a_row_of_their_own_and_columns_another_name(table):
     found = table(text, how)
     np.testing.assert_allclose(found.values["surface_torque_mean"], [4745.3628, 6101.1808], rtol=1e-6)
     np.testing.assert_allclose(found.errors["surface_torque_mean"], 0.02 * found.values["surface_torque_mean"])
-    assert found.notes == ("passed over: TIME_STR",)
+    assert found.notes == ("ignored: TIME_STR",)
 
 
 def test_errors_may_have_columns(table):

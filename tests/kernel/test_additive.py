@@ -17,12 +17,14 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import hyperbolic, values
+from nsdrill.models.registry import described
 from nsdrill.models.torsion import Initial as TorsionStart
 from nsdrill.models.torsion import Parameters as TorsionParameters
 from nsdrill.models.torsion import pipe, torque
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.variables import MODEL
 
 FROZEN = ("axial", "lateral")
 
@@ -111,7 +113,8 @@ def torsion_work(smoothing: float, method: str, duration: float, rtol: float, pa
     axes = {"depth": np.array([5000.0]), "wob": np.array([60e3]), "rotary_speed": np.array([2.0])}
     simulation = Simulation(0.0, duration, rtol=rtol, method=method, pair=pair)  # type: ignore[arg-type]
     start = TorsionStart(twist=-3.0, bit_speed=1.0)
-    return Work(Plan(axes, "same", None), parameters, start, simulation, Thresholds(), Record(peaks=0), "torsion")
+    model = described("torsion")
+    return Work(Plan(axes, "same", None), parameters, start, simulation, Thresholds(), Record(peaks=0), model)
 
 
 @pytest.mark.parametrize("smoothing", [50.0, 5e3])
@@ -178,7 +181,7 @@ def main_work(smoothing: float, method: str, rtol: float = 1e-6, frozen: bool = 
     values = {"depth": [5000.0], "wob": [66.72e3], "rotary_speed": [1.0], **axes}
     simulation = Simulation(20.0, 25.0, rtol=rtol, method=method)  # type: ignore[arg-type]
     plan = Plan({name: np.array(value) for name, value in values.items()}, "same", None)
-    return Work(plan, parameters, Initial(twist=-8.0), simulation, Thresholds(), Record(peaks=4))
+    return Work(plan, parameters, Initial(twist=-8.0), simulation, Thresholds(), Record(peaks=4), described(MODEL))
 
 
 def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> None:

@@ -77,6 +77,16 @@ def test_the_cascade_of_roessler(c: float, expected: int) -> None:
     assert period(padded(returns), ONES, Motion(absolute=1e-3, relative=0.0))[0] == expected
 
 
+@pytest.mark.parametrize(("noise", "expected"), [(0.02, 2), (0.04, 0)])
+def test_two_returns_are_two_only_where_each_is_close_compared_with_both(noise: float, expected: int) -> None:
+    """Both are within the absolute tolerance of 0.1 of each other, so that this alone
+    would take a cloud for a motion of period two."""
+    level = np.tile([-0.05, 0.05], 50)
+    spread = np.repeat(np.random.default_rng(3).permutation(np.linspace(-0.5, 0.5, 50)), 2)
+    returns = level + noise * spread
+    assert period(padded(returns[:, None]), ONES, Motion(absolute=0.1, relative=0.0))[0] == expected
+
+
 def test_period_needs_three_repeats_and_counts_what_is_there() -> None:
     cycle = np.tile([0.0, 5.0, -3.0, 1.0], 10)[:, None]
     assert period(padded(cycle), ONES, T)[0] == 4

@@ -24,8 +24,8 @@ import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.registry import described, of_all
-from nsdrill.study.keys import Keys, keys_of
+from nsdrill.models.registry import of_all
+from nsdrill.study.keys import Keys
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, kind_of, plain_units, to_si
 from nsdrill.variables import dimension_of
@@ -129,7 +129,7 @@ class _Names:
 
     @classmethod
     def of(cls, study: Study) -> _Names:
-        keys, model = keys_of(study.model), described(study.model)
+        keys, model = study.keys, study.model
         options = (*model.states(study.parameters), *model.options(study.parameters), "drilled")
         settings = {name: key for key in keys.axes for name in (key, keys.axes[key].key, dimension_of(key))}
         results = {v.name: v.units for v in (*model.features, *model.derived) if v.only is None or v.only in options}
@@ -249,7 +249,7 @@ def _columns(
             raise FileError(f"{where}: found two columns of {name}; allowed: one of each.")
         columns.append(Column(place, head, name, _scale(where, head, unit, si, name in names.results)))
     if ignored:
-        notes.append(f"passed over: {', '.join(head for head in ignored if head) or 'columns without a name'}")
+        notes.append(f"ignored: {', '.join(head for head in ignored if head) or 'columns without a name'}")
     return columns, notes
 
 
@@ -282,8 +282,8 @@ def _models_with(name: str) -> list[str]:
     ends = ("", MEAN, "_max", f"{CHANGE}_max")
     return [
         model
-        for model, found in of_all(described)
-        if {f"{name}{end}" for end in ends} & {one.name for one in found.features}
+        for model, features in of_all(lambda model: model.features)
+        if {f"{name}{end}" for end in ends} & {one.name for one in features}
     ]
 
 
@@ -365,7 +365,7 @@ def _numbers(
         rows.append(values)
         lines.append(line)
     if skipped:
-        notes.append(f"{skipped} of {len(body)} rows have gaps and are passed over")
+        notes.append(f"{skipped} of {len(body)} rows have gaps and are left out")
     if missing:
         notes.append(f"in {missing} of {len(body)} rows some values are not measured")
     if not rows:
@@ -429,7 +429,7 @@ def _over_time(
         )
     notes.append(
         f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
-        + (f"; {short} shorter than {options.shortest:g} s are passed over" if short else "")
+        + (f"; {short} shorter than {options.shortest:g} s are left out" if short else "")
     )
     if coarse:
         notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")

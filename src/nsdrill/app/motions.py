@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import chosen_of, plan_of
+from nsdrill.app.experiment import Experiment
 from nsdrill.app.run import processors
 from nsdrill.app.trajectory import run_at, sampled_variables, select_states
 from nsdrill.data import Array, Results
@@ -26,11 +26,9 @@ from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import OPERATION, Values, values_at, word_at, words_of
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import Schedule
 from nsdrill.models.steepness import METHODS
 from nsdrill.observe.thresholds import Record
-from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Engine
 from nsdrill.sweep.method import Chosen
@@ -63,11 +61,13 @@ class Motion:
 
 
 class Motions:
-    """The motions of ``study`` and, with ``results``, of their points."""
+    """The motions of an experiment and, with ``results``, of their points."""
 
-    def __init__(self, study: Study, results: Results | None = None) -> None:
-        self.study, self.results, self.plan = study, results, plan_of(study)
-        if model_named(study.model).switches(study.parameters) is not None:
+    def __init__(self, experiment: Experiment, results: Results | None = None) -> None:
+        self.experiment, self.results = experiment, results
+        study = self.study = experiment.study
+        self.plan = experiment.plan
+        if study.model.dynamics.switches(study.parameters) is not None:
             raise InputError(
                 f"{study.source or 'the study'}: found something that is switched on within the "
                 f"run (drive.on_at); "
@@ -121,7 +121,7 @@ class Motions:
         for section in ("ramps", "uncertain", "continue"):  # not of one constant point
             resolved.pop(section, None)
         resolved["initial"] |= {name: value for name, value in _ONE_START.items() if name in resolved["initial"]}
-        leaves = keys_of(self.study.model).axes
+        leaves = self.study.keys.axes
         for key, value in values.items():
             *sections, name = (key if "." in key else f"operation.{key}").split(".")
             target = resolved
@@ -147,12 +147,12 @@ class Motions:
 
     def start(self, study: Study) -> Array:
         """The state in which the study of one point begins."""
-        model = model_named(study.model)
+        model = study.model.dynamics
         return np.asarray(model.starts(_points(study), 0)[0], dtype=float)
 
     def states(self, study: Study) -> list[str]:
         """The names of the states of the string of ``study``, the phase last."""
-        model = model_named(study.model)
+        model = study.model.dynamics
         return [*model.states(model.variant(study.parameters)), "drive_angle"]
 
     def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
@@ -168,7 +168,7 @@ class Motions:
         """The resolved study of one point with ``state`` as its start; None where its
         states are not keys of a study."""
         names = self.states(study)
-        initial, held = study.resolved["initial"], model_named(study.model).held(study.parameters)
+        initial, held = study.resolved["initial"], study.model.dynamics.held(study.parameters)
         if not all(name in initial for name in names):
             return None
         state = self.validated_state(study, state)
@@ -203,7 +203,7 @@ class Motions:
         names = self.results.coords["state"]
         initial, final = (select_states(study, names, point[name]) for name in ("initial_state", "final_state"))
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
-        simulation = _with_method(study.simulation, bool(chosen_of(self.study).points(number)[0]))
+        simulation = _with_method(study.simulation, bool(self.experiment.chosen.points(number)[0]))
         motion = _motion(study, study.operation, simulation, initial, seconds, sample)
         same = motion.status == int(point["status"]) and np.array_equal(motion.final, final, equal_nan=True)
         return replace(motion, same_bits=bool(same))

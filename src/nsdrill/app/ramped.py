@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
-from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import PIECES, Array, Schedule
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
@@ -31,7 +30,7 @@ def run_schedule(
     [samples, states]; the status; the numbers of accepted and rejected steps; and the
     final state.
     """
-    model = model_named(study.model)
+    model = study.model.dynamics
     fixed = model.variant(study.parameters)
     if study.simulation.method == "implicit":
         fixed = model.implicit(fixed)

@@ -11,18 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import check_method, chosen_of
+from nsdrill.app.experiment import prepare
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.ramped import run_schedule, schedule_of
-from nsdrill.app.run import plan_of
-from nsdrill.app.stored import stored_study
+from nsdrill.app.stored import stored_experiment
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, printable
 from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
 from nsdrill.models.steepness import METHODS, advice
 from nsdrill.models.steepness import implicit as implicit_points
@@ -98,7 +96,7 @@ def simulate(
             study, {name: None if value is None else float(value) for name, value in overrides.items()}
         )
         operation = schedule.start
-        for one in described(study.model).orders:
+        for one in study.model.orders:
             if one.upper != "operation.depth" or operation.depth > (length := attrgetter(one.lower)(study.parameters)):
                 continue
             found, least = f"{operation.depth:g} m", f"{length:g} m"
@@ -118,7 +116,7 @@ def simulate(
         # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
-    initial = model_named(study.model).starts(_points(study, operation), number)[0]
+    initial = study.model.dynamics.starts(_points(study, operation), number)[0]
     if state is not None:
         initial = state
     extra: dict[str, Any] = {"start": number} if study.initial.starts else {}
@@ -150,8 +148,9 @@ def replay(
     """
     outline = source if isinstance(source, Results) else read_results(source, ())
     path = IN_MEMORY if isinstance(source, Results) else source
-    study = stored_study(path, outline.attrs, outline.coords, outline.drawn)
-    plan, units = plan_of(study), units_of(study)
+    experiment = stored_experiment(path, outline.attrs, outline.coords, outline.drawn)
+    study, plan = experiment.study, experiment.plan
+    units = units_of(study)
     wanted: dict[str, float] = {}
     operation = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     requested = {**(at or {}), **{name: value for name, value in operation.items() if value is not None}}
@@ -183,7 +182,7 @@ def replay(
     if point["status"] == INFERRED:
         status = (outline if isinstance(source, Results) else read_results(source, ["status"]))["status"]
         raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
-    implicit = bool(chosen_of(study).points(np.array([number]))[0])
+    implicit = bool(experiment.chosen.points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, values_there)
     axes = {key: np.array([value]) for key, value in values_there.items()}
     study = replace(study, parameters=here.parameters, initial=here.initial, axes=axes, drawn={})
@@ -201,7 +200,7 @@ def replay(
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
     )
-    states = model_named(study.model).states(model_named(study.model).variant(study.parameters))
+    states = study.model.dynamics.states(study.model.dynamics.variant(study.parameters))
     return replace(
         result,
         same_bits=same,
@@ -296,7 +295,7 @@ def units_of(study: Study) -> dict[str, str]:
 def select_states(study: Study, names: Array, state: Array) -> Array:
     """The states that the string of ``study``, that of one point, has, from ``state``
     with the states ``names`` of a file."""
-    needed = described(study.model).states(study.parameters)
+    needed = study.model.states(study.parameters)
     return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in needed]]
 
 
@@ -396,14 +395,14 @@ def _trace(
 def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
     """The variables of a trace from the ``states`` [samples, states] at ``time``
     [s] of a run from ``initial``."""
-    model = model_named(study.model)
+    model = study.model.dynamics
     names = model.states(model.variant(study.parameters))
     state = {name: states[:, i].copy() for i, name in enumerate(names)}
     state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
     history = schedule.at(time)
     scheduled = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
     point = history if schedule.ramps else schedule.start
-    known = {variable.name for variable in described(study.model).trace}
+    known = {variable.name for variable in study.model.trace}
     shown = {name: values for name, values in state.items() if name in known}
     return {**shown, **model.outputs(study.parameters, point, state), **scheduled}
 
@@ -411,7 +410,7 @@ def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Ar
 def _implicit(study: Study, schedule: Schedule) -> bool:
     """Whether a run is integrated implicitly: by the method of the study, or with the
     method auto where friction is steep at a knot of its ramps."""
-    check_method(study)
+    prepare(study).check_method()
     return bool(implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any())
 
 
@@ -438,7 +437,7 @@ def run_at(
     """As :func:`nsdrill.app.ramped.run_schedule`, at one operating point and with the
     marks of ``simulation``. Samples begin at ``begin`` [s], which does not affect the
     run."""
-    model = model_named(study.model)
+    model = study.model.dynamics
     fixed = model.variant(study.parameters)
     if simulation.method == "implicit":
         fixed = model.implicit(fixed)

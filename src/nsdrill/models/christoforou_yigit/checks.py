@@ -59,7 +59,7 @@ POORLY_KNOWN = (
     "bit.friction.decay",
 )
 LEAST_OFFSET = 1e-6  # m
-ONE_LIMIT = 1.01  # greatest over least eccentricity at the ends of a sweep that are told as one
+ONE_LIMIT = 1.01  # greatest over least eccentricity at the ends of a sweep that are reported as one
 LEAST_SHIFT = 0.25  # change of the critical fraction of the sweep's speeds
 RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
 
@@ -378,9 +378,9 @@ def _sensitive(study: Any, corners: list[Values], format_value: FormatValue) -> 
         f" to {format_value(fastest, 'rad/s', 'rad/s')}" if fastest > slowest else ""
     )
     return (
-        f"Hangs: at {speeds} the answer hangs on numbers that are rarely known well: "
-        f"{'; '.join(effects)}. Say what they may be in the section uncertain, or run the study "
-        "with both ends."
+        f"Sensitive to uncertain inputs: at {speeds} the answer depends on numbers that are rarely known well: "
+        f"{'; '.join(effects)}. Give them distributions in the section uncertain, or run the study "
+        "with both values."
     )
 
 

@@ -88,7 +88,7 @@ DESCRIPTION = Description(
     meanings={
         "drillstring": "The string",
         "segments": "The division of the string, and what is at its ends",
-        "segments.top": "What the string hangs from",
+        "segments.top": "Cable, derrick and travelling block, on which the string hangs",
         "segments.kelly": "The kelly, a rigid body",
         "segments.material_damping": "Damping of a segment over its stiffness",
         "mud": "The drilling fluid",
