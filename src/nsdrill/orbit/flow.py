@@ -24,7 +24,6 @@ from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes, unobs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model, Symmetry, Variant
-from nsdrill.models.registry import NAMES
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.touches import TOUCHES, make_levels, make_touches, touch_rows
 from nsdrill.variables import OK
@@ -303,7 +302,6 @@ def equations_of(
 def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     contacts = len(model.contacts)
     levels = tuple((level.velocity, level.parameter) for level in model.levels(fixed))
-    identity = (NAMES.index(model.name), *fixed, list(STEPPERS).index(PAIR))
     right_hand_side = model.tangent(lanes, fixed, 0)
     touch_row = landing_rows(contacts)
     observe_levels, levels_marker = (
@@ -312,9 +310,7 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     if not contacts:
         return Compiled(right_hand_side, observe_levels, levels_marker)
     contact_functions = model.contact_functions(lanes, fixed, RATES * contacts)
-    land = make_landing(
-        lanes, rows, STEPPERS[PAIR].scheme(rows), 0, contact_functions, model.tangent(1, fixed, 0), contacts, identity
-    )
+    land = make_landing(lanes, rows, STEPPERS[PAIR].tableau, 0, contact_functions, model.tangent(1, fixed, 0), contacts)
     observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
     level_column = touch_rows(contacts)
 
