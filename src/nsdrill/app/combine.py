@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import plan_of
+from nsdrill.app.experiment import prepare
 from nsdrill.app.provenance import provenance, versions
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
@@ -272,7 +272,7 @@ def _joined_results(parts: Sequence[Results], study: Study, places: Sequence[Arr
     several = [name for name in ("sample", "start") if name in parts[0].coords]
     grid = (*POINT, *(axis.name for axis in study.more), *several)
     place = grid.index(dimension)
-    plan = plan_of(study)
+    plan = prepare(study).plan
     for one in parts:
         for name in grid:
             wanted = plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name]

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import chosen_of, plan_of
+from nsdrill.app.experiment import Experiment
 from nsdrill.app.run import processors
 from nsdrill.app.trajectory import run_at, sampled_variables, select_states
 from nsdrill.data import Array, Results
@@ -61,10 +61,12 @@ class Motion:
 
 
 class Motions:
-    """The motions of ``study`` and, with ``results``, of their points."""
+    """The motions of an experiment and, with ``results``, of their points."""
 
-    def __init__(self, study: Study, results: Results | None = None) -> None:
-        self.study, self.results, self.plan = study, results, plan_of(study)
+    def __init__(self, experiment: Experiment, results: Results | None = None) -> None:
+        self.experiment, self.results = experiment, results
+        study = self.study = experiment.study
+        self.plan = experiment.plan
         if study.model.dynamics.switches(study.parameters) is not None:
             raise InputError(
                 f"{study.source or 'the study'}: found something that is switched on within the "
@@ -201,7 +203,7 @@ class Motions:
         names = self.results.coords["state"]
         initial, final = (select_states(study, names, point[name]) for name in ("initial_state", "final_state"))
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
-        simulation = _with_method(study.simulation, bool(chosen_of(self.study).points(number)[0]))
+        simulation = _with_method(study.simulation, bool(self.experiment.chosen.points(number)[0]))
         motion = _motion(study, study.operation, simulation, initial, seconds, sample)
         same = motion.status == int(point["status"]) and np.array_equal(motion.final, final, equal_nan=True)
         return replace(motion, same_bits=bool(same))

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import check_method, chosen_of
+from nsdrill.app.experiment import prepare
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.ramped import run_schedule, schedule_of
-from nsdrill.app.run import plan_of
-from nsdrill.app.stored import stored_study
+from nsdrill.app.stored import stored_experiment
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, printable
 from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
@@ -149,8 +148,9 @@ def replay(
     """
     outline = source if isinstance(source, Results) else read_results(source, ())
     path = IN_MEMORY if isinstance(source, Results) else source
-    study = stored_study(path, outline.attrs, outline.coords, outline.drawn)
-    plan, units = plan_of(study), units_of(study)
+    experiment = stored_experiment(path, outline.attrs, outline.coords, outline.drawn)
+    study, plan = experiment.study, experiment.plan
+    units = units_of(study)
     wanted: dict[str, float] = {}
     operation = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     requested = {**(at or {}), **{name: value for name, value in operation.items() if value is not None}}
@@ -182,7 +182,7 @@ def replay(
     if point["status"] == INFERRED:
         status = (outline if isinstance(source, Results) else read_results(source, ["status"]))["status"]
         raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
-    implicit = bool(chosen_of(study).points(np.array([number]))[0])
+    implicit = bool(experiment.chosen.points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, values_there)
     axes = {key: np.array([value]) for key, value in values_there.items()}
     study = replace(study, parameters=here.parameters, initial=here.initial, axes=axes, drawn={})
@@ -410,7 +410,7 @@ def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Ar
 def _implicit(study: Study, schedule: Schedule) -> bool:
     """Whether a run is integrated implicitly: by the method of the study, or with the
     method auto where friction is steep at a knot of its ramps."""
-    check_method(study)
+    prepare(study).check_method()
     return bool(implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any())
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.app.experiment import Experiment, prepare
 from nsdrill.app.reading import is_branches
 from nsdrill.data import Array, Results, Trace, json_text
 from nsdrill.errors import FileError, InputError
@@ -52,10 +53,11 @@ class Source:
         self.branches: Branches | None = None if over is None else read_branches(over)
         self._compute_lock = threading.Lock()
         self.results: Results | None = None
+        self.experiment: Experiment
         if is_study(path):
             from nsdrill.study import load_study
 
-            self.study: Study = load_study(Path(path), overrides or [])
+            self.experiment = prepare(load_study(Path(path), overrides or []))
         else:
             if overrides:
                 raise InputError(f"--set: found with {self.path}; allowed: with a study, which ends in .yaml or .yml.")
@@ -72,12 +74,12 @@ class Source:
     def _open(self) -> None:
         if is_branches(self.path):
             self.branches = read_branches(self.path)
-            self.study = self.branches.study
+            self.experiment = prepare(self.branches.study)
             return
         self.results = self._read()
-        from nsdrill.app.stored import stored_study
+        from nsdrill.app.stored import stored_experiment
 
-        self.study = stored_study(self.path, self.results.attrs, self.results.coords, self.results.drawn)
+        self.experiment = stored_experiment(self.path, self.results.attrs, self.results.coords, self.results.drawn)
 
     def _read(self) -> Results:
         from nsdrill.app.reading import read_any
@@ -91,6 +93,11 @@ class Source:
         results = read_any(self.path, names)
         assert not isinstance(results, Trace)
         return results
+
+    @property
+    def study(self) -> Study:
+        """The study whose motions are explored."""
+        return self.experiment.study
 
     @property
     def kind(self) -> str:
@@ -144,7 +151,7 @@ class Source:
         compiler."""
         from nsdrill.app.motions import Motions
 
-        return Motions(self.study, self.results)
+        return Motions(self.experiment, self.results)
 
     @contextmanager
     def computing(self) -> Iterator[None]:
