@@ -180,7 +180,7 @@ def by_rows(function: Callable[[list[float]], Any], *columns: Any) -> np.ndarray
     table = np.stack([column.ravel() for column in numbers], axis=1)
     distinct, row_of = np.unique(table, axis=0, return_inverse=True)
     results = np.array([function(row) for row in distinct.tolist()])
-    return results[row_of.ravel()].reshape(*numbers[0].shape, *results.shape[1:])
+    return results[row_of.ravel()].reshape((*numbers[0].shape, *results.shape[1:]))
 
 
 def regulated(system: Any, force: Any, weights: Sequence[float], effort: float, about: str, change: str) -> list[float]:
