@@ -145,7 +145,7 @@ def test_every_python_computes_the_same_bits(shared: Path) -> None:
 AFTERWARDS = """
 import hashlib
 import numpy as np
-from nsdrill.models.christoforou_yigit.rhs import PARAMETERS
+from nsdrill.models.christoforou_yigit.columns import PARAMETERS
 from nsdrill.models.registry import model_named
 from nsdrill.observe.motion import zero_one
 from nsdrill.observe.thresholds import Record

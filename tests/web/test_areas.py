@@ -83,7 +83,9 @@ def test_probabilities_along_one_axis() -> None:
 def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> None:
     found = classes(cube)
     areas = list(window_areas(cube, "si"))
-    assert [words for words, _ in areas] == [f"Safe window, measured depth {depth} m" for depth in (1000, 3000, 5000)]
+    assert [words for words, _ in areas] == [
+        f"Operating window, measured depth {depth} m" for depth in (1000, 3000, 5000)
+    ]
     for number, (_, (head, columns)) in enumerate(areas):
         shown = [head["classes"][int(code)] for code in columns["values"].ravel()]
         state, bits = found.state[number].ravel(), found.bits[number].ravel()

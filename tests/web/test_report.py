@@ -50,7 +50,7 @@ def test_it_says_what_was_asked(page: str, shared: Path) -> None:
         "--study > small_study.yaml",
         "nsdrill run small_study.yaml -o small_again.h5",
         "nsdrill replay",
-        "Safe window",
+        "Operating window",
         "Responses, up:",
         "procedure: up-down",
         f"nsdrill report {shared / 'small.h5'} -o",

@@ -16,14 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import plan_of
+from nsdrill.app.experiment import prepare
 from nsdrill.app.provenance import provenance, versions
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import kind_of, read_results
-from nsdrill.study.keys import Keys, keys_of
+from nsdrill.study.keys import Keys, keys_named
 from nsdrill.study.study import IN_WORDS_ONLY, Study, axis_values, refined_axes, study_from_resolved
 from nsdrill.study.write import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of, short_key
@@ -122,7 +122,7 @@ def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
     of their model."""
     name, first = named[0]
     base = resolved_study(first.attrs)
-    keys = keys_of(base.get("model", MODEL))
+    keys = keys_named(base.get("model", MODEL))
     changed: dict[str, str] = {}
     for other, results in named[1:]:
         differences = [
@@ -272,7 +272,7 @@ def _joined_results(parts: Sequence[Results], study: Study, places: Sequence[Arr
     several = [name for name in ("sample", "start") if name in parts[0].coords]
     grid = (*POINT, *(axis.name for axis in study.more), *several)
     place = grid.index(dimension)
-    plan = plan_of(study)
+    plan = prepare(study).plan
     for one in parts:
         for name in grid:
             wanted = plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name]

@@ -27,9 +27,7 @@ from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.leaves import OPERATION, Values, as_value, values_at, word_or_number
-from nsdrill.models.registry import described, model_named
 from nsdrill.observe.thresholds import Record
-from nsdrill.orbit.arclength import Point
 from nsdrill.orbit.borders import borders
 from nsdrill.orbit.branch import ENDINGS, Branch
 from nsdrill.orbit.curve import Condition
@@ -38,9 +36,9 @@ from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze, unstable_beside
 from nsdrill.orbit.multipliers import finer_multipliers
+from nsdrill.orbit.newton import Point
 from nsdrill.store import open_branches, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
-from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.work import Variant as Compiled
@@ -112,7 +110,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
             f"constant value, of which "
             "motions can repeat."
         )
-    model = model_named(study.model)
+    model = study.model.dynamics
     if model.switches(study.parameters) is not None:
         raise InputError(f"{source}: found drive.on_at; allowed: nothing that is switched on within the run.")
     keys = (continuation.along, *((continuation.curves.over,) if continuation.curves else ()))
@@ -140,7 +138,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
             structures.append((model.variant(scalar.parameters), model.symmetry(scalar)))
         except NotImplementedError:
             raise InputError(
-                f"{source}: found the model {study.model}, which does not say how its motions "
+                f"{source}: found the model {study.model.name}, which does not say how its motions "
                 f"repeat, or has no "
                 "linearised equations; allowed: a model that does, as christoforou_yigit, torsion "
                 "or beam. A sweep "
@@ -205,7 +203,7 @@ def continue_study(
         return _finished(study, path)
     if path is None:
         return _continue(setup, None, None, seeds, workers, overwrite, say)
-    with Part.claim(path, WHAT, study.model, overwrite=overwrite, resume=resume) as part:
+    with Part.claim(path, WHAT, study.model.name, overwrite=overwrite, resume=resume) as part:
         return _continue(setup, path, part, seeds, workers, overwrite, say)
 
 
@@ -277,7 +275,7 @@ def _continue(
 
 def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
     """The labels for reaching and losing each contact and level, by its place."""
-    codes = {(one.contact, one.when): one.code for one in described(study.model).grazing}
+    codes = {(one.contact, one.when): one.code for one in study.model.grazing}
     equations = flow.equations
     return {
         place: Graze(codes.get((name, "reached")), codes.get((name, "lost")), place < len(equations.contacts))
@@ -355,10 +353,10 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
     continued number, the same operating point as the study, from all of its starts."""
     study, continuation = setup.study, setup.continuation
     results = read_results(path, ("status", "settled", "final_state"))
-    if str(results.attrs.get("model", study.model)) != study.model:
+    if str(results.attrs.get("model", study.model.name)) != study.model.name:
         raise FileError(
             f"{path}: made with the model {results.attrs['model']}, the study has "
-            f"{study.model}. Choose "
+            f"{study.model.name}. Choose "
             "results of the same model as seeds."
         )
     source = resolved_study(results.attrs)
@@ -411,7 +409,7 @@ def _number_of(study: Study, name: str) -> float:
     """The value in the study [SI] along the axis whose dimension has this name."""
     if name in OPERATION:
         return float(getattr(study.operation, name))
-    key = next(key for key in keys_of(study.model).axes if dimension_of(key) == name)
+    key = next(key for key in study.keys.axes if dimension_of(key) == name)
     value: Any = study.resolved
     for part in key.split("."):
         value = value[part]
@@ -466,7 +464,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
         coordinates[name] = ("point", value, _axis_attrs(study, name))
     if continuation.along not in OPERATION:
         coordinates[dimension_of(continuation.along)] = ("point", numbers, _axis_attrs(study, continuation.along))
-    meanings = meanings_of(described(study.model))
+    meanings = meanings_of(study.model)
     flags = {
         "flag_values": np.array([*meanings], np.int16),
         "flag_meanings": " ".join(one.name for one in meanings.values()),
@@ -552,7 +550,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
     }
     circles = np.repeat([one.motion == CIRCLE for one in branches], rows)
     features = _features(setup, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1))
-    known = {variable.name: variable for variable in described(study.model).features}
+    known = {variable.name: variable for variable in study.model.features}
     for name, values in features.items():
         if name in known:
             data[name] = ("point", values, {"units": known[name].units, "long_name": known[name].long_name})
@@ -581,8 +579,8 @@ def _dimensionless(text: str) -> dict[str, Any]:
 
 def _axis_attrs(study: Study, key: str) -> dict[str, Any]:
     """The attributes of the coordinate of an axis."""
-    leaf = keys_of(study.model).axes[key]
-    resolved = keys_of(study.model).leaf(leaf.key, study.resolved)
+    leaf = study.keys.axes[key]
+    resolved = study.keys.leaf(leaf.key, study.resolved)
     return {"units": CF[resolved.units], "long_name": resolved.meaning or key, "key": leaf.key}
 
 
@@ -653,7 +651,7 @@ def conditions_of(setup: ContinuationSetup) -> dict[int, Condition]:
         conditions[TORUS] = Condition(pair=True)
     if "hopf" in curves.of:
         conditions[HOPF] = Condition(pair=True)
-    for one in described(setup.study.model).grazing:
+    for one in setup.study.model.grazing:
         if one.border in curves.of:
             place = model.contacts.index(one.contact)
             conditions[one.code] = Condition(contact=place, which=1 if one.when == "reached" else 0)

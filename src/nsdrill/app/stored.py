@@ -1,4 +1,4 @@
-"""The study that a results file was made from."""
+"""The experiment of which a results file holds the points."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.app.experiment import Experiment, prepare
 from nsdrill.app.overrides import overrides_of
-from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Array
 from nsdrill.errors import FileError
-from nsdrill.study.study import Study, study_from_resolved
+from nsdrill.study.study import study_from_resolved
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import COUNTED, Unknown
 
 
-def stored_study(
+def stored_experiment(
     path: str | os.PathLike[str],
     attrs: Mapping[str, Any],
     coords: Mapping[str, Array],
     drawn: Mapping[Unknown, Array] | None = None,
-) -> Study:
-    """The study in the root attributes ``attrs`` of the results file ``path``, or
+) -> Experiment:
+    """The experiment of the study in the root attributes ``attrs`` of the results file ``path``, or
     :data:`IN_MEMORY`, with the samples ``drawn`` of the file. FileError where there is
     no study, or where its points are not those of ``coords``."""
     if "study_resolved" not in attrs:
@@ -43,8 +43,8 @@ def stored_study(
     samples = {unknown.short: values for unknown, values in (drawn or {}).items()}
     if set(samples) == set(study.drawn):  # another version of SciPy may draw other samples
         study = replace(study, drawn={key: samples[key] for key in study.drawn})
-    plan = plan_of(study)
-    if other := _coordinate_differences(plan, coords):
+    experiment = prepare(study)
+    if other := _coordinate_differences(experiment.plan, coords):
         raise FileError(
             f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study "
             f"numbers "
@@ -52,7 +52,7 @@ def stored_study(
             "select afterwards; of a "
             "file that was edited, make it again."
         )
-    return study
+    return experiment
 
 
 def _coordinate_differences(plan: Plan, coords: Mapping[str, Array]) -> list[str]:

@@ -289,7 +289,7 @@ class Checker:
                 yield self.fault(
                     f"sweep.{axis}", "an axis over the start", "no several starts beside it", ("sweep", axis)
                 )
-        compiled = [axis for axis in swept if is_compiled_in(self.model.name, axis)]
+        compiled = [axis for axis in swept if is_compiled_in(self.model, axis)]
         for axis in (axis for axis in compiled if not words_of(axis)):
             values = axis_values(sweep[axis], sweep["refine"] if axis in refined_axes(sweep) else 0)
             if odd := [value for value in values.tolist() if value != int(value)]:

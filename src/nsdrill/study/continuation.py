@@ -226,7 +226,7 @@ def _axes(keys: Keys) -> dict[str, Leaf]:
     return {
         name: leaf
         for name, leaf in keys.axes.items()
-        if not name.startswith("initial.") and not is_compiled_in(keys.model.name, name)
+        if not name.startswith("initial.") and not is_compiled_in(keys.model, name)
     }
 
 
@@ -241,7 +241,7 @@ def _axis(keys: Keys, raw: Any) -> str:
     name, axes = short_key(raw) if isinstance(raw, str) else "", _axes(keys)
     if name in axes:
         return name
-    if name in keys.axes and is_compiled_in(keys.model.name, name):
+    if name in keys.axes and is_compiled_in(keys.model, name):
         what = "a choice" if words_of(name) else "a whole number that is compiled in"
         hint = f"Make a file for each of its values, with --set {name}=..."
         raise QuantityError(f"{name}, {what}", "a number that varies continuously", hint)

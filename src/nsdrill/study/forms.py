@@ -331,7 +331,7 @@ def _no_axis(
         f"{', '.join(AXES)} or another number of {', '.join(keys.physical)} by its key, as "
         f"{keys.model.example_axis[0]}; {', '.join(others)}"
     )
-    if others == HOW and is_compiled_in(keys.model.name, name):
+    if others == HOW and is_compiled_in(keys.model, name):
         found = "which is a choice" if words_of(name) else "which is compiled in"
         return f"{name}, {found}", allowed, f"Sweep it: sweep.{name}."
     if numbers := [key for key, (choice, _) in keys.model.units_by.items() if choice == name]:

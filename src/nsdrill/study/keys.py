@@ -394,10 +394,14 @@ class Keys:
         return replace(found, units=units[value])
 
 
-@lru_cache
-def keys_of(model: str = MODEL) -> Keys:
+def keys_named(model: str = MODEL) -> Keys:
     """The keys of the studies of the model of this name."""
-    found = described(model)
+    return keys_of(described(model))
+
+
+@lru_cache
+def keys_of(found: Description) -> Keys:
+    """The keys of the studies of a model."""
     sections = {
         **found.sections,
         "operation": found.operation,
@@ -417,7 +421,7 @@ def keys_of(model: str = MODEL) -> Keys:
         for key, one in every.items()
         if (one.kind in ("quantity", "number") and key.partition(".")[0] in physical and key != "initial.spread")
         or key in found.compiled
-        or key in choices_of(model)
+        or key in choices_of(found)
     }
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
     groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}

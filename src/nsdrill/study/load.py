@@ -20,7 +20,7 @@ from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.continuation import take_continuation
 from nsdrill.study.forms import Reading, keys_below
-from nsdrill.study.keys import MODEL_LEAF, Keys, keys_of, shown
+from nsdrill.study.keys import MODEL_LEAF, Keys, keys_named, shown
 from nsdrill.study.read import Document, KeyPath, apply_overrides, dotted, parse, read_text
 from nsdrill.study.schema import study_form
 from nsdrill.study.study import Study, build, study_from_resolved
@@ -51,7 +51,7 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     if not isinstance(document.data, dict):
         found = f"{shown(document.data)} as the whole document"
         raise StudyError(
-            name, [Fault("", found, f"a mapping with the keys {', '.join(keys_below('', keys_of()))}", 1, 1)]
+            name, [Fault("", found, f"a mapping with the keys {', '.join(keys_below('', keys_named()))}", 1, 1)]
         )
     apply_overrides(document, overrides)
     keys = _keys(document)
@@ -87,7 +87,7 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
         found, hint = ("a change on a finished file", "It enters the run itself, and needs a new one.")
         faults.append(Fault("classify.stuck_below", found, "the other keys of classify", suggestion=hint))
     partial = Document({"classify": classify}, document.values, document.keys)
-    keys = keys_of()  # the thresholds are those of every model
+    keys = keys_named()  # the thresholds are those of every model
     given, more, faulty = _validate(partial, keys)
     resolved = {"classify": _merged(asdict(thresholds), given.get("classify", {}))}
     more += Checker(keys.model, document, resolved, keys.leaves, faulty).order("classify")
@@ -101,7 +101,7 @@ def _keys(document: Document) -> Keys:
     """The keys of the study's model, of the default one where it names none that there
     is."""
     named = document.data.get("model")
-    return keys_of(named if isinstance(named, str) and named in MODEL_LEAF.choices else MODEL_LEAF.default)
+    return keys_named(named if isinstance(named, str) and named in MODEL_LEAF.choices else MODEL_LEAF.default)
 
 
 def _validate(document: Document, keys: Keys) -> tuple[dict[str, Any], list[Fault], set[str]]:
@@ -145,7 +145,7 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
     if procedure == "same":
         along = None  # nothing is carried
     elif along is None and not faults:
-        numbers = [key for key in axes if not is_compiled_in(keys.model.name, key)]
+        numbers = [key for key in axes if not is_compiled_in(keys.model, key)]
         along = next(iter(numbers if len(numbers) == 1 else axes if len(axes) == 1 else []), None)
     resolved["sweep"] = {**axes, "procedure": procedure, "along": along, "refine": sweep.get("refine", 0)}
     continuation, more = take_continuation(document, keys)

@@ -32,7 +32,7 @@ from nsdrill.study.forms import (
     Unread,
     member,
 )
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, RAMP, SLICE, TIME, UNITS_LEAF, Keys, Leaf, keys_of, shown
+from nsdrill.study.keys import MEANINGS, MODEL_LEAF, RAMP, SLICE, TIME, UNITS_LEAF, Keys, Leaf, keys_named, shown
 from nsdrill.study.read import odd_character
 from nsdrill.study.study import Procedure
 from nsdrill.study.uncertain import CUT_WORDS, DESIGN, EXAMPLES, FACTOR, SAMPLES, SEED, correlation
@@ -66,7 +66,7 @@ ALL_OF_RANGE = "all of from, to and points"
 @lru_cache(maxsize=8)
 def study_form(model: str = MODEL) -> Section:
     """The form of a whole study file of the model of this name."""
-    keys = keys_of(model)
+    keys = keys_named(model)
     title = Read(_title, {"type": "string", "maxLength": LONGEST_TITLE})
     members = {"title": member(title, MEANINGS["title"]), "units": _leaf(UNITS_LEAF), "model": _leaf(MODEL_LEAF)}
     for name, cls in keys.sections.items():
@@ -184,7 +184,7 @@ def _range(name: str, one: Form, spacing: bool = False) -> Section:
 def _uncertain(keys: Keys) -> Section:
     """The section of the unknowns: their distributions by key, a joint table of
     samples, and how they are drawn."""
-    numbers = {name: leaf for name, leaf in keys.axes.items() if not is_compiled_in(keys.model.name, name)}
+    numbers = {name: leaf for name, leaf in keys.axes.items() if not is_compiled_in(keys.model, name)}
     columns = {name: member(Listed(Briefly(One(leaf), SHORT)), leaf.meaning) for name, leaf in numbers.items()}
     members = {}
     for name, leaf in numbers.items():

@@ -17,6 +17,7 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import place_of, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
@@ -24,7 +25,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
-from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_of
+from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
 
@@ -39,6 +40,8 @@ class Study:
     ----------
     title, text, sha256 : str
         The title; the YAML as read; the digest of the complete study.
+    model, keys
+        The model of the string, whose name is ``model.name``, and the keys of its studies.
     axes : dict of arrays
         Depth [m], wob [N] and rotary_speed [rad/s], each a 1-D ascending float array, of
         length one (from ``operation``) where it is not swept, and the other numbers that
@@ -72,7 +75,7 @@ class Study:
     """
 
     title: str
-    model: str
+    keys: Keys
     parameters: Any
     operation: Operation
     initial: Starts
@@ -96,6 +99,11 @@ class Study:
     drawn: dict[str, np.ndarray] = field(default_factory=dict)
     unknowns: tuple[Unknown, ...] = ()
     notes: tuple[str, ...] = ()
+
+    @property
+    def model(self) -> Description:
+        """The model of the string."""
+        return self.keys.model
 
     @property
     def units(self) -> str:
@@ -141,7 +149,7 @@ def study_from_resolved(
     and as many samples. :class:`FileError` where it is not a resolved study of this
     version."""
     try:
-        keys = keys_of(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
+        keys = keys_named(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
         known = _with_law(resolved, keys.leaves)
         operation = build(Operation, resolved["operation"])
         sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
@@ -187,7 +195,7 @@ def study_from_resolved(
         )
         return Study(
             title=str(resolved.get("title", "")),
-            model=keys.model.name,
+            keys=keys,
             parameters=parameters,
             operation=operation,
             initial=initial,

@@ -111,7 +111,7 @@ def draws(section: dict[str, Any], keys: Keys) -> dict[str, Array]:
     unknown = uncertain_of(section)
     if not unknown.keys:
         raise ValueError("uncertain: found no unknown")
-    if strange := [key for key in unknown.keys if key not in keys.axes or is_compiled_in(keys.model.name, key)]:
+    if strange := [key for key in unknown.keys if key not in keys.axes or is_compiled_in(keys.model, key)]:
         raise ValueError(f"uncertain: found {', '.join(strange)}, which are no numbers to sample")
     drawn = draw(unknown)
     for key, values in drawn.items():

@@ -125,7 +125,7 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
 
 
 def _doubt(results: Results, window: Mapping[str, Any], units: str) -> str:
-    """The probability of the recommended point, and the unknown that it hangs on."""
+    """The probability of the recommended point, and the unknown on which it depends."""
     if window["confidence"] is None:
         return ""
     plane = chosen_map(window)
@@ -140,15 +140,15 @@ def _doubt(results: Results, window: Mapping[str, Any], units: str) -> str:
         found = sensitivity(results)
     except NsdrillError as error:
         reason = str(error).removeprefix("sensitivity: ")
-        return paragraph(" ".join([*texts, f"Which unknown it hangs on is not known: {reason}"]))
+        return paragraph(" ".join([*texts, f"On which unknown it depends most is not known: {reason}"]))
     fmt = Formatter(units)
     if first := found["measure_first"]:
         texts.append(
-            f"It hangs mostly on {fmt.name(first['key'])}, which alone makes "
-            f"{100 * first['first']:.0f} % of the doubt: measure that first."
+            f"It depends most on {fmt.name(first['key'])}, which alone causes "
+            f"{100 * first['first']:.0f} % of the variance: measure that first."
         )
     else:
-        texts.append("So few samples cannot tell which unknown it hangs on most.")
+        texts.append("These samples are too few to say on which unknown it depends most.")
     return paragraph(" ".join(texts))
 
 

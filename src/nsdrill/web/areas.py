@@ -1,4 +1,4 @@
-"""Maps over two axes for a page: the safe window, probabilities, the verdicts of the
+"""Maps over two axes for a page: the operating window, probabilities, the verdicts of the
 checks, and basins of attraction.
 
 Each is a title with a reply in the form of :func:`nsdrill.web.diagrams.plane`: column
@@ -79,7 +79,7 @@ def window_areas(results: Results, units: str, thirds: Sequence[int] | None = No
             value = third.value(float(window.values(window.third)[number]))
             where = f", {third.words.lower()} {value}"
         codes = window_codes(window.state[number], window.bits[number])
-        yield f"Safe window{where}", _area(x, y, codes, "Window", WINDOW_CLASSES)
+        yield f"Operating window{where}", _area(x, y, codes, "Window", WINDOW_CLASSES)
 
 
 def window_codes(state: Array, bits: Array) -> Array:

@@ -1,4 +1,4 @@
-"""What an explorer opens on: the safe window with its border, the probabilities, or the
+"""What an explorer opens on: the operating window with its border, the probabilities, or the
 basins of a slice of starts. Each is an area (:mod:`nsdrill.web.areas`) with the places
 of its points, which a click runs."""
 
@@ -18,7 +18,7 @@ from nsdrill.web.areas import basin_area, probability_areas, probability_lines, 
 from nsdrill.web.diagrams import Reply, member_dimension
 
 WINDOW, PROBABILITY, BASIN = "window", "probability", "basin"
-WORDS = {WINDOW: "Safe window", PROBABILITY: "Probability", BASIN: "Response by the start"}
+WORDS = {WINDOW: "Operating window", PROBABILITY: "Probability", BASIN: "Response by the start"}
 
 
 def area_choices(results: Results) -> list[dict[str, str]]:
