@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Any
@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import Fault
-from nsdrill.models.description import Description, Order
+from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.ranges import bound_text
-from nsdrill.study.keys import SLICE, Leaf, shown
-from nsdrill.study.read import Document, KeyPath, dotted
+from nsdrill.study.forms import Reading
+from nsdrill.study.keys import SLICE, shown
+from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import axis_values, refined_axes
 from nsdrill.units import USUAL
 from nsdrill.variables import AXES, short_key
@@ -45,23 +46,15 @@ class Unread(Fault):
 
 
 class Checker:
-    """Checks the constraints of one study of a ``model``: ``resolved`` is complete,
-    ``leaves`` are its keys, ``faulty`` holds those already known to be wrong (their
-    values are stand-ins, so nothing is said about them). A model has more constraints
-    of its own, which ask the public functions here. An uncertain number, with its
-    samples in ``drawn``, is to them an axis with these values."""
+    """Checks the constraints of one study: ``at`` says what was read and what is known to
+    be wrong (these values are stand-ins, so nothing is said about them), ``resolved`` is
+    complete. A model has more constraints of its own, which ask the public functions here.
+    An uncertain number, with its samples in ``drawn``, is to them an axis with these
+    values."""
 
-    def __init__(
-        self,
-        model: Description,
-        document: Document,
-        resolved: dict[str, Any],
-        leaves: dict[str, Leaf],
-        faulty: Iterable[str] = (),
-        drawn: Mapping[str, Array] | None = None,
-    ) -> None:
-        self.model, self.document, self.resolved, self.leaves = model, document, resolved, leaves
-        self.faulty = tuple(faulty)
+    def __init__(self, at: Reading, resolved: dict[str, Any], drawn: Mapping[str, Array] | None = None) -> None:
+        self.document, self.faulty, self.resolved = at.document, tuple(at.faulty), resolved
+        self.model, self.leaves = at.keys.model, at.keys.leaves
         self.drawn = drawn or {}
         self.words: dict[str, Any] = {}  # of the axes over words, where one of each is looked at
 

@@ -86,12 +86,18 @@ class Document:
 
     def has(self, path: KeyPath) -> bool:
         """True where the file or an override gives this very key."""
+        holder = self.value(path[:-1])
+        return isinstance(holder, dict) and path[-1] in holder
+
+    def value(self, path: Sequence[str | int]) -> Any:
+        """The value at ``path``, as it is written; None where there is none."""
         inside = self.data
         for part in path:
-            if not isinstance(inside, dict) or part not in inside:
-                return False
-            inside = inside[part]
-        return True
+            if isinstance(inside, dict):
+                inside = inside.get(part)
+            else:
+                inside = inside[part] if isinstance(inside, list) and isinstance(part, int) else None
+        return inside
 
 
 def dotted(path: KeyPath) -> str:
