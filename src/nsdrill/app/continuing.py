@@ -28,7 +28,6 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.leaves import OPERATION, Values, as_value, values_at, word_or_number
 from nsdrill.observe.thresholds import Record
-from nsdrill.orbit.arclength import Point
 from nsdrill.orbit.borders import borders
 from nsdrill.orbit.branch import ENDINGS, Branch
 from nsdrill.orbit.curve import Condition
@@ -37,6 +36,7 @@ from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze, unstable_beside
 from nsdrill.orbit.multipliers import finer_multipliers
+from nsdrill.orbit.newton import Point
 from nsdrill.store import open_branches, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.study import Study

@@ -15,7 +15,6 @@ import numpy as np
 from nsdrill.app.experiment import Experiment
 from nsdrill.app.stages import RunStages, remaining
 from nsdrill.data import Array
-from nsdrill.models.kept import Kept
 from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.study.study import Study
 from nsdrill.sweep.refine import Refinement, refine
@@ -116,21 +115,10 @@ class InferredSource:
     def __init__(self, log: Source, needed: Array, inferred: Array, attrs: Mapping[str, Any]) -> None:
         self._log, self._needed, self._inferred = log, needed, inferred
         self.attrs = dict(attrs)
+        self.header = {**log.header, "attrs": {**log.header["attrs"], **attrs}}
+        self.n_points, self.kept = log.n_points, log.kept
         if (recovery_text := getattr(log, "recovery_text", None)) is not None:
             self.recovery_text = recovery_text
-
-    @property
-    def header(self) -> dict[str, Any]:
-        header = self._log.header
-        return {**header, "attrs": {**header["attrs"], **self.attrs}}
-
-    @property
-    def n_points(self) -> int:
-        return self._log.n_points
-
-    @property
-    def kept(self) -> Kept:
-        return self._log.kept
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start]."""

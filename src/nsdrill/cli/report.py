@@ -54,8 +54,8 @@ def command(
     from nsdrill.store import claim_file
 
     claim_file(output, overwrite)
+    from nsdrill.app.reading import is_branches
     from nsdrill.files import amount, write_text
-    from nsdrill.web.branches import is_branches
     from nsdrill.web.report import Part, report
 
     branches = [file for file in results if is_branches(file)]

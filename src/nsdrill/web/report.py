@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import END, REGULAR
 from nsdrill.analysis.outcome import outcome
 from nsdrill.data import Array, Results, json_text
 from nsdrill.errors import InputError, NsdrillError
@@ -38,7 +39,7 @@ from nsdrill.web.areas import (
     probability_lines,
     verdict_areas,
 )
-from nsdrill.web.branches import END_POINT, REGULAR, Branches
+from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import Reply, axis_data, longest, member_dimension, plane
 from nsdrill.web.origin import origin_rows, study_details
 from nsdrill.web.packet import packed
@@ -151,7 +152,7 @@ def _add_answer(
     elif (branches := session.branches) is not None:
         x = quantity(branches.along, units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))
-        special = np.count_nonzero((branches.label != REGULAR) & (branches.label != END_POINT))
+        special = np.count_nonzero((branches.label != REGULAR) & (branches.label != END))
         page.add(
             f'<p class="answer">{len(branches.sizes)} branches of motions along the '
             f"{_text(plain(x.words).lower())}, {_text(ends)}, with {special} special points. "
@@ -282,7 +283,7 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
         part = branches.numbers[first : first + size]
         branch_rows.append((f"Branch {number}", f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}"))
         for point in range(first, first + size):
-            if (label := int(branches.label[point])) not in (REGULAR, END_POINT):
+            if (label := int(branches.label[point])) not in (REGULAR, END):
                 words = f"{branches.meanings.get(label, str(label))} at {x.value(float(branches.numbers[point]))}"
                 branch_rows.append(("", f"{words} (point {point})"))
         first += size

@@ -16,13 +16,14 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.app.reading import is_branches
 from nsdrill.data import Array, Results, Trace, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.plot.registry import is_study
 from nsdrill.variables import OK, POINT
 from nsdrill.web import asked
 from nsdrill.web.around import MAX_POINTS
-from nsdrill.web.branches import Branches, is_branches, read_branches
+from nsdrill.web.branches import Branches, read_branches
 from nsdrill.web.sliders import adjustable
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ class Source:
             )
 
     def _open(self) -> None:
-        if os.path.lexists(self.path) and is_branches(self.path):
+        if is_branches(self.path):
             self.branches = read_branches(self.path)
             self.experiment = prepare(self.branches.study)
             return

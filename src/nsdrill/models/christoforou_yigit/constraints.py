@@ -8,11 +8,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.errors import Fault
-from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE, deepest
-from nsdrill.models.christoforou_yigit.reads import FROZEN, OFF, READ_BY, READ_BY_LAW
+from nsdrill.models.christoforou_yigit.reads import FROZEN, OFF, READ_BY
 from nsdrill.models.description import Order
 from nsdrill.models.drives import inertia_faults
+from nsdrill.models.friction import LAWS
 from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.models.sections import WIDEST_BORE, deepest
 from nsdrill.units import format_quantity
 
 ORDERS = (
@@ -138,12 +139,12 @@ def _law(check: Any) -> Iterator[Fault]:
     if not check.sound("bit.friction", "bit.friction.law"):
         return
     law = check.value(f"{section}law")
-    allowed = f"what the law {law} reads: {', '.join(READ_BY_LAW[law])}"
+    allowed = f"what the law {law} reads: {', '.join(LAWS[law].keys)}"
     for key in check.leaves:
         name = key.removeprefix(section)
         # The rational law is of the whole torque.
-        of_cutting = key.startswith("bit.cutting.") and law == "rational" and check.axis(key)
-        if of_cutting or (name != key and name not in ("law", *READ_BY_LAW[law])):
+        of_cutting = key.startswith("bit.cutting.") and not LAWS[law].cuts and check.axis(key)
+        if of_cutting or (name != key and name not in ("law", *LAWS[law].keys)):
             yield from check.unread(key, f"which the law {law} does not read", allowed)
 
 

@@ -7,6 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from nsdrill.models.drives import TUNING
+from nsdrill.models.friction import LAWS
 
 _COMMON = ("inertia", "shaft_damping", "on_at")
 _WITH_LIMIT = (*_COMMON, "torque_limit")  # where the drive's inertia is that of the machine
@@ -29,16 +30,6 @@ READ_BY: dict[str, tuple[str, ...]] = {
         "gains",
     ),
     "pi": (*_WITH_LIMIT, *TUNING["pi"]),
-}
-
-
-# The keys of the bit that each of its friction laws reads.
-_SMOOTHED = ("static", "dynamic", "smoothing")
-READ_BY_LAW: dict[str, tuple[str, ...]] = {
-    "hyperbolic": (*_SMOOTHED, "decay"),
-    "linear": (*_SMOOTHED, "dynamic_from"),
-    "exponential": (*_SMOOTHED, "decay"),
-    "rational": ("b0", "b1", "b2", "b3"),
 }
 
 
@@ -79,7 +70,7 @@ def unread(parameters: Any) -> frozenset[str]:
     including those of its initial state."""
     kind, law = parameters.drive.kind, parameters.bit.friction.law
     drive = (item.name for item in fields(parameters.drive) if item.name not in ("kind", *READ_BY[kind]))
-    friction = (item.name for item in fields(parameters.bit.friction) if item.name not in ("law", *READ_BY_LAW[law]))
+    friction = (item.name for item in fields(parameters.bit.friction) if item.name not in ("law", *LAWS[law].keys))
     keys = {*(f"drive.{name}" for name in drive), *(f"bit.friction.{name}" for name in friction)}
     if kind == "ideal":
         keys |= {"initial.lag", "initial.drive_speed"}

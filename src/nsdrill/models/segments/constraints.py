@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.errors import Fault
-from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE
 from nsdrill.models.description import Order
 from nsdrill.models.drives import LAWS, inertia_faults
+from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.segments.reads import READ_BY
 
 ORDERS = (
