@@ -115,6 +115,11 @@ def helps() -> Iterator[tuple[str, str]]:
             with click.Context(command, info_name=name, parent=parent) as context:
                 yield f"nsdrill {name}", command.get_help(context)
     yield "nsdrill", overview(100)
+    for page in for_users(DOCS):
+        for number, table in enumerate(
+            re.findall(r"<!-- table: .*?<!-- end of table -->", page.read_text(), re.DOTALL)
+        ):
+            yield f"table {number} of {page.name}", re.sub(r"`[^`]*`", "", table)
     for _, keys in of_all(keys_of):
         yield from keys.meanings.items()
 

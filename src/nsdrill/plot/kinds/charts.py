@@ -293,13 +293,13 @@ KINDS = (
     ),
     chart_kind(
         "drive-card",
-        "how much of a torsional wave each drive throws back, and the slope of friction that it holds",
+        "the share of a torsional wave that each drive reflects, and the steepest stable fall of friction",
         DriveCard,
         _draw_drive_card,
     ),
     chart_kind(
         "drive-tuning",
-        "the slope of friction that a soft-torque drive holds, over its gain and its frequency",
+        "the steepest stable fall of friction with a soft-torque drive, over its gain and its frequency",
         DriveTuning,
         _draw_drive_tuning,
     ),
