@@ -98,13 +98,16 @@ def _features(
 ) -> dict[str, float]:
     from nsdrill.kernel.settings import Simulation
     from nsdrill.models.christoforou_yigit.parameters import Initial
+    from nsdrill.models.registry import described
     from nsdrill.observe.thresholds import Record, Thresholds
     from nsdrill.sweep.plan import Plan
     from nsdrill.sweep.work import Work, compiled_parts
+    from nsdrill.variables import MODEL
 
     axes = {name: np.array([value]) for name, value in zip(("depth", "wob", "rotary_speed"), point, strict=True)}
     simulation = Simulation(*times, rtol=rtol, method="implicit")
-    work = Work(Plan(axes, "same", None), parameters, Initial(x=0.0), simulation, Thresholds(), Record())
+    model = described(MODEL)
+    work = Work(Plan(axes, "same", None), parameters, Initial(x=0.0), simulation, Thresholds(), Record(), model)
     batch = work.new_batch(1, 1)
     batch.add_many(np.arange(1), work.prepare(np.arange(1)))
     columns: dict[str, Any] = work.columns(batch.advance(compiled_parts(1, work.variant), 1e9, True))

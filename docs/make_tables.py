@@ -30,7 +30,7 @@ from nsdrill.plot.kinds.sweep import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, UNITS_LEAF, Leaf, keys_of
+from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, UNITS_LEAF, Leaf, keys_named
 from nsdrill.study.schema import PROCEDURE, REFINE, along
 from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.units import USUAL
@@ -67,7 +67,7 @@ def forms(leaf: Leaf, more: Iterable[str] = ()) -> str:
 def parameters() -> str:
     """Where the numbers of the main model are from."""
     found: dict[tuple[str, str], list[str]] = {}
-    for leaf in keys_of().leaves.values():
+    for leaf in keys_named().leaves.values():
         if leaf.source and leaf.key.partition(".")[0] not in ("classify", "record", "simulation"):
             found.setdefault((leaf.source, leaf.confidence), []).append(leaf.key)
     rows = ([*of, ", ".join(map(code, keys))] for of, keys in found.items())
@@ -78,7 +78,7 @@ def all_keys() -> dict[str, dict[str, Leaf]]:
     """Every leaf, by its key and by the models that have it, in file order."""
     found: dict[str, dict[str, Leaf]] = {}
     for name in (MODEL, *(name for name in NAMES if name != MODEL)):
-        for key, leaf in keys_of(name).leaves.items():
+        for key, leaf in keys_named(name).leaves.items():
             found.setdefault(key, {})[name] = leaf
     return found
 
@@ -92,7 +92,7 @@ def study_keys() -> str:
     hand from its own leaves."""
     meanings: dict[str, str] = {}
     for name in reversed((MODEL, *(name for name in NAMES if name != MODEL))):
-        meanings |= keys_of(name).meanings
+        meanings |= keys_named(name).meanings
     every = all_keys()
     sections = list(dict.fromkeys(key.partition(".")[0] for key in every if key != "model"))
     last = ("operation", "initial", "simulation", "classify", "record")
@@ -117,8 +117,8 @@ def study_keys() -> str:
                     rows.append([f"**{code(name)}**", "", f"*{meanings[name]}*"])
             rows.append(key_row(leaves))
         if section == "initial":  # the slice is no leaf
-            states = ", ".join(map(code, keys_of().slices))
-            rows.append([code(SLICE), f"none; two of {states}", keys_of().meanings[SLICE]])
+            states = ", ".join(map(code, keys_named().slices))
+            rows.append([code(SLICE), f"none; two of {states}", keys_named().meanings[SLICE]])
     return table(["key", "default; others", "meaning"], rows)
 
 
@@ -165,9 +165,9 @@ def sweep_keys() -> list[list[str]]:
     span = "`{from, to, points}` (and `spacing: log`), a list, or a value"
     names = ", ".join(code(f"sweep.{axis}") for axis in ("depth", "wob", "rotary_speed"))
     rows.append([names, f"as in `operation`; {span}", "Depths, weights on bit, rotary speeds"])
-    sections = ", ".join(map(code, keys_of().physical))
+    sections = ", ".join(map(code, keys_named().physical))
     rows.append(["`sweep.KEY`", "its own; the same forms", f"Any number or word of {sections}"])
-    for leaf in (PROCEDURE, along(keys_of()), REFINE):
+    for leaf in (PROCEDURE, along(keys_named()), REFINE):
         default = "null" if leaf.default is None else str(leaf.default)
         rows.append([code(leaf.key), "; ".join(filter(None, (default, forms(leaf)))), leaf.meaning])
     rows.append(["**`uncertain`**", "", f"*{MEANINGS['uncertain']}*"])
@@ -479,7 +479,7 @@ def friction_laws() -> str:
     from nsdrill.models import friction
 
     text = inspect.getsource(friction)
-    begin, end = text.index("def _hyperbolic"), text.index("def numbers_of")
+    begin, end = text.index("def _hyperbolic"), text.index("def laws_that_read")
     return f"```python\n{text[begin:end].strip()}\n```\n"
 
 

@@ -7,6 +7,7 @@ import pytest
 from model_tables import TRACE_VARIABLES, VARIABLES
 
 from nsdrill.models.leaves import further_axes
+from nsdrill.models.registry import described
 from nsdrill.quantity import SHOWN, SYSTEMS, amount, find, in_system, quantity
 from nsdrill.units import plain_units, to_si
 from nsdrill.variables import COORDINATES, MODEL
@@ -26,7 +27,7 @@ def test_every_variable_of_a_file_is_there_with_its_units(name: str) -> None:
 
 
 def test_every_number_of_a_study_has_field_units() -> None:
-    for name, (key, units) in further_axes(MODEL).items():
+    for name, (key, units) in further_axes(described(MODEL)).items():
         assert find(key) is find(name)
         assert quantity(key).units == units
         # Seconds, plain numbers, s/rad and the units of electricity are the same on

@@ -379,7 +379,6 @@ def simulate(
     (('time',), 201)
     """
     from nsdrill.app import trajectory
-    from nsdrill.study.keys import keys_of
 
     loaded = study_in(study, set)
     values = values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
@@ -395,7 +394,7 @@ def simulate(
     for key, value in values.items():
         # another number of the study, checked as a key of the study
         if key not in (*_OPERATION, "sample"):
-            changes.append(f"{key}={keys_of(loaded.model).leaf(key, loaded.resolved).text(value)}")
+            changes.append(f"{key}={loaded.keys.leaf(key, loaded.resolved).text(value)}")
     result = trajectory.simulate(
         study_in(loaded, changes),
         at_sample=values.get("sample"),
@@ -1114,7 +1113,7 @@ def fit(
     rename : mapping, optional
         The names of nsdrill by heads of the file.
     ignore : sequence of str
-        Heads to pass over; ``"*"`` for all that are not known.
+        Heads to ignore; ``"*"`` ignores all unknown ones.
     errors : mapping, optional
         Standard deviations by name: ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or
         in SI as numbers.

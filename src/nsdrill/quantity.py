@@ -11,8 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, further_axes, words_of
-from nsdrill.models.registry import described, of_all
+from nsdrill.models.registry import of_all
 from nsdrill.units import from_si, plain_units, readable, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
@@ -192,10 +193,10 @@ def shown_scale(unit: str, units: str) -> float:
 
 
 @lru_cache
-def _quantities(model: str) -> dict[str, Quantity]:
+def _quantities(model: Description) -> dict[str, Quantity]:
     """The quantities of a model by name."""
-    description, quantities = described(model), {}
-    rows = [(v.name, v.units, v.long_name) for v in (*description.variables, *description.trace)]
+    quantities = {}
+    rows = [(v.name, v.units, v.long_name) for v in (*model.variables, *model.trace)]
     rows += [(name, units, long_name) for name, (units, long_name) in COORDINATES.items()]
     for name, cf, long_name in rows:
         units = "" if cf == "1" else plain_units(cf)

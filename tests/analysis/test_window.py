@@ -1,4 +1,4 @@
-"""The safe window against maps in which it can be read off by eye. Margins and
+"""The operating window against maps in which it can be read off by eye. Margins and
 distances are worked out by hand."""
 
 from __future__ import annotations
@@ -429,7 +429,7 @@ def test_only_a_point_with_room_that_settled_is_an_order() -> None:
     above = grid({"up": [roomy], "down": [roomy]}, speeds, weights)
     speed = {"axis": "rotary_speed", "name": "wall_speed", "words": "it", "min": 0.5, "max": 0.7}
     above.attrs["passed_over"] = json_text([{**speed, "from": 1.0, "everywhere": True}])
-    for results, word in ((tight, "NO ROOM"), (unsettled, "NOT SETTLED"), (above, "SWEEP BEGINS")):
+    for results, word in ((tight, "NO MARGIN"), (unsettled, "NOT SETTLED"), (above, "SWEEP BEGINS")):
         text, warned = said(results)
         assert text.startswith("No setting can be recommended; the best hint is 2 kN and ")
         assert word in warned

@@ -170,7 +170,7 @@ def test_what_is_said_of_it() -> None:
 
 
 def test_what_was_inferred_is_no_cause_of_distrust() -> None:
-    """For the safe window: it was not checked because it was not run."""
+    """For the operating window: it was not checked because it was not run."""
     found = run_in_memory(study_of(REFINED))
     inferred = found["status"] == INFERRED
     assert inferred.any()

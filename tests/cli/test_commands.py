@@ -12,7 +12,7 @@ import pytest
 
 from nsdrill.cli.overview import COMMANDS, GROUPS
 from nsdrill.models.registry import NAMES
-from nsdrill.study.keys import keys_of
+from nsdrill.study.keys import keys_named
 from nsdrill.study.load import parse_study
 from nsdrill.study.read import parse
 from nsdrill.study.write import short_text
@@ -84,9 +84,9 @@ def test_the_short_study(call: Call) -> None:
 def test_the_short_study_has_the_defaults_of_its_model(model: str, units: str) -> None:
     text = short_text(model, units)
     study = parse_study(text)
-    assert (study.model, study.units) == (model, units)
+    assert (study.model.name, study.units) == (model, units)
     plain = parse_study(f"model: {model}\nsweep: {{rotary_speed: [3 rad/s]}}\n")
-    keys = keys_of(model)
+    keys = keys_named(model)
     for key in keys.leaves:
         section, _, name = key.partition(".")
         if section in ("simulation", "model"):
@@ -113,7 +113,7 @@ def test_every_key_is_in_the_long_one(call: Call) -> None:
     text = call("new", "--all").out
     assert text.startswith("# yaml-language-server: ")
     data = parse(text, "all").data
-    for key in keys_of().leaves:
+    for key in keys_named().leaves:
         inside = data
         for part in key.split("."):
             inside = inside[part]

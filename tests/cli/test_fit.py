@@ -113,8 +113,8 @@ def test_what_the_data_cannot_tell_is_said(call: Call, truth: np.ndarray):
         "bit.friction.decay=50 s/rad",
     )
     assert answer.code == 0, answer.err
-    assert "THE DATA CANNOT TELL any of the unknowns" in answer.out
-    assert "NOT TOLD by these data" in answer.out
+    assert "THE DATA DETERMINE NONE of the unknowns" in answer.out
+    assert "NOT DETERMINED by these data" in answer.out
 
 
 def test_data_that_the_model_cannot_give_are_refused_credit(call: Call, truth: np.ndarray):

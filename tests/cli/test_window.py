@@ -1,4 +1,4 @@
-"""The safe window as a user asks for it: the note, the JSON, the picture, and what is
+"""The operating window as a user asks for it: the note, the JSON, the picture, and what is
 no sweep."""
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def test_the_closing_depth(sequence: str, said: str) -> None:
 def test_a_real_run(call: Call, shared: Path) -> None:
     answer = call("window", shared / "small.h5", "-o", "window.png")
     assert (answer.code, answer.err) == (0, "window.png: drawn.\n")
-    assert "small.h5: safe window. Small" in answer.out
+    assert "small.h5: operating window. Small" in answer.out
     assert Path("window.png").stat().st_size > 5000
     found = json.loads(call("window", shared / "small.h5", "--json").out)
     assert found["axes"] == ["rotary_speed"]

@@ -15,7 +15,7 @@ from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
 from nsdrill.store.layout import root_attributes
 from nsdrill.study import parse_study
-from nsdrill.study.keys import keys_of
+from nsdrill.study.keys import keys_named
 
 
 def test_tables_are_up_to_date(page: Path, tables: ModuleType) -> None:
@@ -33,7 +33,7 @@ def test_every_table_is_in_a_page(docs: Path, tables: ModuleType) -> None:
 def test_every_key_of_the_study_is_documented(docs: Path) -> None:
     text = (docs / "study.md").read_text(encoding="utf-8")
     sweep = ("depth", "wob", "rotary_speed", "procedure", "along")
-    every = {key for model in NAMES for key in keys_of(model).leaves}
+    every = {key for model in NAMES for key in keys_named(model).leaves}
     for key in (*every, *(f"sweep.{name}" for name in sweep)):
         assert f"`{key}`" in text, key
 
@@ -43,7 +43,7 @@ def test_every_feature_and_threshold_is_defined(docs: Path) -> None:
     for name in FEATURES:
         assert f"`{name}`" in variables, name
     keys = (docs / "study.md").read_text(encoding="utf-8")
-    for leaf in keys_of().of("classify"):
+    for leaf in keys_named().of("classify"):
         assert f"`{leaf.key}`" in keys, leaf.key
     text = (docs / "responses.md").read_text(encoding="utf-8")
     for name in ("response", "whirl_kind", "stick_slip_severity"):

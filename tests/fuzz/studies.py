@@ -20,9 +20,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.leaves import values_at
-from nsdrill.models.registry import model_named
 from nsdrill.study import load_study, template_text
-from nsdrill.study.keys import keys_of
+from nsdrill.study.keys import keys_named
 from nsdrill.study.read import parse
 from nsdrill.units import USUAL
 
@@ -108,7 +107,7 @@ def bases() -> list[dict[str, Any]]:
     return [parse(text, "base").data for text in (*texts, template_text())]
 
 
-LEAVES = keys_of().leaves
+LEAVES = keys_named().leaves
 UNITS = [unit for units in USUAL.values() for unit in units]
 
 
@@ -301,7 +300,7 @@ def attempt(folder: Path, seed: int, number: int) -> bool:
         study = load_study(path, overrides)
         if study.initial.starts > 1000:
             return True
-        model = model_named(study.model)
+        model = study.model.dynamics
         for end in (0, -1):
             at = values_at(study.parameters, study.initial, {key: axis[[end]] for key, axis in study.axes.items()})
             runs = model.runs(model.pack(at, study.thresholds), model.variant(at.parameters), model.starts(at, 0))

@@ -16,13 +16,15 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.friction import hyperbolic, values
+from nsdrill.models.friction import Numbers, hyperbolic, values
+from nsdrill.models.registry import described
 from nsdrill.models.torsion import Initial as TorsionStart
 from nsdrill.models.torsion import Parameters as TorsionParameters
 from nsdrill.models.torsion import pipe, torque
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.variables import MODEL
 
 FROZEN = ("axial", "lateral")
 
@@ -79,9 +81,9 @@ def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> No
         for _ in range(120):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if middle + c * law(middle) < abs(free) else (low, middle)
-        numbers = eps, tau, rise, dynamic
+        numbers = Numbers(eps, tau, rise, dynamic)
 
-        def with_slope(v: float, numbers: tuple[float, ...] = numbers) -> list[float]:
+        def with_slope(v: float, numbers: Numbers = numbers) -> list[float]:
             return [float(values(hyperbolic, name, v, numbers)) for name in ("coefficient", "slope")]
 
         named = Named(smoothing=eps, decay=tau, rise=rise, dynamic=dynamic)
@@ -111,7 +113,8 @@ def torsion_work(smoothing: float, method: str, duration: float, rtol: float, pa
     axes = {"depth": np.array([5000.0]), "wob": np.array([60e3]), "rotary_speed": np.array([2.0])}
     simulation = Simulation(0.0, duration, rtol=rtol, method=method, pair=pair)  # type: ignore[arg-type]
     start = TorsionStart(twist=-3.0, bit_speed=1.0)
-    return Work(Plan(axes, "same", None), parameters, start, simulation, Thresholds(), Record(peaks=0), "torsion")
+    model = described("torsion")
+    return Work(Plan(axes, "same", None), parameters, start, simulation, Thresholds(), Record(peaks=0), model)
 
 
 @pytest.mark.parametrize("smoothing", [50.0, 5e3])
@@ -178,7 +181,7 @@ def main_work(smoothing: float, method: str, rtol: float = 1e-6, frozen: bool = 
     values = {"depth": [5000.0], "wob": [66.72e3], "rotary_speed": [1.0], **axes}
     simulation = Simulation(20.0, 25.0, rtol=rtol, method=method)  # type: ignore[arg-type]
     plan = Plan({name: np.array(value) for name, value in values.items()}, "same", None)
-    return Work(plan, parameters, Initial(twist=-8.0), simulation, Thresholds(), Record(peaks=4))
+    return Work(plan, parameters, Initial(twist=-8.0), simulation, Thresholds(), Record(peaks=4), described(MODEL))
 
 
 def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> None:
@@ -191,12 +194,12 @@ def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> N
         work = main_work(smoothing, "implicit")
         law = bit_numbers(work.parameters, derive(work.parameters, 5000.0, 66.72e3, 1.0))
         arm = 2 / np.pi * np.arctan(smoothing * speed)
-        arm = arm * (law.bit_rise / (1 + law.bit_decay * speed) + law.bit_dynamic)
+        arm = arm * (law.rise / (1 + law.decay * speed) + law.dynamic)
         found = run(work)
         assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * arm.max(), rel=1e-6)
         assert found["bit_speed_min"][0] > -1e-6
         steps[smoothing] = int(found["steps"][0])
-    assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * (law.bit_rise + law.bit_dynamic), rel=3e-3)
+    assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * (law.rise + law.dynamic), rel=3e-3)
     assert steps[1e6] < 1.5 * steps[1e3]
 
 
@@ -211,7 +214,7 @@ def test_the_least_speed_of_a_bit_that_sticks_is_that_at_which_it_creeps(smoothi
 
     def torque(speed: float) -> float:
         arm = 2 / np.pi * np.arctan(smoothing * speed)
-        return 66.72e3 * arm * (law.bit_rise / (1 + law.bit_decay * abs(speed)) + law.bit_dynamic)
+        return 66.72e3 * arm * (law.rise / (1 + law.decay * abs(speed)) + law.dynamic)
 
     def slopes(_: float, y: np.ndarray) -> list[float]:
         return [y[1] - 1.0, -(damping * y[1] + k.k_t * y[0] + torque(y[1])) / k.J]

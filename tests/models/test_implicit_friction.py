@@ -39,7 +39,7 @@ MIXED = {
 def buffer_of(text: str, implicit: bool, seed: int, relax: float = 0.0) -> Any:
     """(buffer, rows, variant) of random states, about a half of the contacts closed."""
     study = parse_study(text)
-    model, rng, at = model_named(study.model), np.random.default_rng(seed), study.operation
+    model, rng, at = study.model.dynamics, np.random.default_rng(seed), study.operation
     variant = model.variant(study.parameters)
     variant = model.implicit(variant) if implicit else variant
     rows = model.rows(variant)
@@ -50,7 +50,7 @@ def buffer_of(text: str, implicit: bool, seed: int, relax: float = 0.0) -> Any:
     size = model.state_scales(table, variant)
     start = model.starts(points, 0)[:, : rows.own]
     b[rows.stage : rows.stage + rows.own] = (start + rng.normal(size=(W, rows.own)) * size).T
-    if study.model != "segments":
+    if study.model.name != "segments":
         b[rows.stage] += rng.choice([0.0, 0.09], W)
     else:
         z = model.states(variant).index("z")

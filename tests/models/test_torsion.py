@@ -123,7 +123,7 @@ def test_every_command_knows_it(
     monkeypatch.chdir(tmp_path)
     Path("t.yaml").write_text(STUDY)
     assert call("new", "--model", "torsion", "-o", "new.yaml").code == 0
-    assert nsdrill.load_study("new.yaml").model == "torsion"
+    assert nsdrill.load_study("new.yaml").model.name == "torsion"
     assert "twist" in call("schema", "--model", "torsion").out
     assert call("run", "t.yaml", "-o", "t.h5").code == 0
     shown = call("show", "t.h5").out

@@ -1,4 +1,4 @@
-"""The picture of the safe window: right areas, the point with its bars, panels for
+"""The picture of the operating window: right areas, the point with its bars, panels for
 depths, readable without colour."""
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from sweep.runs import run_work
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import Values, with_values
-from nsdrill.models.registry import model_named
+from nsdrill.models.registry import described, model_named
 from nsdrill.models.segments.parameters import Initial, Parameters
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.plan import Plan
@@ -109,4 +109,4 @@ def run(
     values = {"depth": depth, "wob": WOB, "rotary_speed": SPEED} | axes
     plan = Plan({name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in values.items()}, "same", None)
     thresholds = replace(Thresholds())
-    return run_work(Work(plan, parameters, initial, simulation, thresholds, record, "segments"))
+    return run_work(Work(plan, parameters, initial, simulation, thresholds, record, described("segments")))

@@ -12,10 +12,11 @@ from nsdrill.app.refinement import summary
 from nsdrill.app.run import run_in_memory, run_study
 from nsdrill.errors import StudyError
 from nsdrill.models.leaves import further_axes
+from nsdrill.models.registry import described
 from nsdrill.plot.labels import quantity
 from nsdrill.store import open_results, read_results
 from nsdrill.study import parse_study, study_from_resolved
-from nsdrill.study.keys import keys_of
+from nsdrill.study.keys import keys_named
 from nsdrill.study.write import study_text
 from nsdrill.units import CF, readable
 from nsdrill.variables import MODEL
@@ -31,9 +32,9 @@ record: {peaks: 0}
 
 def test_every_number_of_the_string_is_an_axis() -> None:
     """By the same keys in the study and in the model, but for those of the operation."""
-    further = {key for key, _ in further_axes(MODEL).values()}
-    assert further | {"depth", "wob", "rotary_speed"} == set(keys_of().axes)
-    assert all(keys_of().axes[key].units == units for key, units in further_axes(MODEL).values())
+    further = {key for key, _ in further_axes(described(MODEL)).values()}
+    assert further | {"depth", "wob", "rotary_speed"} == set(keys_named().axes)
+    assert all(keys_named().axes[key].units == units for key, units in further_axes(described(MODEL)).values())
 
 
 def test_spacing_is_linear_or_logarithmic() -> None:
@@ -85,7 +86,7 @@ def test_the_wall_stiffness_is_an_axis_of_the_linear_law() -> None:
         ("bit.rock_stiffness: [1 N/m, 1e30 N/m]", ["sweep.bit.rock_stiffness[1]", "at most"]),
         (
             "well.diameter: {from: 0.2 m, to: 0.4 m, points: 3}",
-            ["sweep.well.diameter: found 200 mm at the least", "above drillstring.collar.outer_diameter"],
+            ["sweep.well.diameter.from: found 200 mm at the least", "above drillstring.collar.outer_diameter"],
         ),
         ("drillstring.collar.length: [100 m, 6000 m]", ["sweep.drillstring.collar.length", "below operation.depth"]),
         ("initial.x: [0 mm, 3 m]", ["initial.x", "off the axis"]),
@@ -124,7 +125,7 @@ def test_a_study_without_a_sweep_is_one_operating_point() -> None:
 
 
 def test_every_further_axis_has_units_for_files_texts_and_pictures() -> None:
-    for name, (_, units) in further_axes(MODEL).items():
+    for name, (_, units) in further_axes(described(MODEL)).items():
         assert units in CF
         assert readable(2.0, units).startswith("2")
         for system in ("si", "field"):

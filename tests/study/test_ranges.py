@@ -15,12 +15,13 @@ from nsdrill.models.christoforou_yigit.parameters import Collar
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Whirl
 from nsdrill.study import json_schema, parse_study
-from nsdrill.study.keys import Leaf, keys_of
-from nsdrill.study.schema import POINTS, REFINE
+from nsdrill.study.forms import POINTS
+from nsdrill.study.keys import Leaf, keys_named
+from nsdrill.study.schema import REFINE
 from nsdrill.units import QuantityError
 
 SWEEP = "sweep: {rotary_speed: [3 rad/s]}\n"
-NUMBERS = {key: leaf for key, leaf in keys_of().leaves.items() if leaf.kind in ("quantity", "number", "whole")}
+NUMBERS = {key: leaf for key, leaf in keys_named().leaves.items() if leaf.kind in ("quantity", "number", "whole")}
 
 
 def raw(leaf: Leaf, value: float) -> object:

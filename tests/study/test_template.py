@@ -11,8 +11,8 @@ from nsdrill.models.meanings import MEANINGS as OF_MODELS
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study import json_schema, parse_study, template_text
-from nsdrill.study.continuation import continuation_form
-from nsdrill.study.keys import MEANINGS, SLICE, keys_of
+from nsdrill.study.continuation import Continue
+from nsdrill.study.keys import MEANINGS, SLICE, keys_named
 from nsdrill.study.read import parse
 from nsdrill.study.uncertain import HOW
 
@@ -33,8 +33,8 @@ def test_the_template_is_the_defaults() -> None:
 def test_the_template_has_every_key_with_its_meaning() -> None:
     text = template_text()
     lines = {".".join(map(str, path)): place.line for path, place in parse(text, "t").keys.items()}
-    assert set(keys_of().leaves) <= set(lines)
-    for key, leaf in keys_of().leaves.items():
+    assert set(keys_named().leaves) <= set(lines)
+    for key, leaf in keys_named().leaves.items():
         line = text.splitlines()[(lines[key] or 0) - 1]
         assert leaf.meaning in line
         assert not leaf.units or f"[{leaf.units}]" in line
@@ -42,24 +42,24 @@ def test_the_template_has_every_key_with_its_meaning() -> None:
 
 
 def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
-    groups = {key.rpartition(".")[0] for key in keys_of().leaves}
+    groups = {key.rpartition(".")[0] for key in keys_named().leaves}
     groups = (groups | {group.rpartition(".")[0] for group in groups}) - {""}
-    sections = set(keys_of().sections)
+    sections = set(keys_named().sections)
     unknowns = {"uncertain", *(f"uncertain.{name}" for name in HOW)}
     own = {key for key in MEANINGS if key.partition(".")[0] == "continue"}
-    form = continuation_form(keys_of())
+    form = Continue(keys_named())
     assert own == {
         "continue",
         *(f"continue.{key}" for key in form.members),
         *(f"continue.curves.{key}" for key in form.members["curves"].form.mapping.members),
     }
     assert (set(MEANINGS) | set(OF_MODELS)) - own == set(
-        keys_of().leaves
+        keys_named().leaves
     ) | groups | sections | SWEEP_KEYS | unknowns | {"title", "units", "sweep", SLICE}
 
 
 def test_defaults_as_text_read_back_exactly() -> None:
-    for leaf in keys_of().leaves.values():
+    for leaf in keys_named().leaves.values():
         raw = parse(leaf.default_text, "t").data
         assert leaf.read(raw) == leaf.default, leaf.key
 
@@ -79,7 +79,7 @@ def test_the_json_schema() -> None:
         "sweep",
         "uncertain",
         "continue",
-        *keys_of().sections,
+        *keys_named().sections,
     }
     for part in objects(schema):
         assert part["additionalProperties"] is False

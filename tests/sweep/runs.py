@@ -14,10 +14,12 @@ from reference import Case
 from nsdrill.kernel.batch import FinishedRuns
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial
+from nsdrill.models.registry import described
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.engine import Engine, Starts
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.variables import MODEL
 
 SHORT = Simulation(transient=5.0, observe=10.0, rtol=1e-6)
 
@@ -37,7 +39,7 @@ def work_for(
     values = {"depth": case.depth, "wob": case.wob, "rotary_speed": case.speed} | axes
     plan = Plan({name: np.atleast_1d(np.asarray(v, dtype=float)) for name, v in values.items()}, procedure, along)
     thresholds = Thresholds() if stuck_below is None else replace(Thresholds(), stuck_below=stuck_below)
-    return Work(plan, parameters_of(case), initial, simulation, thresholds, Record(peaks=peaks))
+    return Work(plan, parameters_of(case), initial, simulation, thresholds, Record(peaks=peaks), described(MODEL))
 
 
 def run_work(

@@ -89,12 +89,12 @@ def test_a_map_opens_on_its_window(page: Any, files: Path) -> None:
         assert len(maps) == 3
         assert len({round(box["y"]) for box in maps}) == 1  # side by side
         said = titles(page)
-        assert all(word in said for word in ("Safe window:", "Responses, up:", "Responses, down:"))
+        assert all(word in said for word in ("Operating window:", "Responses, up:", "Responses, down:"))
         best = find_window(results)["maps"][0]["recommended"]
         name = page.locator("#which .name").inner_text()
         assert f"Rotary speed {best['rotary_speed']:g} rad/s" in name
         assert f"Weight on bit {best['wob'] / 1e3:g} kN" in name
-        assert "border of the safe window" in page.locator("#legend").inner_text()
+        assert "border of the operating window" in page.locator("#legend").inner_text()
         page.locator("#channel").select_option("map radius_max")
         page.locator("#legend", has_text="down less up").wait_for()
         assert len(boxes(page, "#diagram .uplot")) == 3
@@ -313,7 +313,7 @@ def test_pictures_are_vectors_or_pixels_without_gaps(page: Any, files: Path) -> 
     root = ElementTree.fromstring(kept["svg"])
     space = "{http://www.w3.org/2000/svg}"
     words = [one.text for one in root.iter(f"{space}text")]
-    assert {"Rotary speed [rad/s]", "Safe window", "Bit speed [rad/s]"} <= set(words)
+    assert {"Rotary speed [rad/s]", "Operating window", "Bit speed [rad/s]"} <= set(words)
     assert {"4", "6", "8"} & set(words)  # ticks
     fills = {one.get("fill") for one in root.iter(f"{space}path")} - {None, "none"}
     assert len(fills) > 3  # the colours of the cells

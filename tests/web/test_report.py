@@ -50,7 +50,7 @@ def test_it_says_what_was_asked(page: str, shared: Path) -> None:
         "--study > small_study.yaml",
         "nsdrill run small_study.yaml -o small_again.h5",
         "nsdrill replay",
-        "Safe window",
+        "Operating window",
         "Responses, up:",
         "procedure: up-down",
         f"nsdrill report {shared / 'small.h5'} -o",
@@ -124,7 +124,7 @@ def test_representatives_are_settled_points_of_the_commonest_responses() -> None
 def test_bad_input_is_said_and_writes_nothing(shared: Path, tmp_path: Path) -> None:
     for arguments, word in (
         (["nothing.h5", "-o", tmp_path / "a.html"], "nothing.h5"),
-        ([shared / "small.yaml", "-o", tmp_path / "a.html"], "found a study; allowed: results"),
+        ([shared / "small.yaml", "-o", tmp_path / "a.html"], "a study, it seems. Run it first"),
         ([shared / "small.h5", "-o", tmp_path / "a.pdf"], ".html"),
         ([shared / "small.h5", "-o", tmp_path / "no" / "a.html"], "no"),
         ([], "RESULTS"),

@@ -1,4 +1,4 @@
-"""The safe window: the operating points that are safe whatever the history, and the
+"""The operating window: the operating points that are safe whatever the history, and the
 best of them.
 
 A *history* is a procedure and, in an ensemble, a start: one way to reach an operating
@@ -256,7 +256,7 @@ def _mean(values: Array) -> Array:
 
 
 def find_window(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
-    """The safe window of a sweep with ascending axes, as plain data in SI units; its
+    """The operating window of a sweep with ascending axes, as plain data in SI units; its
     keys are described on the page on the window. For results with samples the window
     has a ``confidence``, by default 0.9; InputError for a ``confidence`` without
     samples."""

@@ -90,13 +90,12 @@ def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
     """The values of axes by key, in SI: those of ``at``, a mapping or pairs, and those
     given as arguments (``apart``). The axes are those of the ``study``, else of any model;
     ``at`` may also have the number of a sample."""
-    from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean, keys_of
+    from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
     from nsdrill.variables import dimension_of, short_key
 
     leaves = axes_of_all()
     if study is not None:
-        study_keys = keys_of(study.model)
-        leaves = {name: study_keys.leaf(leaf.key, study.resolved) for name, leaf in study_keys.axes.items()}
+        leaves = {name: study.keys.leaf(leaf.key, study.resolved) for name, leaf in study.keys.axes.items()}
     leaves = {**leaves, SAMPLE_LEAF.key: SAMPLE_LEAF}
     keys = {dimension_of(key): key for key in leaves}
     values = {name: _value(value, leaves[name], name) for name, value in apart.items() if value is not None}

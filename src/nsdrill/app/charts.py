@@ -17,7 +17,7 @@ from nsdrill.data import OVERRIDES, json_text
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import OPERATION, with_values
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import described, of_all
+from nsdrill.models.registry import of_all
 from nsdrill.plot.registry import STUDY, kinds_of
 from nsdrill.variables import dimension_of, short_key
 
@@ -84,14 +84,14 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
         listing = "\n".join(f"  {name:<24} {one.words}" for name, one in known.items())
         found = "a study without a kind" if kind is None else f"{kind!r} with a study"
         raise InputError(f"plot kind: found {found}.{hint} Allowed of a study, which is not run:\n{listing}")
-    home = described(study.model).charts
+    home = study.model.charts
     if not home:
-        having = ", ".join(model for model, found in of_all(described) if found.charts)
-        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed: {having}.")
+        having = ", ".join(model for model, charts in of_all(lambda model: model.charts) if charts)
+        raise InputError(f"--kind {name}: found a study of the model {study.model.name}; allowed: {having}.")
     charts: Any = import_module(home)
     if not hasattr(charts, MAKERS[name]):
         own = ", ".join(word for word, maker in MAKERS.items() if hasattr(charts, maker))
-        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed of this model: {own}.")
+        raise InputError(f"--kind {name}: found a study of the model {study.model.name}; allowed of this model: {own}.")
     if name in ("drive-card", "drive-tuning"):
         if along is not None:
             raise InputError(

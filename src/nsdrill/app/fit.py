@@ -34,7 +34,7 @@ from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Record
 from nsdrill.quantity import quantity
 from nsdrill.sampling import quantile, rounded
-from nsdrill.study.keys import Leaf, keys_of
+from nsdrill.study.keys import Leaf
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.uncertain import HOW
@@ -170,7 +170,7 @@ def unknowns_of(study: Study) -> dict[str, Any]:
 def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> list[str]:
     """A warning, in ``units`` "si" or "field", for each measured setting far outside
     the sweep of the study, whose unit may be wrong."""
-    leaves = keys_of(study.model).axes
+    leaves = study.keys.axes
     warnings = []
     for key, values in measured.at.items():
         swept = study.axes.get(key, np.empty(0))
@@ -198,7 +198,7 @@ def _setting(leaf: Leaf, value: float, units: str) -> str:
 def _check_points(study: Study, measured: Measured) -> None:
     """FileError where the study is not valid at the extremes of a setting, such as a
     depth less than the length of the collars."""
-    leaves = keys_of(study.model).axes
+    leaves = study.keys.axes
     text = study_text(study.resolved)
     for place in sorted({int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}):
         point = {key: leaves[key].text(float(values[place])) for key, values in measured.at.items()}

@@ -14,10 +14,8 @@ from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.data import resolved_study
 from nsdrill.errors import FileError, Refusal
 from nsdrill.models.leaves import OPERATION
-from nsdrill.models.registry import described
 from nsdrill.orbit.flow import RTOL
 from nsdrill.store import open_branches
-from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text
 
@@ -76,7 +74,7 @@ def trace_of(
 
 def settings_for(study: Study, point: OrbitPoint) -> list[str]:
     """The numbers of the point as texts ``key=value`` for the study."""
-    keys = keys_of(study.model)
+    keys = study.keys
     texts = []
     for key, value in point.values.items():
         leaf = keys.axes[key]
@@ -87,11 +85,11 @@ def settings_for(study: Study, point: OrbitPoint) -> list[str]:
 def check_study(path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: dict[str, Any]) -> None:
     """FileError where the branches and the ``study`` have different strings, apart from
     the numbers of the ``point``."""
-    if str(attrs.get("model")) != study.model:
+    if str(attrs.get("model")) != study.model.name:
         raise FileError(
-            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. {_ITS_STUDY}"
+            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model.name}. {_ITS_STUDY}"
         )
-    free = {keys_of(study.model).axes[key].key for key in point.values}
+    free = {study.keys.axes[key].key for key in point.values}
     resolved = resolved_study(attrs)
     keys = [key for key, _, _ in string_differences(resolved, study.resolved, free)]
     if keys:
@@ -109,7 +107,7 @@ def simulate_orbit(
 ) -> Trajectory:
     """The trace of the motion at ``point``, over one period or ``duration`` [s].
     ``study`` must have the numbers of the point."""
-    states = described(study.model).states(study.parameters)
+    states = study.model.states(study.parameters)
     if len(states) != len(point.state):
         raise FileError(f"{path}: its motions have {len(point.state)} states, the study {len(states)}. {_ITS_STUDY}")
     span = point.period if duration is None else duration

@@ -18,7 +18,7 @@ from nsdrill.abi import source_digest
 from nsdrill.data import json_text
 from nsdrill.errors import printable
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.models.registry import described, sources_of
+from nsdrill.models.registry import sources_of
 from nsdrill.study.study import Study
 from nsdrill.variables import MODEL
 
@@ -38,7 +38,7 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return {
         "title": study.title,
-        "model": study.model,
+        "model": study.model.name,
         "study": study.text,
         "study_source": printable(study.source),
         "study_overrides": json_text(study.overrides),
@@ -46,7 +46,7 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
         "study_sha256": study.sha256,
         "created": now,
         "history": f"{now} nsdrill {__version__} {command}",
-        **versions(study.model),
+        **versions(study.model.name),
         "h5py_version": version("h5py"),
         "python_version": platform.python_version(),
         "processor": processor(),
@@ -55,7 +55,7 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
 
 
 def _model_attributes(study: Study) -> dict[str, Any]:
-    attributes = described(study.model).attributes
+    attributes = study.model.attributes
     return {} if attributes is None else attributes(study.parameters, study.initial, study.varied)
 
 

@@ -53,7 +53,7 @@ class Rounds:
         """The calls of the fit that writes ``path``; with ``resume`` those that were
         saved. FileError where ``path`` may not be written, or where the saved calls
         belong to another fit."""
-        part = Part.claim(path, WHAT, study.model, overwrite=overwrite, resume=resume)
+        part = Part.claim(path, WHAT, study.model.name, overwrite=overwrite, resume=resume)
         rounds = cls(part, _digest(study, measured, batch), measured.points)
         try:
             if part.kept:

@@ -11,7 +11,7 @@ from nsdrill.app.datasets import variables_of, with_missing_features
 from nsdrill.app.table import table, write_rows
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.store import ResultsSource, claim_file, to_csv, write_results, write_trace
+from nsdrill.store import MemoryLog, claim_file, to_csv, write_results, write_trace
 from nsdrill.variables import COUNTED
 
 ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
@@ -36,7 +36,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
     if suffix == ".csv":
         to_csv(data, path, overwrite=overwrite)
     else:
-        write_results(path, ResultsSource(data))
+        write_results(path, MemoryLog.of(data))
 
 
 def _check_whole(results: Results) -> None:

@@ -17,7 +17,6 @@ from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent
 from nsdrill.app.datasets import missing_variable_errors
-from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words, values_in_parts, words_along
@@ -276,13 +275,12 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
 
 def _state_scales(study: Study, results: Results) -> np.ndarray:
     """The natural scales of the states at every point, shape (*grid, states)."""
-    from nsdrill.models.registry import model_named
 
     several = [np.arange(study.samples)] if study.samples else []
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
     values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
     values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
-    model, names = model_named(study.model), results.coords["state"].tolist()[:-1]
+    model, names = study.model.dynamics, results.coords["state"].tolist()[:-1]
     # NaN for states that the string of a point lacks
     by_point = np.full((axes[0].size, len(names)), np.nan)
     for at, selected in values_in_parts(study.model, study.parameters, study.initial, values):
@@ -333,25 +331,24 @@ def new_labels(
     for their history, and the root attributes with the thresholds. InputError where a
     refined sweep would need further runs."""
     from nsdrill.app.attractors import labels_of
+    from nsdrill.app.overrides import stored_experiment
     from nsdrill.app.refinement import reinfer
-    from nsdrill.app.stored import stored_study
-    from nsdrill.models.registry import model_named
     from nsdrill.observe.trust import trust_labels
     from nsdrill.study import change_thresholds
 
-    study = stored_study(path, results.attrs, results.coords, results.drawn)
+    experiment = stored_experiment(path, results)
+    study = experiment.study
     thresholds = change_thresholds(study.thresholds, overrides)
     scales = _state_scales(study, results)
-    model = model_named(study.model)
+    model = study.model.dynamics
     with missing_variable_errors(os.fspath(path)):
         labels = model.classify(results.variables, results["status"], thresholds, scales)
-    if "start" in results.coords:
-        plan = plan_of(study)
-        labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors)
+        if "start" in results.coords:
+            labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
-        labels["response"], missing = reinfer(study, plan_of(study), results["status"], labels["response"])
+        labels["response"], missing = reinfer(experiment, results["status"], labels["response"])
         if missing:
             raise InputError(
                 f"{path}: with these thresholds the responses differ between neighbours where the "

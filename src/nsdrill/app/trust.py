@@ -15,7 +15,6 @@ from nsdrill.app.stages import RunStages
 from nsdrill.data import Array
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.registry import described
 from nsdrill.observe.trust import trust_labels
 from nsdrill.store import Source, columns
 from nsdrill.sweep.rerun import Rerun
@@ -72,7 +71,7 @@ def _run(stages: RunStages, work: Work, check: Check, points: Array) -> None:
         records = np.concatenate([log.read(point, point + 1) for point in done.tolist()])
         records[f"{check.name}_status"] = found["status"]
         records[f"{check.name}_difference"] = work.kind.difference(_fields(records), found, found)
-        for name in described(work.model).check_features:
+        for name in work.model.check_features:
             records[f"{check.name}_{name}"] = found[name]
         for name, values in trust_labels(
             _fields(records), records["response"], work.thresholds, work.kind.responses

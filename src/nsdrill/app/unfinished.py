@@ -145,8 +145,7 @@ class Part:
             remedy = "Nothing is kept. Make room or choose another folder with -o."
             if self.kept:
                 remedy = (
-                    f"What it held before is safe: {self.kept}. Make room, and go on with the same "
-                    f"command and --resume."
+                    f"What it held before is safe: {self.kept}. Free some space, and run the same command and --resume."
                 )
             raise NsdrillError(f"{self.path}: could not be written: {reason(error)}. {remedy}") from error
         if self._lock is not None:

@@ -29,12 +29,12 @@ WIDTH = 100  # characters of a line of a warning
     ),
 )
 @options.study_argument
-@click.option("--json", "as_json", is_flag=True, help="The same for programs; warnings included.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, with all quantities and warnings.")
 @click.option(
     "--all",
     "everything",
     is_flag=True,
-    help="Further quantities: buckling, higher lateral modes, standing waves, damping by the mud.",
+    help="Print further quantities: buckling, higher lateral modes, standing waves, damping by the mud.",
 )
 @options.units
 @options.settings

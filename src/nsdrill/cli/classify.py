@@ -24,8 +24,8 @@ def command(results: str, output: str | None, overrides: tuple[str, ...], overwr
     is run again.
 
     Without --set the thresholds of the study are restored. All keys of `classify` may
-    change but stuck_below, which enters the run itself. What was done is added to the
-    history in the file.
+    change but stuck_below, which enters the run itself. The attribute `history` of the
+    file records the change.
     """
     from nsdrill.app.summary import reclassify
     from nsdrill.cli.words import count

@@ -15,7 +15,7 @@ from nsdrill.cli import options
 @options.output("Results file to write.", hdf5=True)
 @options.overwrite
 def command(results: tuple[str, ...], output: str, overwrite: bool) -> int:
-    """Make one file of RESULTS whose studies differ in one number, which becomes an
+    """Join RESULTS whose studies differ in one number into one file, in which it is an
     axis.
 
     The file is the one that a sweep of that axis would have made, to the bit; nothing

@@ -25,11 +25,11 @@ from nsdrill.cli.overview import EXIT_CODES
     "--seeds",
     type=options.FileName(),
     metavar="OUT.h5",
-    help="Follow the settled points of this results file, in place of what continue.seeds says.",
+    help="Follow the settled points of this results file instead of continue.seeds.",
 )
 @options.workers
 @options.settings
-@click.option("--resume", is_flag=True, help="Go on with an interrupted continuation.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted run.")
 @options.overwrite
 @options.quiet
 def command(
@@ -42,8 +42,8 @@ def command(
     overwrite: bool,
     quiet: bool,
 ) -> int:
-    """Follow the motions of STUDY along the number that its section continue names,
-    stable or not, and write their branches with stability and special points.
+    """Follow the motions of STUDY, stable or not, along the number that its section
+    continue names, and write their branches with stability and special points.
 
     The motions are seeded by a results file, or settle first at some values. `nsdrill
     show` says what each special point means, `nsdrill plot` draws the branches, also

@@ -24,19 +24,19 @@ MAX_CHANGES = 12
 )
 @options.file_argument("a")
 @options.file_argument("b")
-@click.option("--bits", is_flag=True, help="Which numbers differ, to the bit, and who made the files.")
-@click.option("--json", "as_json", is_flag=True, help="All of it for programs, also the bits.")
+@click.option("--bits", is_flag=True, help="Print which numbers differ, to the bit, and the versions and machines.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, with --bits included.")
 @options.units
-@click.option("--exit-code", is_flag=True, help="Exit with 1 where the studies or any numbers differ.")
+@click.option("--exit-code", is_flag=True, help="Exit with 1 if the studies or any numbers differ.")
 def command(a: str, b: str, bits: bool, as_json: bool, units: str, exit_code: bool) -> int:
-    """Say what differs between the files A and B: results, .part files of runs that go
+    """Compare the files A and B: results, .part files of runs that go
     on, or traces.
 
     First the keys of the studies, and what changed for the driller: the safe points,
     the borders of the window, the responses; then whether the numbers are the same.
     With --bits also versions and machines, and every variable that differs, to the bit.
-    The exit code is 0 whatever was found, unless --exit-code is given. Titles, times,
-    versions and machines do not count for it.
+    With --exit-code the exit code is 1 where anything differs but titles, times,
+    versions and machines; without it 0.
     """
     from nsdrill.app.diff import diff
     from nsdrill.cli.words import in_units

@@ -26,17 +26,16 @@ SI_ONLY = " netCDF stays in SI units, which its attributes name."
 )
 @options.file_argument("results")
 @options.output("File to write: .csv or .nc (netCDF-4); - is CSV to standard output.", stream=True)
-@click.option("--peaks", is_flag=True, help="CSV: a column for every recorded peak.")
-@click.option("--section", is_flag=True, help="CSV: a column for every recorded return to the Poincare section.")
-@click.option("--states", is_flag=True, help="CSV: a column for every initial and final state.")
+@click.option("--peaks", is_flag=True, help="CSV: with a column for every recorded peak.")
+@click.option("--section", is_flag=True, help="CSV: with a column for every recorded return to the Poincare section.")
+@click.option("--states", is_flag=True, help="CSV: with a column for every initial and final state.")
 @options.units_of_table
 @options.overwrite
 def command(results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool) -> int:
     """Write RESULTS as a table (CSV, units in the headings) or as netCDF (everything,
     in SI units).
 
-    The table has one row a point; of a trace, as simulate and replay write it, one row
-    a sample.
+    The table has one row for each point, of a trace one for each sample.
     """
     suffix = ".csv" if output == "-" else Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):

@@ -32,9 +32,11 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 )
 @options.output("Study to write, with the samples that the data leave as its section `uncertain`.", required=False)
 @click.option("--picture", type=options.FileName(), metavar="FILE", help="Picture to write: .png, .pdf or .svg.")
-@click.option("--json", "as_json", is_flag=True, help="The same for programs.")
-@click.option("--rename", multiple=True, metavar="HEAD=NAME", help="What a column of the file is called here.")
-@click.option("--ignore", multiple=True, metavar="HEAD", help="A column to pass over; '*' for all that are not known.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@click.option(
+    "--rename", multiple=True, metavar="HEAD=NAME", help="Name of a column: HEAD in the file is NAME of nsdrill."
+)
+@click.option("--ignore", multiple=True, metavar="HEAD", help="Ignore this column; '*' ignores all unknown ones.")
 @click.option(
     "--error",
     "errors",
@@ -42,19 +44,24 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
     metavar="NAME=Q",
     help="Standard deviation of a measured value with its unit, or in percent of it. Default: 5 percent.",
 )
-@click.option("--skip-gaps", is_flag=True, help="Pass over rows with gaps in place of refusing them.")
-@options.quantity("--shortest", "s", "Over time: how long a stretch of constant settings lasts at least (120 s).")
-@options.quantity("--settle", "s", "Over time: how much of the beginning of a stretch is not used (60 s).")
+@click.option("--skip-gaps", is_flag=True, help="Leave out rows with gaps, which are refused otherwise.")
+@options.quantity("--shortest", "s", "Over time: shortest stretch of constant settings that counts. Default: 120 s.")
+@options.quantity("--settle", "s", "Over time: unused beginning of each stretch. Default: 60 s.")
 @click.option(
     "--batch",
     type=click.IntRange(min=16, max=100_000),
     default=128,
     show_default=True,
     metavar="N",
-    help="Samples of a round; each is run at every operating point of the data.",
+    help="Samples per round; each is run at every operating point of the data.",
 )
 @click.option(
-    "--rounds", type=click.IntRange(min=2, max=100), default=8, show_default=True, metavar="N", help="Rounds at most."
+    "--rounds",
+    type=click.IntRange(min=2, max=100),
+    default=8,
+    show_default=True,
+    metavar="N",
+    help="Largest number of rounds.",
 )
 @click.option(
     "--samples",
@@ -62,7 +69,7 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
     default=128,
     show_default=True,
     metavar="N",
-    help="Samples in the study that is written.",
+    help="Samples in the written study.",
 )
 @options.workers
 @options.settings
@@ -70,7 +77,7 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 @click.option(
     "--resume",
     is_flag=True,
-    help="Go on with an interrupted fit of the same -o; only the runs that are missing are made. --rounds may differ.",
+    help="Continue the interrupted fit of the same -o: only missing runs are made. --rounds may differ.",
 )
 @options.large
 @options.overwrite
@@ -101,13 +108,13 @@ def command(
     """Adjust the unknowns of STUDY, the numbers of its section `uncertain`, to
     measurements.
 
-    Their distributions say what is known before. The model is run at the operating
-    points of the data for many values of the unknowns, and each is weighed by how well
-    its features agree. The summary says what the data tell of each unknown, and what
-    they cannot tell; the adjusted study runs on with the samples that are left.
+    Their distributions are the prior. The model is run at the operating points of the
+    data for many values of the unknowns, and each is weighed by how well its features
+    agree. The summary says which unknowns the data determine and which not; the written
+    study has samples that agree with the data.
 
-    With -o, every round is kept in FILE.part until the study is written. Interrupt at
-    any time; --resume gives the very same study as an undisturbed fit.
+    With -o, every round is kept in FILE.part until the study is written. After an
+    interruption --resume gives the same study as an uninterrupted fit.
     """
     from nsdrill.cli.reading import load
 
@@ -248,7 +255,7 @@ def _unknown_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
         yield (f"  {row['key']:{width}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} {information}")
 
 
-INFORMATION_WORDS = {"well": "told", "partly": "partly told", "not": "NOT TOLD by these data"}
+INFORMATION_WORDS = {"well": "determined", "partly": "partly determined", "not": "NOT DETERMINED by these data"}
 
 
 def _feature_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
@@ -279,27 +286,24 @@ def verdicts(summary: dict[str, Any]) -> Iterator[str]:
     undetermined = [row["key"] for row in summary["unknowns"] if row["told"] == "not"]
     if len(undetermined) == len(summary["unknowns"]):
         yield (
-            "THE DATA CANNOT TELL any of the unknowns: after them as much is open as before. "
-            "Measure at other "
-            "settings, or something that the unknowns change."
+            "THE DATA DETERMINE NONE of the unknowns: they are as uncertain as before. Measure at other "
+            "settings, or another quantity that the unknowns change."
         )
     elif undetermined:
-        yield (f"THE DATA CANNOT TELL {', '.join(undetermined)}: what is known of it is what the study said before.")
+        yield (f"THE DATA DO NOT DETERMINE {', '.join(undetermined)}, which is as uncertain as before.")
     for pair in summary["together"]:
         direction = "together" if pair["correlation"] > 0 else "against each other"
         yield (
             f"{' and '.join(pair['keys'])} go {direction} (correlation "
             f"{pair['correlation']:.2f}): the "
-            f"data tell a "
-            "combination of the two better than either. Keep the samples together, as the study "
-            "that is written does."
+            f"data determine a "
+            "combination of the two better than either. Use the joint samples of the written study."
         )
     for row in summary["unknowns"]:
         if row["at_the_end"]:
             yield (
-                f"{row['key']} presses against the {row['at_the_end']} end of its distribution: "
-                f"the data would have it "
-                "farther out. Widen the distribution, or doubt the data or the model."
+                f"{row['key']} is at the {row['at_the_end']} end of its distribution: the data agree best with "
+                "values beyond it. Widen the distribution, or doubt the data or the model."
             )
     if not summary["explained"]:
         worst = max(summary["features"], key=lambda row: float(row["deviation"]))["name"]

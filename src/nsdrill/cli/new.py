@@ -35,10 +35,10 @@ def examples() -> dict[str, Path]:
     "--example",
     metavar="NAME",
     type=options.Word(examples),
-    help="A study that comes with nsdrill, as it is; --list has their names.",
+    help="Write one of the studies that come with nsdrill; --list prints their names.",
 )
 @click.option("--list", "listed", is_flag=True, help="Print the examples with their titles.")
-@click.option("--all", "every", is_flag=True, help="Every key of a study with its meaning and default.")
+@click.option("--all", "every", is_flag=True, help="Write every key with its meaning and default.")
 @options.units
 @options.overwrite
 def command(

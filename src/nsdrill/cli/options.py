@@ -170,7 +170,7 @@ UNITS_VARIABLE = "NSDRILL_UNITS"
 
 
 def _units(otherwise: str, **more: Any) -> Decorator:
-    text = f"m, kN, rad/s, or ft, klbf, rpm and other field units. Default: {otherwise}."
+    text = f"Units of the answer: m, kN, rad/s (si) or ft, klbf, rpm (field). Default: {otherwise}."
     return click.option("--units", type=UnitSystem(), envvar=UNITS_VARIABLE, help=text, **more)
 
 
@@ -212,13 +212,15 @@ thresholds = click.option(
     metavar="KEY=VALUE",
     help="Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given more than once.",
 )
-large = click.option("--large", is_flag=True, help="Make more than a million runs; without it their cost is told.")
+large = click.option(
+    "--large", is_flag=True, help="Allow more than a million runs, which are refused with their cost otherwise."
+)
 workers = click.option(
     "-j",
     "--workers",
     type=click.IntRange(min=1),
     metavar="N",
-    help="How many to run side by side. Default: all processors.",
+    help="Number of parallel workers. Default: all processors.",
 )
 quiet = click.option("-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
 overwrite = click.option("--overwrite", is_flag=True, help="Replace the output if it exists.")
@@ -235,9 +237,8 @@ at = click.option(
     multiple=True,
     type=Word(_points),
     metavar="KEY=VALUE",
-    help="The value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m', or --at "
-    "sample=17 where numbers "
-    "are uncertain. May be given more than once.",
+    help="Value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m', or --at sample=17 "
+    "with uncertain numbers. May be given more than once.",
 )
 
 
@@ -267,7 +268,7 @@ def point(depth: str, wob: str, rotary_speed: str) -> Decorator:
 
 
 model = click.option(
-    "--model", metavar="NAME", type=Word(_models), help="The model of the string; by default the one of all motions."
+    "--model", metavar="NAME", type=Word(_models), help="Model of the string. Default: christoforou_yigit."
 )
 
 
@@ -283,7 +284,7 @@ def model_name(name: str | None) -> str:
 
 
 start = click.option(
-    "--start", type=int, metavar="K", help="Number of the start, from 0, where every operating point has several."
+    "--start", type=int, metavar="K", help="Number of the start, from 0, if operating points have several."
 )
 
 
@@ -292,7 +293,7 @@ confidence = click.option(
     type=Percent(1.0, 99.99),
     default=None,
     metavar="PERCENT",
-    help="Where numbers are uncertain: call a point safe where a run is so with this probability. Default: 90.",
+    help="With uncertain numbers: least probability of a safe run at a safe point. Default: 90.",
 )
 
 
@@ -300,7 +301,8 @@ severity = click.option(
     "--severity",
     type=click.IntRange(0, 4),
     default=None,
-    help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
+    metavar="N",
+    help="Call a run safe if no severity exceeds N. Default: if no response is critical.",
 )
 
 

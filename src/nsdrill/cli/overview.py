@@ -14,22 +14,22 @@ GROUPS = {
         "run": "Run a study: sweep, classify, and write the results file.",
         "simulate": "Simulate one operating point and write its trajectory.",
         "replay": "Run one point of a results file again, with its trajectory.",
-        "branches": "Follow motions along a number of the study, stable or not: branches and bifurcations.",
+        "branches": "Follow motions, stable or not, along a number of the study: branches and bifurcations.",
     },
     "Look": {
-        "show": "Say what is in a file of results, a trace or branches, in words and numbers.",
+        "show": "Summarise a file of results, a trace or branches in words and numbers.",
         "plot": "Draw a file of results, a trace or branches.",
         "view": "Explore results or a study in the browser.",
         "report": "Write results as one page of HTML to send.",
     },
     "Decide": {
-        "window": "Say where one may run whatever the history.",
-        "sensitivity": "Say which uncertain number matters most, and which to measure first.",
+        "window": "Find the operating window: where every run is safe, whatever its history.",
+        "sensitivity": "Rank the uncertain numbers: which matters most, and which to measure first.",
         "fit": "Adjust unknown numbers of a study to measurements.",
     },
     "Files": {
-        "diff": "Say what differs between two results or trace files.",
-        "combine": "Make one file of results that differ in one number.",
+        "diff": "Compare two results or trace files.",
+        "combine": "Join results that differ in one number into one file.",
         "export": "Write results as CSV or netCDF.",
         "classify": "Give a results file new labels with other thresholds; nothing is run again.",
         "schema": "Print the JSON Schema of the study file.",
@@ -43,15 +43,15 @@ Q in the help of a command is a number with its unit, in quotes where there is a
 EXIT_CODES = """\b
 Exit codes:
   0    done
-  1    the run failed, and not through its input: a full disk, too little memory
+  1    the run failed for a reason other than its input: a full disk, too little memory
   2    the command line, the study or an input file is wrong; nothing was written
   3    finished, but some points failed; they are marked in the file
-  130  interrupted; nsdrill run, branches and fit go on with --resume"""
+  130  interrupted; --resume continues run, branches and fit"""
 HEAD = """\
 Usage: nsdrill [OPTIONS] COMMAND [ARGS]...
 
   A bifurcation explorer for drill-string vibration: bit-bounce, stick-slip and whirl
-  over depth, weight on bit and rotary speed, with history.
+  over depth, weight on bit and rotary speed, and where history decides.
 
   Start with:
     nsdrill new -o study.yaml

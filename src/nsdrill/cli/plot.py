@@ -40,11 +40,9 @@ if TYPE_CHECKING:
     "--kind",
     type=options.Word(options.kinds),
     metavar="KIND",
-    help="What to draw; --list says what fits FILE. Default: its first.",
+    help="What to draw; --list prints the kinds that fit FILE. Default: the first of them.",
 )
-@click.option(
-    "--panel", metavar="NAME", help="One panel of the picture alone, by its name or a part of it: --panel radius."
-)
+@click.option("--panel", metavar="NAME", help="Draw one panel alone, by its name or a part of it: --panel radius.")
 @click.option("--list", "listing", is_flag=True, help="Print the kinds that fit FILE, and stop.")
 @options.units
 @options.quantity("--depth", "m", "Cut a sweep of several axes at this depth.")
@@ -52,27 +50,24 @@ if TYPE_CHECKING:
 @options.quantity("--rotary-speed", "rad/s", "Cut at this rotary speed.")
 @options.at
 @options.start
-@click.option("--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say.")
+@click.option("--states", metavar="A,B", help="Two states over which to draw the basin of an ensemble, such as z,vz.")
 @options.confidence
 @click.option(
     "--over",
     type=options.FileName(),
     metavar="FILE.h5",
-    help="With branches, or the trace of a ramp and --kind ramp: draw them over the peaks of this "
-    "sweep. With a map "
-    "over two axes: draw the curves of this file of branches over it.",
+    help="With branches, or with a ramp and --kind ramp: sweep whose peaks are drawn below. With a "
+    "map over two axes: file of branches whose curves are drawn over it.",
 )
 @click.option(
     "--data",
     "field",
     type=options.FileName(),
     metavar="FIELD.csv",
-    help="Measurements to draw over a picture along one axis, or over a map: see nsdrill fit.",
+    help="CSV of measurements to draw over a picture along one axis or over a map; nsdrill fit reads the same.",
 )
 @click.option(
-    "--along",
-    metavar="KEY",
-    help="With a study and --kind critical-speeds or buckling: the axis, one that the study sweeps.",
+    "--along", metavar="KEY", help="With a study and --kind critical-speeds or buckling: a swept axis to draw along."
 )
 @click.option(
     "--set",
@@ -82,20 +77,23 @@ if TYPE_CHECKING:
     metavar="KEY=VALUE",
     help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
 )
-@click.option("--width", metavar="Q", help="Width of the picture, say 3.3in for a column of a journal. Default: 7in.")
-@click.option("--height", metavar="Q", help="Height of the picture. Default: what the kind needs.")
+@click.option("--width", metavar="Q", help="Width of the picture; 3.3in is a column of a journal. Default: 7in.")
+@click.option("--height", metavar="Q", help="Height of the picture. Default: depends on the kind.")
 @click.option("--font-size", metavar="POINTS", help="Size of the type. Default: 8.")
-@click.option(
-    "--title", metavar="TEXT", help="A title of your own. Default: that of the study and the operating point."
-)
-@click.option("--no-title", is_flag=True, help="No title, and no words over panels: a caption says them.")
-@click.option("--style", metavar="FILE", help="A style file of matplotlib (.mplstyle), or one of its styles by name.")
+@click.option("--title", metavar="TEXT", help="Title. Default: that of the study, and the operating point.")
+@click.option("--no-title", is_flag=True, help="No title, and no headings of panels: for a picture with a caption.")
+@click.option("--style", metavar="FILE", help="Style file of matplotlib (.mplstyle), or the name of one of its styles.")
 @click.option("--xlim", nargs=2, metavar="Q Q", help="Ends of the x axis: --xlim 3rad/s 6rad/s.")
 @click.option("--ylim", nargs=2, metavar="Q Q", help="Ends of the y axis: --ylim 0mm 80mm.")
-@click.option("--from", "begin", metavar="Q", help="With a trace: draw it from this time on.")
-@click.option("--to", "end", metavar="Q", help="With a trace: draw it up to this time.")
+@click.option("--from", "begin", metavar="Q", help="With a trace: first time to draw.")
+@click.option("--to", "end", metavar="Q", help="With a trace: last time to draw.")
 @click.option("--animate", is_flag=True, help="With a trace: a film of the collar in the hole, .mp4 (ffmpeg) or .gif.")
-@click.option("--speed", type=float, metavar="FACTOR", help="With --animate: how much faster than nature. Default: 1.")
+@click.option(
+    "--speed",
+    type=float,
+    metavar="FACTOR",
+    help="With --animate: speed of the film, 1 for real time (default), 0.5 for half as fast.",
+)
 @options.overwrite
 def command(
     file: str,
@@ -130,8 +128,7 @@ def command(
     overwrite: bool,
 ) -> int:
     """Draw FILE: a results file, the .part file of a run that goes on, a trace, or
-    branches; or a chart of a study (.yaml), which is not run. With a map and --over
-    branches, their curves are drawn over it."""
+    branches; or a chart of a study (.yaml), which is not run."""
     from nsdrill.app.reading import is_branches
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace

@@ -26,7 +26,9 @@ from nsdrill.cli.simulate import finish
     "Rotary speed of the point.",
 )
 @click.option(
-    "--procedure", type=click.Choice(["same", "up", "down"]), help="Which sweep. Needed where the file has up and down."
+    "--procedure",
+    type=click.Choice(["same", "up", "down"]),
+    help="Sweep of the point; needed if the file has up and down.",
 )
 @options.start
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")

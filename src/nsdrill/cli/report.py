@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     type=click.IntRange(0, 8),
     default=4,
     show_default=True,
-    help="Of so many kinds of response a point is run again, and its motion drawn.",
+    metavar="N",
+    help="Number of example motions to include, one of each kind of response.",
 )
 @options.units
 @options.severity
@@ -45,7 +46,7 @@ def command(
 ) -> int:
     """Write RESULTS, files of sweeps or branches, as one page of HTML that opens
     without a network: what was run, diagrams with numbers, where history matters, the
-    safe window, motions, and the command lines that reproduce it."""
+    operating window, motions, and the command lines that reproduce it."""
     if not output.lower().endswith((".html", ".htm")):
         raise InputError(f"{output}: found another ending; allowed: .html.")
     for file in results:
@@ -53,8 +54,8 @@ def command(
     from nsdrill.store import claim_file
 
     claim_file(output, overwrite)
+    from nsdrill.app.reading import is_branches
     from nsdrill.files import amount, write_text
-    from nsdrill.web.branches import is_branches
     from nsdrill.web.report import Part, report
 
     branches = [file for file in results if is_branches(file)]
@@ -106,5 +107,5 @@ def _summaries(
     summaries = [("Numbers", list(lines(session.path, summarize(session.results), units)))]
     with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
         window = window_of(session.results, severity, confidence)
-        summaries.append(("Safe window", list(number_lines(window, units))))
+        summaries.append(("Operating window", list(number_lines(window, units))))
     return summaries

@@ -34,10 +34,10 @@ from nsdrill.cli.overview import EXIT_CODES
 @click.option(
     "--scheduler",
     metavar="ADDR",
-    help="With --engine dask: address of a running scheduler, tcp://host:8786 say. Default: a cluster on this machine.",
+    help="With --engine dask: address of a running scheduler, tcp://host:8786. Default: a cluster on this machine.",
 )
 @options.settings
-@click.option("--resume", is_flag=True, help="Go on with an interrupted run; only the points that are missing are run.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted run: only missing points are run.")
 @click.option(
     "--retry-failed",
     is_flag=True,
@@ -65,9 +65,9 @@ def command(
 ) -> int:
     """Run STUDY and write the results file.
 
-    The file appears when all points are there. Interrupt at any time, by Ctrl-C or by a
-    signal of the batch system: finished points are kept, and --resume gives the very
-    same file as an undisturbed run.
+    The file appears when all points are finished. After an interruption, by Ctrl-C or a
+    signal of the batch system, finished points are kept, and --resume gives the same
+    file as an uninterrupted run.
     """
     from nsdrill.cli.reading import load
 

@@ -28,7 +28,7 @@ MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its 
     "The points at this rotary speed.",
 )
 @options.units
-@click.option("--json", "as_json", is_flag=True, help="The same for programs.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 @options.picture("Tornado picture to write as well: .png, .pdf or .svg.")
 @options.severity
 @options.overwrite
@@ -44,12 +44,12 @@ def command(
     severity: int | None,
     overwrite: bool,
 ) -> int:
-    """Say which uncertain number matters most, and which to measure first.
+    """Rank the uncertain numbers: which matters most, and which to measure first.
 
-    Of RESULTS of a study with the section uncertain: for the safe run and for
-    stick-slip, lift-off and contact, which part of the scatter comes from each unknown
-    by itself (first), and which with its interplay with the others (total), over all
-    operating points or at those that are chosen.
+    RESULTS is of a study with the section uncertain. For the safe run, stick-slip,
+    lift-off and wall contact it prints the share of the variance that each unknown
+    causes by itself (first) and together with the others (total), over all operating
+    points or at the chosen ones.
     """
     if output is not None:
         options.claim_picture(results, output, overwrite)
@@ -124,17 +124,16 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     if first is None:
         constant = summary["answers"][0]["deviation"] is None
         yield (
-            "No sample differs in whether it is safe: no measurement tells more about that."
+            "All samples agree on whether they are safe: no measurement would change that."
             if constant
             else _undecided(summary)
         )
     else:
         alike = ", ".join(label_of(key) for key in first["alike"])
-        also = f" (from {alike} it cannot be told apart by so few samples)" if alike else ""
+        also = f" (so few samples cannot distinguish it from {alike})" if alike else ""
         yield (
-            f"Measure first: {label_of(first['key'])} ({first['key']}). It alone makes "
-            f"{100 * first['first']:.0f} % of "
-            f"the doubt about a safe run{also}."
+            f"Measure first: {label_of(first['key'])} ({first['key']}). It alone causes "
+            f"{100 * first['first']:.0f} % of the variance of a safe run{also}."
         )
     if not exact:
         reason = "the unknowns depend on each other" if summary["dependent"] else "between these bounds"
@@ -149,10 +148,10 @@ def _undecided(summary: dict[str, Any]) -> str:
     rows = [row for row in summary["answers"][0]["unknowns"] if row["first"] is not None]
     best = max(rows, key=lambda row: float(row["first"]), default=None)
     if best is None or best["first"] < MIN_INDEX:
-        return "No unknown by itself tells whether a run is safe: what counts is how they come together."
+        return "No unknown alone decides whether a run is safe: their combinations do."
     index = _index(best["first"], best["first_error"])
     return (
-        f"{summary['samples']} samples cannot tell which unknown to measure first: the largest "
+        f"{summary['samples']} samples are too few to say which unknown to measure first: the largest "
         f"index of the safe run, that of {label_of(best['key'])}, is {index}, which may be "
         f"chance. Run with four times as many: --set uncertain.samples={4 * summary['samples']}."
     )

@@ -30,13 +30,13 @@ MAX_POINTS = 24
     ),
 )
 @options.file_argument("file")
-@click.option("--json", "as_json", is_flag=True, help="The same for programs, with every failed point.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, with every failed point.")
 @options.units
-@click.option("--all", "everything", is_flag=True, help="Of branches every special point, also where the list is long.")
+@click.option("--all", "everything", is_flag=True, help="Print every special point of branches, however many.")
 @click.option("--study", is_flag=True, help="Print the study as it was run, overrides applied, as a study file.")
 def command(file: str, as_json: bool, units: str, everything: bool, study: bool) -> int:
-    """Say what is in FILE: a results file, the .part file of unfinished work, a
-    trace, or branches, with a sentence on every special point."""
+    """Summarise FILE: a results file, the .part file of unfinished work, a trace, or
+    branches, with a sentence on every special point."""
     if study and as_json:
         raise InputError("--study: found with --json; allowed: one of the two.")
     if study:

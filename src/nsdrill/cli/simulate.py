@@ -39,11 +39,9 @@ if TYPE_CHECKING:
     "--orbit",
     type=options.FileName(),
     metavar="BRANCHES.h5",
-    help="Run the motion of one point of this file of branches, stable or not, over one period.",
+    help="Run one motion of this file of branches, stable or not, over one period.",
 )
-@click.option(
-    "--point", type=int, metavar="N", help="With --orbit: the number of the point, as nsdrill show prints it."
-)
+@click.option("--point", type=int, metavar="N", help="With --orbit: number of the point, as nsdrill show prints it.")
 @options.settings
 @options.units
 @options.overwrite

@@ -21,7 +21,7 @@ from nsdrill.cli import options
 @options.file_argument("results")
 @click.argument("other", type=options.FileName(), required=False)
 @options.units
-@click.option("--json", "as_json", is_flag=True, help="The same for programs, with every map and region.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, with every map and region.")
 @options.picture("Picture to write as well: .png, .pdf or .svg.")
 @options.severity
 @options.confidence
@@ -36,15 +36,15 @@ def command(
     confidence: float | None,
     overwrite: bool,
 ) -> int:
-    """Say where one may run whatever the history.
+    """Find the operating window: where every run is safe, whatever its history.
 
-    Of a map over weight on bit, speed or depth, or of a sweep along one of them: the
-    points that are safe in every procedure of RESULTS, their largest region, the point
-    with the most room around it and how far one may go from there, and how the window
-    changes with depth. Where the study has uncertain numbers, a point is safe where a
-    run is so with a stated probability.
+    RESULTS is a map over weight on bit, speed or depth, or a sweep along one of them.
+    The answer has the points that are safe in every procedure, their largest region,
+    the point with the largest margin, how far each number may change from there and
+    what stops it, and how the window changes with depth. With uncertain numbers a point
+    is safe if a run is safe with a stated probability.
 
-    With OTHER, results over the same axes, the two windows side by side: points gained
+    With OTHER, results over the same axes, it compares the two windows: points gained
     and lost, how far every border moved, where the responses begin, and the rate of
     penetration.
     """
@@ -66,7 +66,7 @@ def command(
     if as_json:
         click.echo(json_text(in_units(summary, units), indent=2))
     else:
-        click.echo(printable(f"{results}: safe window. {summary['title']}".rstrip()))
+        click.echo(printable(f"{results}: operating window. {summary['title']}".rstrip()))
         for line in lines(summary, units):
             click.echo(line)
     if output is not None:

@@ -1,4 +1,4 @@
-"""The summary of a safe window in words; see
+"""The summary of a operating window in words; see
 :func:`nsdrill.analysis.window.find_window` for the data."""
 
 from __future__ import annotations
@@ -250,7 +250,7 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
     fastest = plane["fastest"]
     if fastest is not None and any(fastest[axis] != best[axis] for axis in axes):
         where = ", ".join(fmt.value(axis, fastest[axis]) for axis in axes)
-        yield f"Fastest safe point, whatever room it has: {where}.{_drilling_text(fastest, fmt)}"
+        yield f"Fastest safe point, whatever its margins: {where}.{_drilling_text(fastest, fmt)}"
     yield (
         "Limits lie between the last safe point and the next one; finer axes bring them closer "
         "together.\n"

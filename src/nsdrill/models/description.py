@@ -10,10 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nsdrill.models.operation import Operation
+from nsdrill.models.registry import described, model_named
 from nsdrill.variables import CHECKS, POINT, RESPONSES, Variable, feature, flag, in_trace, responses
+
+if TYPE_CHECKING:
+    from nsdrill.models.base import Model
 
 _OPERATION = (
     in_trace("drive_speed", "rad s-1", "speed of the drive"),
@@ -123,7 +127,7 @@ class Drawn:
         return tuple(panel.peaks for panel in self.panels)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Description:
     """The words and tables of a model.
 
@@ -213,6 +217,14 @@ class Description:
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
+
+    @property
+    def dynamics(self) -> Model:
+        """The model as it is computed; imports the compiler."""
+        return model_named(self.name)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return described, (self.name,)  # another process has the same models by these names
 
     def unknown(self) -> list[str]:
         """The names in it that are not among its own variables, as ``drawn.panels:

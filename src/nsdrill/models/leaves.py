@@ -18,8 +18,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from nsdrill.models.description import Description
 from nsdrill.models.operation import describe
-from nsdrill.models.registry import described, of_all
+from nsdrill.models.registry import of_all
 from nsdrill.models.starts import Starts
 from nsdrill.variables import COORDINATES, dimension_of
 
@@ -40,36 +41,30 @@ class Values:
 
 
 @lru_cache
-def further_axes(model: str) -> dict[str, tuple[str, str]]:
-    """The numbers beside those of the operation that a sweep of the model of this name
-    may vary: by the name of the dimension the dotted key and the SI units, those of the
+def further_axes(model: Description) -> dict[str, tuple[str, str]]:
+    """The numbers beside those of the operation that a sweep of the ``model`` may
+    vary: by the name of the dimension the dotted key and the SI units, those of the
     first choice where they depend on one."""
-    description = described(model)
     axes: dict[str, tuple[str, str]] = {}
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
         number = isinstance(value, float) or (value is None and "units" in meta and "most" not in meta)
-        if number or "words" in meta or key in description.compiled or key in choices_of(model):
-            units = (
-                next(iter(description.units_by[key][1].values()))
-                if key in description.units_by
-                else meta.get("units", "")
-            )
+        if number or "words" in meta or key in model.compiled or key in choices_of(model):
+            units = next(iter(model.units_by[key][1].values())) if key in model.units_by else meta.get("units", "")
             axes[dimension_of(key)] = (key, units)
 
-    describe(description.parameters(), visit)
-    describe(description.initial(), visit, "initial.")
+    describe(model.parameters(), visit)
+    describe(model.initial(), visit, "initial.")
     del axes["initial_spread"]
     return axes
 
 
 @lru_cache
-def choices_of(model: str) -> dict[str, tuple[str, ...]]:
-    """The words of each choice of the model of this name that a sweep may vary, by its
+def choices_of(model: Description) -> dict[str, tuple[str, ...]]:
+    """The words of each choice of the ``model`` that a sweep may vary, by its
     key. A choice that decides the units of a number is excluded, as one number cannot
     be in several units."""
-    description = described(model)
-    deciding = description.deciding
+    deciding = model.deciding
     choices: dict[str, tuple[str, ...]] = {}
 
     def visit(cls: type, prefix: str) -> None:
@@ -81,8 +76,8 @@ def choices_of(model: str) -> dict[str, tuple[str, ...]]:
             elif key not in deciding and (hint is bool or typing.get_origin(hint) is Literal):
                 choices[key] = SWITCH if hint is bool else typing.get_args(hint)
 
-    visit(description.parameters, "")
-    visit(description.initial, "initial.")
+    visit(model.parameters, "")
+    visit(model.initial, "initial.")
     return choices
 
 
@@ -152,13 +147,13 @@ def _choice(name: str) -> tuple[str, ...]:
     return words_along(dimension_of(name)) if name else ()
 
 
-def is_compiled_in(model: str, key: str) -> bool:
+def is_compiled_in(model: Description, key: str) -> bool:
     """Whether each value along this axis has its own compiled code: the axis is a
     choice, or a number that is compiled in."""
-    return key in described(model).compiled or key in choices_of(model)
+    return key in model.compiled or key in choices_of(model)
 
 
-def in_parts(model: str, values: Mapping[str, Any]) -> Iterator[tuple[dict[str, Any], Array | slice]]:
+def in_parts(model: Description, values: Mapping[str, Any]) -> Iterator[tuple[dict[str, Any], Array | slice]]:
     """The points with these ``values``, arrays [points], in parts in which each axis
     that :func:`is_compiled_in` has one value. Yields those values by key, and the indices of
     the points; without such an axis there is one part with all points."""
@@ -203,7 +198,7 @@ def part_at(parameters: Any, initial: Starts, compiled: Mapping[str, Any]) -> tu
 
 
 def values_in_parts(
-    model: str, parameters: Any, initial: Starts, values: Mapping[str, Any]
+    model: Description, parameters: Any, initial: Starts, values: Mapping[str, Any]
 ) -> Iterator[tuple[Values, Array | slice]]:
     """:func:`values_at` of each of the parts (:func:`in_parts`), with the indices of its
     points."""
@@ -212,7 +207,7 @@ def values_in_parts(
         yield values_at(parameters, initial, here), there
 
 
-def parts_of(model: str, parameters: Any, initial: Starts, axes: Mapping[str, Any]) -> list[tuple[Any, Starts]]:
+def parts_of(model: Description, parameters: Any, initial: Starts, axes: Mapping[str, Any]) -> list[tuple[Any, Starts]]:
     """The parameters and the start of every part of a sweep of these ``axes``, without
     the values of the other axes."""
     compiled = {key: np.unique(values).tolist() for key, values in axes.items() if is_compiled_in(model, key)}

@@ -57,13 +57,13 @@ _LOCATIONS |= _installed()
 NAMES = tuple(_LOCATIONS)
 
 
-def of_all(function: Callable[[str], T]) -> Iterator[tuple[str, T]]:
+def of_all(function: Callable[[Description], T]) -> Iterator[tuple[str, T]]:
     """The names of the models with the value of ``function`` of each, those of nsdrill
     first. A model of another package in which it fails is passed over: what is wrong
     with it is said where a study or a file names that model."""
     for name in NAMES:
         try:
-            value = function(name)
+            value = function(described(name))
         except KeyboardInterrupt:
             raise
         except BaseException:  # also SystemExit, which a module may raise

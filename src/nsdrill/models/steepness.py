@@ -14,8 +14,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values
-from nsdrill.models.registry import described
 
 Array = np.ndarray[Any, np.dtype[Any]]
 STEEP = 6000.0  # 1/s
@@ -23,27 +23,25 @@ STEEP = 6000.0  # 1/s
 METHODS: tuple[Literal["explicit", "implicit"], ...] = ("explicit", "implicit")
 
 
-def implicit(method: str, model: str, points: Values) -> Array:
+def implicit(method: str, model: Description, points: Values) -> Array:
     """Whether each point is integrated implicitly, shape (n,) or (), by a study's
     ``method``. False for every method where the model supports only the explicit
     one."""
-    description = described(model)
-    if method == "explicit" or description.explicit_only(points.parameters) is not None:
+    if method == "explicit" or model.explicit_only(points.parameters) is not None:
         return np.zeros(np.broadcast_shapes(*map(np.shape, points.operation)), dtype=bool)
-    rates = [np.asarray(rate, dtype=float) for rate in description.friction_rates(points).values()]
+    rates = [np.asarray(rate, dtype=float) for rate in model.friction_rates(points).values()]
     rate = np.broadcast_arrays(np.max(np.broadcast_arrays(0.0, *rates), axis=0), *points.operation)[0]
     return np.full(rate.shape, True) if method == "implicit" else rate > STEEP
 
 
-def advice(method: str, model: str, points: Values) -> str:
+def advice(method: str, model: Description, points: Values) -> str:
     """The advice about runs that reach the limit of their steps: a sentence without its
     full stop."""
-    description = described(model)
-    rates = {key: float(np.max(rate)) for key, rate in description.friction_rates(points).items()}
+    rates = {key: float(np.max(rate)) for key, rate in model.friction_rates(points).items()}
     key, rate = max(rates.items(), key=lambda item: item[1], default=("", 0.0))
     if rate <= STEEP or method == "implicit":
         return "raise simulation.max_steps"
     cause = f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, which bounds the length of explicit steps"
-    if (reason := description.explicit_only(points.parameters)) is not None:
+    if (reason := model.explicit_only(points.parameters)) is not None:
         return f"{cause}; it cannot be integrated implicitly, as {reason}: lower {key}, or raise simulation.max_steps"
     return f"{cause}; set simulation.method: auto, or raise simulation.max_steps"

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from nsdrill.models.registry import described, of_all
+from nsdrill.models.description import Description
+from nsdrill.models.registry import of_all
 from nsdrill.variables import Variable
 
 
@@ -17,10 +18,10 @@ class _ByName(Mapping[str, Variable]):
         self._attribute = attribute
         self._by_model: dict[str, dict[str, Variable]] = {}
 
-    def _of(self, model: str) -> dict[str, Variable]:
-        if model not in self._by_model:
-            self._by_model[model] = {variable.name: variable for variable in getattr(described(model), self._attribute)}
-        return self._by_model[model]
+    def _of(self, model: Description) -> dict[str, Variable]:
+        if model.name not in self._by_model:
+            self._by_model[model.name] = {variable.name: variable for variable in getattr(model, self._attribute)}
+        return self._by_model[model.name]
 
     def __getitem__(self, name: str) -> Variable:
         for _, variables in of_all(self._of):

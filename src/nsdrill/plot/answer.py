@@ -1,4 +1,4 @@
-"""The answer of a safe window in words: where to run, what bounds it and why, and what
+"""The answer of a operating window in words: where to run, what bounds it and why, and what
 one must know before relying on it.
 
 The text of ``nsdrill window``, its picture and the report have the same words. The data
@@ -162,7 +162,9 @@ def _side_verb(side: Mapping[str, Any], where: str) -> str:
     """``below it sticks``, ``above the map ends``."""
     if side["why"] == "edge":
         return f"{where} the map ends"
-    if side["why"] in ("failed", "unknown", "distrusted"):
+    if side["why"] == "distrusted":
+        return f"{where} the checks disagree"
+    if side["why"] in ("failed", "unknown"):
         return f"{where} nothing is known"
     depends = side["why"] == "rim"
     verbs = [VERBS[name] + ("" if depends else "s") for name in side["responses"]]
@@ -197,7 +199,7 @@ def limit(axis: str, side: Mapping[str, Any], fmt: Formatter) -> str:
     coming down``."""
     if side["why"] == "edge":
         return "the edge of the map, nothing is known beyond"
-    what = {"failed": "a run failed", "distrusted": "not to be trusted", "unknown": "no severity is known"}.get(
+    what = {"failed": "a run failed", "distrusted": "the checks disagree", "unknown": "no severity is known"}.get(
         side["why"], "critical"
     )
     if side["responses"] and side["why"] not in ("failed", "unknown"):
@@ -297,13 +299,13 @@ def _of_motions(summary: Mapping[str, Any]) -> Iterator[str]:
     if unsettled:
         yield (
             f"NOT SETTLED: at {unsettled} of {_count(points, of)}{which} a motion was still "
-            "changing when it was observed. A longer simulation.transient would tell."
+            "changing when it was observed. Run with a longer simulation.transient."
         )
     if decided := summary["by_history"]:
         yield (
             f"HISTORY DECIDES at {_count(decided, 'point')} "
-            f"({100 * decided / summary['points']:.1f} %): there the setting is safe or not by how "
-            "one came to it."
+            f"({100 * decided / summary['points']:.1f} %): there it depends on the history whether "
+            "the setting is safe."
         )
 
 
@@ -325,7 +327,8 @@ def _of_recommended(summary: Mapping[str, Any], fmt: Formatter) -> Iterator[str]
     ]
     if has_no_room(best):
         yield (
-            "NO ROOM to one side or more of the best point: a hint, not a setting. A finer map around it would tell."
+            "NO MARGIN to one side or more of the best point: it is a hint, not a setting. A finer map around it "
+            "would show more."
         )
     if edges:
         yield (f"THE MAP ENDS at {' and '.join(edges)}, and the window with it: nothing is known beyond.")

@@ -33,14 +33,12 @@ if TYPE_CHECKING:
     )
     from nsdrill.store.records import pending_records, record_dtype, recorded
     from nsdrill.store.results import columns, points_in_block, write_results
-    from nsdrill.store.results_source import ResultsSource
     from nsdrill.store.rewrite import rewrite_log
     from nsdrill.store.sink import Sink, Source
     from nsdrill.store.trace import read_trace, write_trace
 
 __all__ = [
     "MemoryLog",
-    "ResultsSource",
     "RunLog",
     "Sink",
     "Source",
@@ -81,7 +79,6 @@ __all__ = [
 __getattr__ = late(
     __name__,
     {
-        "ResultsSource": "nsdrill.store.results_source",
         "MemoryLog": "nsdrill.store.memory",
         "RunLog": "nsdrill.store.log",
         "Sink": "nsdrill.store.sink",

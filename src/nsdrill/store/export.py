@@ -15,7 +15,7 @@ from nsdrill.files import replacing
 from nsdrill.models.leaves import words_along
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import hdf5
-from nsdrill.store.layout import stored_coordinate
+from nsdrill.store.layout import in_words
 from nsdrill.units import CF
 from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
@@ -58,7 +58,7 @@ def csv_rows(
     heads = [_heading(name, units[name]) for name in results.grid]
     heads += [_heading(unknown.name, CF[unknown.units]) for unknown in unknowns]
     yield [*heads, *_headings(results, chosen)]
-    coordinates = {name: stored_coordinate(name, results.coords[name]) for name in results.grid}
+    coordinates = {name: in_words(name, results.coords[name]) for name in results.grid}
     words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
     for place in np.ndindex(*results.shape):
         row: list[Any] = [coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)]

@@ -15,7 +15,7 @@ from nsdrill.data import differences
 from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, keys_of
+from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, keys_named
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.uncertain import FACTOR, HOW
 from nsdrill.units import from_si
@@ -219,7 +219,7 @@ def _meaning(keys: Keys, key: str) -> str:
 
 
 def _keys(resolved: dict[str, Any]) -> Keys:
-    return keys_of(resolved.get("model", MODEL_LEAF.default))
+    return keys_named(resolved.get("model", MODEL_LEAF.default))
 
 
 def _needed(resolved: dict[str, Any], leaf: Leaf) -> str | None:
@@ -312,7 +312,7 @@ def short_text(model: str = MODEL, units: str = "si") -> str:
     """The text of a short study of the model of this name to start from, in the
     ``units`` "si" or "field": what differs from well to well, and a sweep of the rotary
     speed up and down."""
-    keys = keys_of(model)
+    keys = keys_named(model)
     parts = [_SCHEMA_LINE, _SHORT_HEAD.format(units=units)]
     if model != MODEL:
         parts.append(line("", "model", model, MEANINGS["model"]) + "\n")
@@ -350,7 +350,7 @@ def _value_in(leaf: Leaf, units: str) -> str:
 def template_text(model: str = MODEL, units: str = "si") -> str:
     """The text of a complete, commented study of the model of this name that loads as
     it stands; ``units`` is its key of this name."""
-    keys = keys_of(model)
+    keys = keys_named(model)
     parts = [_SCHEMA_LINE + _HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
     parts.append(line("", "units", units, _comment(UNITS_LEAF)))
     parts.append(line("", "model", model, _comment(MODEL_LEAF)))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import implicit
@@ -24,7 +25,7 @@ class Chosen:
     plan: Plan
     parameters: Any
     initial: Starts
-    model: str
+    model: Description
     method: str
 
     def points(self, points: Array) -> Array:

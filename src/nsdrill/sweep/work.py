@@ -18,6 +18,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as ModelVariant
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import (
     Values,
     in_parts,
@@ -28,7 +29,6 @@ from nsdrill.models.leaves import (
     values_at,
     words_of,
 )
-from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import METHODS
 from nsdrill.observe.exponent import (
@@ -45,7 +45,7 @@ from nsdrill.observe.motion import period, zero_one
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.method import Chosen
 from nsdrill.sweep.plan import Plan
-from nsdrill.variables import MODEL, OK
+from nsdrill.variables import OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
 OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section a batch has fewer slots
@@ -54,10 +54,10 @@ FEWEST_SLOTS = 256
 
 @dataclass(frozen=True)
 class Variant:
-    """What is fixed when a sweep is compiled: the name of the model and its own
+    """What is fixed when a sweep is compiled: the model and its own
     variant, whether the Lyapunov exponent is measured, and the name of the stepper."""
 
-    model: str
+    model: Description
     fixed: ModelVariant
     exponent: bool = False
     stepper: str = "tsitouras"
@@ -66,7 +66,7 @@ class Variant:
     def rows(self) -> Rows:
         """The layout of the lane buffer, with tangent states and the rows for the
         Lyapunov exponent if that is measured."""
-        model = model_named(self.model)
+        model = self.model.dynamics
         observed = model.observed + (_deviation_rows(model) if self.exponent else 0)
         return STEPPERS[self.stepper].rows(model.rows(self.fixed, observed, tangent=self.exponent))
 
@@ -86,12 +86,12 @@ class Work:
     simulation: Simulation
     thresholds: Thresholds
     record: Record
-    model: str = MODEL
+    model: Description
 
     @property
     def kind(self) -> Model:
-        """The model."""
-        return model_named(self.model)
+        """The model as it is computed."""
+        return self.model.dynamics
 
     @property
     def variant(self) -> Variant:
@@ -183,12 +183,12 @@ class Work:
         """The states of all points, the angle of the drive last. A point may have only
         some of them."""
         variants = parts_of(self.model, self.parameters, self.initial, self.plan.axes)
-        return states_of_all([described(self.model).states(parameters) for parameters, _ in variants])
+        return states_of_all([self.model.states(parameters) for parameters, _ in variants])
 
     def to_all_states(self, state: Array) -> Array:
         """States with the phase last [points, own states + 1] as values of the states
         of all points (:attr:`states`), NaN for those that these points do not have."""
-        names, own = self.states, described(self.model).states(self.parameters)
+        names, own = self.states, self.model.states(self.parameters)
         if names == own:
             return state
         values = np.full((len(state), len(names)), np.nan)
@@ -197,7 +197,7 @@ class Work:
 
     def to_own_states(self, state: Array) -> Array:
         """The inverse of :meth:`to_all_states`."""
-        names, own = self.states, described(self.model).states(self.parameters)
+        names, own = self.states, self.model.states(self.parameters)
         return state if names == own else state[:, [names.index(name) for name in own]]
 
     @property
@@ -282,7 +282,7 @@ def _or_nan(ok: Array, arrays: dict[str, Array]) -> dict[str, Array]:
 def compiled_parts(lanes: int, variant: Variant) -> Compiled:
     """The model and the observer, compiled for a number of lanes or loaded from the
     disk cache. The kernel is compiled too, before several threads need it at once."""
-    model, rows = model_named(variant.model), variant.rows
+    model, rows = variant.model.dynamics, variant.rows
     if variant.exponent:
         observer, marker = make_observers(lanes, variant)
         right_hand_side = model.tangent(lanes, variant.fixed, _landing_place(model))
@@ -305,13 +305,12 @@ def make_observers(lanes: int, variant: Variant) -> tuple[Any, Any]:
     """The compiled (observer, marker) that combine all observers: they correct the
     deviation across contacts, and measure the features of the motion and the growth of
     its deviation."""
-    model, rows, stepper = model_named(variant.model), variant.rows, STEPPERS[variant.stepper]
+    model, rows, stepper = variant.model.dynamics, variant.rows, STEPPERS[variant.stepper]
     place, contacts = _landing_place(model), len(model.contacts)
-    identity = (NAMES.index(variant.model), *variant.fixed, list(STEPPERS).index(variant.stepper))
     observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_deviation_rows(model))
     measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
     tangent = model.tangent(1, variant.fixed, place)
-    landing = make_landing(lanes, rows, stepper.scheme(rows), place, measure, tangent, contacts, identity)
+    landing = make_landing(lanes, rows, stepper.tableau, place, measure, tangent, contacts)
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
 

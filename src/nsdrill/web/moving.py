@@ -14,7 +14,7 @@ import numpy as np
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_of
-from nsdrill.models.registry import described, drawn_in
+from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import quantity
 from nsdrill.variables import OK, dimension_of
@@ -53,7 +53,7 @@ def orbit(session: Source, request: Mapping[str, Any]) -> Reply:
     labels = {name: value for name, value in motion.found.items() if name != "settled"}
     head, columns = motion_reply(session, motion, study, {"status": motion.status, **labels})
     if motion.status == OK:
-        head["features"] = value_rows(described(study.model).shown, motion.found, session.units)
+        head["features"] = value_rows(study.model.shown, motion.found, session.units)
     file = shlex.quote(branches.path)
     head |= {
         "begins": f"Point {point}, {branches.name_of(point)}: run for {seconds:.4g} s, its period is {period:.4g} s.",
@@ -103,7 +103,7 @@ def live(session: Source, request: Mapping[str, Any]) -> Reply:
             state = session.motions.start(study)
             settle, observe = study.simulation.transient, study.simulation.observe
         motion = session.motions.run_from(study, state, seconds, asked.sample(seconds), settle=settle, observe=observe)
-    names = described(study.model).shown
+    names = study.model.shown
     head, columns = motion_reply(session, motion, study, {"status": motion.status, **motion.found})
     if motion.status == OK:
         head["features"] = value_rows(names, motion.found, session.units)
@@ -164,7 +164,7 @@ def motion_reply(session: Source, motion: Motion, study: Study, labels: Mapping[
     from nsdrill.app.wording import ENDINGS
 
     status = (BY_NAME["status"].flag_meanings or "").split()[motion.status]
-    model, variables = described(study.model), motion.variables
+    model, variables = study.model, motion.variables
     names = [v.name for v in model.trace if v.name in variables and quantity(v.name).scale]
     hole = model.hole(study.parameters) if model.hole else None
     x = quantity("x", session.units) if hole and "x" in variables else None

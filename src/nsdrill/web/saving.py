@@ -66,9 +66,8 @@ def point_rows(session: Source, place: tuple[int, ...]) -> list[list[str]]:
 def command(session: Source, place: tuple[int, ...]) -> str:
     """The command line that writes the trace of a point."""
     from nsdrill.app.trajectory import option_of
-    from nsdrill.study.keys import keys_of
 
-    results, leaves = session.sweep(), keys_of(session.study.model).axes
+    results, leaves = session.sweep(), session.study.keys.axes
     parts = ["nsdrill replay", shlex.quote(session.path)]
     keys = {axis.name: axis.key for axis in results.more}
     for name in results.swept:

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from nsdrill.data import frozen_modes, overrides
-from nsdrill.models.registry import described, drawn_in
+from nsdrill.models.registry import drawn_in
 from nsdrill.web import around, asked, diagrams, maps, moving, saving
 from nsdrill.web.branches import branch_choices, branch_diagram, with_branches
 from nsdrill.web.diagrams import Reply
@@ -35,7 +35,7 @@ class Session(Source):
             "kind": self.kind,
             "file": os.path.basename(self.path),
             "title": self.title,
-            "model": described(self.study.model).title,
+            "model": self.study.model.title,
             "overrides": [f"{key} = {value}" for key, value in overrides(self.attrs, thresholds=True).items()],
             "units": self.units,
             "seconds": asked.DEFAULT_SECONDS,
@@ -56,7 +56,7 @@ class Session(Source):
 
     def _motion_drawing(self) -> dict[str, Any]:
         """What is drawn of a motion of this model."""
-        model, drawn = described(self.study.model), drawn_in(self.attrs)
+        model, drawn = self.study.model, drawn_in(self.attrs)
         orbit = {"x", "y"} <= {v.name for v in model.trace}
         return {
             "histories": list(drawn.histories),

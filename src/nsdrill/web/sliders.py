@@ -16,7 +16,7 @@ from nsdrill.web import asked
 from nsdrill.web.shown import in_words, quantity_data
 
 if TYPE_CHECKING:
-    from nsdrill.study.keys import Leaf
+    from nsdrill.study.keys import Keys, Leaf
     from nsdrill.study.study import Study
     from nsdrill.web.source import Source
 
@@ -24,12 +24,9 @@ CONTINUOUS = ("quantity", "number")  # kinds of leaves that vary without a step
 DEFAULT_SLIDERS = ("rotary_speed", "wob", "depth")  # the sliders that a page opens with
 
 
-def adjustable(model: str) -> dict[str, Leaf]:
-    """The keys of a study of the ``model`` that may change while the string rotates: numbers and
+def adjustable(keys: Keys) -> dict[str, Leaf]:
+    """The ``keys`` of a study that may change while the string rotates: numbers and
     choices of a word."""
-    from nsdrill.study.keys import keys_of
-
-    keys = keys_of(model)
     physical = (*keys.model.sections, "operation")
     fixed = keys.model.deciding  # another choice of these changes the units of a number
     words = {key: leaf for key, leaf in keys.leaves.items() if leaf.kind == "choice" and key not in fixed}

@@ -15,13 +15,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.app.reading import is_branches
 from nsdrill.data import Array, Results, Trace, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.plot.registry import is_study
 from nsdrill.variables import OK, POINT
 from nsdrill.web import asked
 from nsdrill.web.around import MAX_POINTS
-from nsdrill.web.branches import Branches, is_branches, read_branches
+from nsdrill.web.branches import Branches, read_branches
 from nsdrill.web.sliders import adjustable
 
 if TYPE_CHECKING:
@@ -51,10 +53,11 @@ class Source:
         self.branches: Branches | None = None if over is None else read_branches(over)
         self._compute_lock = threading.Lock()
         self.results: Results | None = None
+        self.experiment: Experiment
         if is_study(path):
             from nsdrill.study import load_study
 
-            self.study: Study = load_study(Path(path), overrides or [])
+            self.experiment = prepare(load_study(Path(path), overrides or []))
         else:
             if overrides:
                 raise InputError(f"--set: found with {self.path}; allowed: with a study, which ends in .yaml or .yml.")
@@ -62,20 +65,21 @@ class Source:
         self.units = units or self.study.units
         if over is not None and self.results is None:
             raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
-        if self.branches is not None and self.branches.study.model != self.study.model:
+        if self.branches is not None and self.branches.study.model is not self.study.model:
             raise InputError(
-                f"--over: found branches of the model {self.branches.study.model}; allowed: of {self.study.model}."
+                f"--over: found branches of the model {self.branches.study.model.name}; "
+                f"allowed: of {self.study.model.name}."
             )
 
     def _open(self) -> None:
-        if os.path.lexists(self.path) and is_branches(self.path):
+        if is_branches(self.path):
             self.branches = read_branches(self.path)
-            self.study = self.branches.study
+            self.experiment = prepare(self.branches.study)
             return
         self.results = self._read()
-        from nsdrill.app.stored import stored_study
+        from nsdrill.app.overrides import stored_experiment
 
-        self.study = stored_study(self.path, self.results.attrs, self.results.coords, self.results.drawn)
+        self.experiment = stored_experiment(self.path, self.results)
 
     def _read(self) -> Results:
         from nsdrill.app.reading import read_any
@@ -91,6 +95,11 @@ class Source:
         return results
 
     @property
+    def study(self) -> Study:
+        """The study whose motions are explored."""
+        return self.experiment.study
+
+    @property
     def kind(self) -> str:
         """``results``, ``branches`` or ``study``."""
         if self.results is not None:
@@ -99,11 +108,11 @@ class Source:
 
     @property
     def attrs(self) -> Mapping[str, Any]:
-        """The attributes of the results, or those that a study would give them."""
-        if self.results is not None:
-            return self.results.attrs
+        """The attributes of the file, or those that a study would give it."""
+        if (file := self.results or self.branches) is not None:
+            return file.attrs
         return {
-            "model": self.study.model,
+            "model": self.study.model.name,
             "study_resolved": json_text(self.study.resolved),
             "study_overrides": json_text(list(self.study.overrides)),
         }
@@ -134,7 +143,7 @@ class Source:
     @cached_property
     def adjustable(self) -> dict[str, Leaf]:
         """The keys of the study that may change while the string rotates."""
-        return adjustable(self.study.model)
+        return adjustable(self.study.keys)
 
     @cached_property
     def motions(self) -> Motions:
@@ -142,7 +151,7 @@ class Source:
         compiler."""
         from nsdrill.app.motions import Motions
 
-        return Motions(self.study, self.results)
+        return Motions(self.experiment, self.results)
 
     @contextmanager
     def computing(self) -> Iterator[None]:
@@ -157,19 +166,14 @@ class Source:
 
     def warm(self) -> None:
         """Load or compile the machine code that a first click, slider and local diagram
-        need. The lock is released in between, so that a page is served meanwhile."""
+        need, which a short run of each does. The lock is released in between, so that a
+        page is served meanwhile."""
         values = self.motions.own
         study = self.motions.at(values)
-        state = self.motions.start(study)
         with self.computing():
-            self.motions.short_motion(study, state)
-        self.motions.compile(study, state)
+            motion = self.motions.run_from(study, self.motions.start(study), 0.1, asked.SAMPLE)
         time.sleep(0.01)  # a waiting request takes the lock first
-        with self.computing():
-            motion = self.motions.run_from(study, state, 0.1, asked.SAMPLE)
         if motion.status == OK:
             near: Array = np.linspace(0.99, 1.01, MAX_POINTS) * values["rotary_speed"]
-            self.motions.compile(study, motion.final, "rotary_speed", near)
-            time.sleep(0.01)
             with self.computing():
                 self.motions.run_along(study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01)

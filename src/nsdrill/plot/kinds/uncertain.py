@@ -3,7 +3,8 @@ response, which unknown moves what how far, and what safety costs.
 
 All maps of probability have one colour scale, from bad to good: 100 % of a safe run is as
 good as 0 % of a response. Its lightness rises all the way, so that it is read in grey
-and by colour-blind readers. A line surrounds the safe window at the confidence.
+and by colour-blind readers. A line surrounds the operating window at the
+confidence.
 """
 
 from __future__ import annotations

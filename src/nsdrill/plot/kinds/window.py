@@ -1,4 +1,4 @@
-"""The safe window: where every procedure is safe, where only some are, which response
+"""The operating window: where every procedure is safe, where only some are, which response
 bounds it, and the recommended operating point; and the windows of two studies side by
 side.
 
@@ -68,8 +68,8 @@ from nsdrill.plot.style import (
 )
 
 ALLOWED_LEGEND = 0.5  # inches of a legend for which there is room anyway
-# Codes of the cells: the response bits of critical points (0: critical by a severity
-# alone), and after them safe and unknown.
+# Codes of the cells: the response bits of critical points (0: by a severity or by
+# disagreeing checks alone), and after them safe and unknown.
 SAFE_CODE, UNKNOWN_CODE = len(RESPONSES), len(RESPONSES) + 1
 CRITICAL_COLOURS = (BAD_TO_GOOD[0], *(style.colour for style in RESPONSES[1:]))
 RIM_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
@@ -80,7 +80,7 @@ BORDER: dict[str, Any] = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
 
 
 class Window:
-    """The safe window of a sweep, as it is drawn: its ``numbers`` and its ``maps``, one for
+    """The operating window of a sweep, as it is drawn: its ``numbers`` and its ``maps``, one for
     each value of a third axis, over a ``plane``."""
 
     def __init__(self, results: Results, units: str, severity: int | None, confidence: float | None) -> None:
@@ -173,7 +173,7 @@ class Window:
                     rows = np.flatnonzero(inside[:, (begin + end) // 2])
                     room = (cells[0][end] - cells[0][begin]) * width
                     tall = abs(cells[1][rows[-1] + 1] - cells[1][rows[0]]) * height
-                    name = (RESPONSES[code].name if code else "severity") + mark
+                    name = (RESPONSES[code].name if code else "!") + mark
                     text = name if room > CHARACTER * (len(name) + 1) else (RESPONSES[code].letters or "!") + mark
                     if not is_bound and (room < CHARACTER * len(text) or tall < LINE):
                         continue
@@ -205,6 +205,7 @@ class Window:
         share = numbers["share"]
         yield area_entry(facecolor=SAFE_COLOUR, label=f"{self._criterion()} ({100 * share['safe']:.1f} %)", **BORDER)
         critical, by_history = (state == value for value in (CRITICAL, HISTORY_DEPENDENT))
+        words_of_none = "! checks disagree" if numbers["severity"] is None else "! severity"
         for code in np.unique(bits[critical | by_history]).tolist():
             here = bits == code
             parts = [
@@ -212,7 +213,7 @@ class Window:
                 for area, words in ((critical, ""), (by_history, " by the history"))
                 if np.any(area & here)
             ]
-            name = f"{RESPONSES[code].letters} {RESPONSES[code].name}" if code else "! severity"
+            name = f"{RESPONSES[code].letters} {RESPONSES[code].name}" if code else words_of_none
             yield area_entry(facecolor=CRITICAL_COLOURS[code], label=f"{name} ({', '.join(parts)})", **BORDER)
         if np.any(by_history):
             label = f"hatched, with ?: history-dependent ({100 * share['rim']:.1f} %)"

@@ -250,7 +250,7 @@
     const keyOf = ({ d }) => (d.classes ? "" : JSON.stringify([d.scale, d.limits])), scales = new Map(panels.filter(({ d }) => !d.classes).map((one) => [keyOf(one), one]));
     const classes = new Map([...new Set(view.all)].filter((d) => d.classes).flatMap(N.mapLegendOf).map((item) => [item.textContent, item]));
     const ofScales = [...scales].flatMap(([key, one]) => [...(scales.size > 1 ? [make("li", {}, `${panels.filter((other) => keyOf(other) === key).map((other) => other.title).join(", ")}:`)] : []), ...N.mapLegendOf(one.d)]);
-    $("legend").replaceChildren(...classes.values(), ...ofScales, ...(panels.some(({ safe }) => safe && safe.includes(0) && safe.includes(1)) ? [N.dash("#000", view.kind === "area probability" ? "border of 90 % safe" : "border of the safe window")] : []));
+    $("legend").replaceChildren(...classes.values(), ...ofScales, ...(panels.some(({ safe }) => safe && safe.includes(0) && safe.includes(1)) ? [N.dash("#000", view.kind === "area probability" ? "border of 90 % safe" : "border of the operating window")] : []));
     $("hover").textContent = "Point at a map for numbers; click a cell to run it again.";
   }
   const narrow = matchMedia("(max-width: 860px)");
