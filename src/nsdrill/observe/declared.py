@@ -333,7 +333,7 @@ class _ObserverText(ChannelText):
         return [
             *self._polynomial(self._channel(section.channel)),
             "record_returns(",
-            "    b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
+            "    b, store, i, W, h, p, end,",
             f"    {self._spacing()}, {self._offset('level')},",
             f"    RINGS + {rings * W} * (peaks + 1) + i * (1 + {entry} * returns), returns,",
             f"    {rows.pairs}, {rows.singles}, {W * rows.start}, {W * rows.stage},",
@@ -354,7 +354,7 @@ class _ObserverText(ChannelText):
         return [
             *self._polynomial(channel),
             "first, second, above0, above_inside, above1 = measure_events(",
-            "    b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope,",
+            "    b, store, i, W, h, begin, p, end, end_slope,",
             f"    {self._level(channel, above)}, {', '.join(self._slip(channel))},",
             f"    {self._is_followed(name) or True}, {least}, {greatest},",
             f"    {self._offset('above', above.name) if above else NONE}, {passages}, {low},",
@@ -390,9 +390,9 @@ class _ObserverText(ChannelText):
         assert channel.inside is not None
         lines, given = [], []
         for number, name in enumerate(channel.of):
-            p = [f"q{number}_{power}" for power in range(6)]
-            lines += [*self._polynomial(self._channel(name)), f"{', '.join(p)} = p0, p1, p2, p3, p4, p5"]
-            given += [f"value({', '.join(p)}, theta)", f"slope({', '.join(p[1:])}, theta) / h"]
+            p = f"p_{number}"
+            lines += self._polynomial(self._channel(name), p)
+            given += [f"value({p}, theta)", f"slope({p}, theta) / h"]
         names = arguments(channel.inside)[len(given) :]
         given += [self.row_texts[END][name] for name in names]
         return [
