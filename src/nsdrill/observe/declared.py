@@ -222,6 +222,18 @@ class _ObserverText(ChannelText):
                 f"{low} = min(low, g1_{k}) if plain else low",
             ]
             happens[first].append("fallen")
+        lines += self._crossing_lines(channel, sets, happens)
+        lines += [noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()]
+        return lines
+
+    def _crossing_lines(
+        self, channel: Channel, sets: list[tuple[str, Event]], happens: dict[str, list[str]]
+    ) -> list[str]:
+        """The lines that compare a channel with its levels, and add the time above
+        them of steps without a crossing; what brings a lane into each set joins what
+        ``happens``."""
+        k, found = self.number_of[channel.name], self.declaration.extremes_of(channel.name)
+        lines: list[str] = []
         for number, (lanes, event) in enumerate(sets):
             if event.above is None:
                 continue
@@ -242,7 +254,6 @@ class _ObserverText(ChannelText):
             ]
             if gate := self.gates.get(event.above.name):
                 lines.append(noted(gate, f"{above0} and {above1}"))
-        lines += [noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()]
         return lines
 
     def _inside_detection_lines(self, channel: Channel, lanes: str) -> list[str]:

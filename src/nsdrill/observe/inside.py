@@ -136,30 +136,9 @@ def crossings(p, theta, above0, above_inside, above1):  # type: ignore[no-untype
 
 @inlined
 def measure_events(  # type: ignore[no-untyped-def]
-    b,
-    store,
-    i,
-    W,
-    h,
-    begin,
-    p,
-    end,
-    end_slope,
-    level,
-    stuck,
-    slip,
-    followed,
-    least_,
-    greatest_,
-    above_,
-    passages_,
-    low_,
-    growth_,
-    ring,
-    peaks,
-    every,
-    at_ends,
-):
+    b, store, i, W, h, begin, p, end, end_slope, level, stuck, slip,
+    followed, least_, greatest_, above_, passages_, low_, growth_, ring, peaks, every, at_ends,
+):  # fmt: skip
     """Update the measurements of a channel of lane i by the events inside a step of
     length ``h``: extrema, peaks, and crossings of ``level``.
 
@@ -225,25 +204,9 @@ def integral_above(g0, d0, g1, d1, first, second, above0, above_inside, above1):
 
 @inlined
 def record_returns(  # type: ignore[no-untyped-def]
-    b,
-    store,
-    i,
-    W,
-    h,
-    p,
-    end,
-    spacing,
-    level_,
-    ring,
-    returns,
-    pairs,
-    singles,
-    start_,
-    stage_,
-    slope0_,
-    slope1_,
-    frame_rate_,
-):
+    b, store, i, W, h, p, end, spacing, level_,
+    ring, returns, pairs, singles, start_, stage_, slope0_, slope1_, frame_rate_,
+):  # fmt: skip
     """Record all states of lane i where the section's angle, the polynomial ``p``,
     reaches the next multiples of ``spacing``. The last ``returns`` are stored in the
     ring at ``ring``; then come the numbers of pairs of states and of states of first
@@ -257,18 +220,9 @@ def record_returns(  # type: ignore[no-untyped-def]
         for k in range(pairs):
             x, a = 2 * k * W, k * W
             position, velocity = position_and_velocity(
-                b,
-                i,
-                theta,
-                h,
-                b[frame_rate_ + a + i],
-                start_ + x,
-                start_ + x + W,
-                slope0_ + a,
-                stage_ + x,
-                stage_ + x + W,
-                slope1_ + a,
-            )
+                b, i, theta, h, b[frame_rate_ + a + i],
+                start_ + x, start_ + x + W, slope0_ + a, stage_ + x, stage_ + x + W, slope1_ + a,
+            )  # fmt: skip
             store[place + 2 * k] = position
             store[place + 2 * k + 1] = velocity
         for k in range(singles):
