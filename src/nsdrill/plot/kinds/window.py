@@ -50,6 +50,7 @@ from nsdrill.plot.page import (
 )
 from nsdrill.plot.panels import draw_codes
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
+from nsdrill.plot.slices import evenly_spaced
 from nsdrill.plot.style import (
     BAD_TO_GOOD,
     BLACK,
@@ -277,10 +278,7 @@ def _widest(inside: Array) -> tuple[int, int, int]:
 
 def draw(results: Results, units: str = "si", severity: int | None = None, confidence: float | None = None) -> Figure:
     window = Window(results, units, severity, confidence)
-    count = len(window.maps.state)
-    # as many as fit on a page, evenly spaced, with the first and the last
-    numbers = [round(place * (count - 1) / (MAX_PANELS - 1)) for place in range(MAX_PANELS)]
-    numbers = list(range(count)) if count <= MAX_PANELS else numbers
+    numbers = evenly_spaced(range(len(window.maps.state)), MAX_PANELS)
     columns = panels_per_row(COLUMNS_OF_PANELS.get(len(numbers), 4), PANEL_WIDTH)
     height = height_of_maps(len(numbers), columns) if window.maps.y else 0.8 + 0.9 * -(-len(numbers) // columns)
     figure = new_figure(page_width(FULL_WIDTH if len(numbers) > 1 or not window.maps.y else 5.0), height)
