@@ -202,8 +202,8 @@ def make_logarithmic(axis: Any, ticks: tuple[float, ...] = (1.0, 2.0, 5.0)) -> N
 
 def lay_along(axes: Any, results: Results, axis: str, units: str, *, margins: bool = False) -> None:
     """Let the ``axis`` of a sweep lie along x of a panel: its label, its words, a
-    logarithmic scale where the values are, and limits at the edges of the cells or, with
-    ``margins``, hardly beyond the first and the last point."""
+    logarithmic scale where the values are, and limits at the edges of the cells or,
+    with ``margins``, hardly beyond the first and the last point."""
     shown, values = quantity(axis, units), positions(results, axis)
     axes.set_xlabel(shown.label)
     spaced(axes, values)
