@@ -37,7 +37,7 @@ QUANTITY = (
     r"\s*[A-Za-zµμ°1½¼¾⅛⅜⅝⅞\"'″′”’].*$"
 )
 
-# What each key means that no model has a say in, in one line.
+# What each key means whose dataclass field does not say so, in one line.
 MEANINGS: dict[str, str] = {
     "title": "Title of the study, for pictures and the results file",
     "units": "Units in which commands answer, unless --units says otherwise",
@@ -72,56 +72,8 @@ MEANINGS: dict[str, str] = {
     "uncertain.correlations": "Rank correlations of pairs of unknowns",
     "uncertain.table": "Joint samples in place of distributions, one in each row",
     "simulation": "Integration of each point",
-    "simulation.transient": "Time before the observation",
-    "simulation.observe": "Time of the observation",
-    "simulation.rtol": "Relative tolerance of a step; smaller is more accurate and slower",
-    "simulation.max_steps": "Number of steps after which a run ends with status 3",
-    "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes about 4 times as long",
-    "simulation.pair": "Formulas of the explicit method; dormand_prince is SciPy's RK45",
-    "simulation.method": "Integration of friction; implicit for steep friction",
     "classify": "Thresholds of the labels",
-    "classify.bit_bounce": "Bit-bounce; the bounds of its severity must ascend",
-    "classify.bit_bounce.lift_off_fraction": "Bit-bounce above this fraction of time off the rock",
-    "classify.bit_bounce.light_fraction": "Severity light above this fraction of time off the rock",
-    "classify.bit_bounce.moderate_fraction": "Severity moderate above this",
-    "classify.bit_bounce.strong_fraction": "Severity strong above this",
-    "classify.bit_bounce.severe_fraction": "Severity severe above this",
-    "classify.stick_slip": "Stick-slip; the bounds of its severity must ascend",
-    "classify.stick_slip.stick_slip_index": "Stick-slip above this index, (max - min) / (2 mean) of the bit speed",
-    "classify.stick_slip.oscillation_index": "Severity torsional oscillation above this",
-    "classify.stick_slip.medium_index": "Severity medium above this",
-    "classify.stick_slip.stall_index": "Severity onset of full stall above this",
-    "classify.stick_slip.severe_index": "Severity severe above this",
-    "classify.whirl": "Whirl; the bounds of its severity must ascend",
-    "classify.whirl.wall_contact_fraction": "Whirl above this fraction of time on the wall",
-    "classify.whirl.rolling_tolerance": "Backward rolling within this distance of a rolling ratio of one",
-    "classify.whirl.rolling_contact": "Least fraction of time on the wall for backward rolling",
-    "classify.whirl.direction": "Irregular below this size of the whirl ratio",
-    "classify.whirl.light_acceleration": "Severity light above this r.m.s. lateral acceleration",
-    "classify.whirl.moderate_acceleration": "Severity moderate above this",
-    "classify.whirl.strong_acceleration": "Severity strong above this",
-    "classify.whirl.severe_acceleration": "Severity severe above this",
-    "classify.settled": "Settled motion",
-    "classify.settled.tolerance": "Largest relative difference between the halves of the observation",
-    "classify.trust": "Trust, where points were checked",
-    "classify.trust.tolerance": "Largest difference between a run and its checks, in natural scales",
-    "classify.motion": "Kind of motion, from the returns to the Poincare section",
-    "classify.motion.absolute": "Two returns are the same within this many natural scales of the states",
-    "classify.motion.relative": "Added to absolute: this part of the range of the returns",
-    "classify.motion.longest_period": "Longest period that is looked for, in returns",
-    "classify.motion.exponent": "Chaotic where the Lyapunov exponent less two errors is above this",
-    "classify.motion.exponent_error": "Quasi-periodic only where two errors of the exponent are below this",
-    "classify.motion.chaotic_above": "Chaotic above this result of the 0-1 test, where there is no exponent",
-    "classify.motion.regular_below": "Regular below this result of the 0-1 test, where there is no exponent",
-    "classify.attractors": "Attractors, where every operating point has several starts",
-    "classify.attractors.tolerance": "Two starts are on one attractor within this distance of their features",
-    "classify.attractors.matching": "Attractors of neighbouring operating points have one number within this distance",
-    "classify.stuck_below": "Bit speed at or below which the bit is stuck",
     "record": "What is kept of each point beside the features",
-    "record.peaks": "Number of last local maxima that are kept of bit position, bit speed (one a slip) and radius",
-    "record.poincare": "Number of last returns to the Poincare section that are kept",
-    "record.section": "Rotation of the bit between two returns",
-    "record.exponent": "Measure the largest Lyapunov exponent",
 }
 
 
@@ -343,6 +295,17 @@ def leaves(cls: type, prefix: str, meanings: Mapping[str, str], model: Descripti
             yield leaf(key, item, kind, meanings.get(key, ""), model)
 
 
+def groups(cls: type, prefix: str) -> Iterator[tuple[str, str]]:
+    """The groups of keys in a dataclass tree, each with its meaning where its field has
+    one."""
+    hints = typing.get_type_hints(cls)
+    for item in fields(cls):
+        kind, key = hints[item.name], f"{prefix}.{item.name}"
+        if is_dataclass(kind) and isinstance(kind, type):
+            yield key, item.metadata.get("meaning", "")
+            yield from groups(kind, key)
+
+
 def in_file_order(cls: type) -> list[Field[Any]]:
     """The fields of a section: how many starts there are stands after the states."""
     last = {item.name for item in fields(Starts)} if issubclass(cls, Starts) else set()
@@ -437,7 +400,8 @@ def keys_of(found: Description) -> Keys:
         "record": Record,
     }
     head = {key: MEANINGS[key] for key in ("title", "units", "model")}  # in the order of the file
-    told = {**head, **OF_MODELS, **MEANINGS, **found.meanings}
+    grouped = dict(one for section, cls in sections.items() for one in groups(cls, section))
+    told = {**head, **grouped, **OF_MODELS, **MEANINGS, **found.meanings}
     every = {"model": MODEL_LEAF}
     every |= {one.key: one for section, cls in sections.items() for one in leaves(cls, section, told, found)}
     numbers = {key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")}
@@ -450,8 +414,7 @@ def keys_of(found: Description) -> Keys:
         or key in choices_of(found)
     }
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
-    groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}
-    there = {"title", "units", *every, *groups, SLICE}
+    there = {"title", "units", *sections, *grouped, *every, SLICE}
     meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND}
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
     meanings |= {part.key: part.meaning for one in every.values() for part in one.parts}
