@@ -16,7 +16,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.friction import hyperbolic, values
+from nsdrill.models.friction import Numbers, hyperbolic, values
 from nsdrill.models.registry import described
 from nsdrill.models.torsion import Initial as TorsionStart
 from nsdrill.models.torsion import Parameters as TorsionParameters
@@ -81,9 +81,9 @@ def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> No
         for _ in range(120):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if middle + c * law(middle) < abs(free) else (low, middle)
-        numbers = eps, tau, rise, dynamic
+        numbers = Numbers(eps, tau, rise, dynamic)
 
-        def with_slope(v: float, numbers: tuple[float, ...] = numbers) -> list[float]:
+        def with_slope(v: float, numbers: Numbers = numbers) -> list[float]:
             return [float(values(hyperbolic, name, v, numbers)) for name in ("coefficient", "slope")]
 
         named = Named(smoothing=eps, decay=tau, rise=rise, dynamic=dynamic)

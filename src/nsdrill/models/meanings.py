@@ -58,7 +58,7 @@ MEANINGS: dict[str, str] = {
     "bit.friction.static": "Coefficient at rest",
     "bit.friction.dynamic": "Coefficient at high speed",
     "bit.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper",
-    "bit.friction.decay": "Rate of the fall from static to dynamic",
+    "bit.friction.decay": "Rate of the fall from static to dynamic; larger falls sooner",
     "bit.friction.law": "Law by which friction falls with bit speed",
     "bit.friction.dynamic_from": "Bit speed above which friction is dynamic (V0)",
     "bit.friction.b0": "Lever arm of the whole torque, cutting included",

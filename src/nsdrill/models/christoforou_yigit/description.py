@@ -75,10 +75,11 @@ MODES = {
     ),
 }
 
-KEYS_OF_LAWS = dict.fromkeys(key for law in LAWS.values() for key in law.keys)
-MEANINGS_OF_LAWS = {
-    f"bit.friction.{key}": f"{MEANINGS[f'bit.friction.{key}']}; {laws_that_read(key)}" for key in KEYS_OF_LAWS
+BIT_FRICTION = {
+    **{key: MEANINGS[f"bit.friction.{key}"] for law in LAWS.values() for key in law.keys},
+    "decay": "Rate of the fall from static to dynamic",  # as short as a line of the template
 }
+MEANINGS_OF_LAWS = {f"bit.friction.{key}": f"{words}; {laws_that_read(key)}" for key, words in BIT_FRICTION.items()}
 
 DESCRIPTION = Description(
     name=MODEL,

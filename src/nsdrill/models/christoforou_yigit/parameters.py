@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.reads import READ_BY, unread
-from nsdrill.models.drives import check_inertia
+from nsdrill.models.christoforou_yigit.reads import DRIVE, unread
+from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.sections import Collars, HyperbolicFriction, Lobes, Steel, StillMud, Wall, WallFriction
 from nsdrill.models.starts import Starts, state
@@ -156,9 +156,7 @@ class Drive(Checked):
     torque.
     """
 
-    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"] = choice(
-        "ideal", "P; the others as Simulator4nDOF has them"
-    )
+    kind: Kind = choice("ideal", "P; the others as Simulator4nDOF has them")
     inertia: float = parameter(
         2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7, usual="500 to 5000 kg m^2 at the string"
     )
@@ -216,7 +214,7 @@ class Drive(Checked):
     @property
     def limited(self) -> bool:
         """Whether the torque of the motor has a limit."""
-        return self.torque_limit is not None and "torque_limit" in READ_BY[self.kind]
+        return self.torque_limit is not None and "torque_limit" in DRIVE.keys[self.kind]
 
     @property
     def regulated(self) -> bool:

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
-from nsdrill.models.drives import LAWS, check_inertia
+from nsdrill.models.drives import LAWS, Kind, check_inertia
 from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Collars, Cutting, Fluid, Hole, Lobes, Pipe, Steel, Tubular, check_bore
-from nsdrill.models.segments.reads import unread
+from nsdrill.models.segments.reads import DRIVE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, defaults, given, like, parameter
 
@@ -283,9 +283,7 @@ class Drive(Checked):
     (:mod:`nsdrill.models.drives`). The weights of the regulator are those of squared
     deviations from steady drilling, and of the squared voltage."""
 
-    kind: Literal["dc_motor", "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi", "lqr"] = choice(
-        "dc_motor", "B; those by torque as in the main model"
-    )
+    kind: Kind = choice("dc_motor", "B; those by torque as in the main model")
     inductance: float = like(MainDrive, "inductance", meaning="Inductance of the motor", **QUOTED)
     resistance: float = like(MainDrive, "resistance", meaning="Resistance of the motor", **QUOTED)
     torque_constant: float = like(MainDrive, "torque_constant", meaning="Voltage over motor speed", **QUOTED)
@@ -417,7 +415,7 @@ class Parameters:
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        return unread(self)
+        return frozenset(DRIVE.unread(self))
 
     def __post_init__(self) -> None:
         widest = max(self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter)
