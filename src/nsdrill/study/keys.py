@@ -154,12 +154,10 @@ class Leaf:
             return f"a list of one to {self.most} of {self.each.allowed()}{', or null' if self.nullable else ''}"
         if self.words:
             return f"{', '.join(self.words)} or {replace(self, words=()).allowed()}"
+        if self.kind == "choice" and len(self.choices) >= MANY:
+            return f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys"
         if self.kind == "choice":
-            return (
-                _either(self.choices)
-                if len(self.choices) < MANY
-                else (f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys")
-            )
+            return " or ".join(filter(None, (", ".join(self.choices[:-1]), self.choices[-1])))
         if self.kind == "switch":
             return "true or false"
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
@@ -204,24 +202,29 @@ class Leaf:
         return {"anyOf": [schema, {"type": "null"}]} if self.nullable else schema
 
     def read(self, raw: Plain) -> Any:
-        """The value of YAML scalar ``raw``; :class:`QuantityError` says what is wrong
-        with it."""
-        if raw is None and self.nullable:
-            return None
-        if self.kind == "choice":
-            return self._choice(raw)
+        """The value of ``raw``, in SI; :class:`QuantityError` says what is wrong with
+        it."""
+        if (raw is None and self.nullable) or (isinstance(raw, str) and raw in self.words):
+            return raw
         if self.kind in ("list", "table"):
             if not isinstance(raw, list) or not 1 <= len(raw) <= self.most:
                 empty = "an empty list" if raw == [] else f"{len(raw)} of them" if isinstance(raw, list) else shown(raw)
                 raise QuantityError(empty, self.allowed())
             return raw if self.kind == "table" else [self.each.read(one) for one in raw]
-        if isinstance(raw, str) and raw in self.words:
+        if self.kind == "choice":
+            if isinstance(raw, str) and raw in self.choices:
+                return raw
+            raise QuantityError(shown(raw), self.allowed(), did_you_mean(str(raw), self.choices))
+        if self.kind == "switch" and isinstance(raw, bool):
             return raw
-        if self.kind == "switch":
-            if not isinstance(raw, bool):
-                raise QuantityError(shown(raw), self.allowed())
-            return raw
-        value = self._quantity(raw) if self.kind == "quantity" else self._number(raw)
+        if self.kind == "quantity" and isinstance(raw, str):
+            value = self._quantity(raw)
+        elif self.kind in ("number", "whole") and not isinstance(raw, bool) and isinstance(raw, int | float):
+            value = self._number(raw)
+        else:
+            hint = "Write it bare, without quotes or unit." if isinstance(raw, str) and self.kind != "switch" else None
+            remark = "without a unit" if self.kind == "quantity" else ""
+            raise QuantityError(shown(raw, remark), self.allowed(), hint)
         if not self.low <= value <= self.high:
             raise QuantityError(shown(raw), self.allowed())
         return value
@@ -234,25 +237,13 @@ class Leaf:
             return False
         return True
 
-    def _choice(self, raw: Plain) -> str:
-        if raw in self.choices and isinstance(raw, str):
-            return raw
-        raise QuantityError(shown(raw), self.allowed(), did_you_mean(str(raw), self.choices))
-
-    def _quantity(self, raw: Plain) -> float:
-        if not isinstance(raw, str):
-            raise QuantityError(shown(raw, "without a unit"), self.allowed())
+    def _quantity(self, raw: str) -> float:
         try:
             return si.to_si(raw, self.units)
         except QuantityError as error:
             raise QuantityError(error.found, self.allowed(), error.suggestion) from None
 
-    def _number(self, raw: Plain) -> float:
-        if isinstance(raw, bool) or not isinstance(raw, int | float):
-            hint = None
-            if isinstance(raw, str):
-                hint = "Write it bare, without quotes or unit."
-            raise QuantityError(shown(raw), self.allowed(), hint)
+    def _number(self, raw: float) -> float:
         if not math.isfinite(raw) or (self.kind == "whole" and raw != int(raw)):
             raise QuantityError(shown(raw), self.allowed())
         return int(raw) if self.kind == "whole" else float(raw) + 0.0
@@ -438,21 +429,16 @@ def axes_of_all() -> dict[str, Leaf]:
 
 def shown(raw: Plain, remark: str = "") -> str:
     """A value as found, for a message."""
-    if isinstance(raw, dict):
-        return "a mapping"
-    if isinstance(raw, list):
-        return "a list"
+    if isinstance(raw, dict | list):
+        return "a mapping" if isinstance(raw, dict) else "a list"
     if raw is None:
         return "nothing (null)"
     if isinstance(raw, bool):
         return f"{str(raw).lower()}, which is neither text nor number"
     if isinstance(raw, str):
         return quoted(raw)
-    return (
-        f"the number {raw:g}{' ' + remark if remark else ''}"
-        if isinstance(raw, float)
-        else (f"the number {raw}{' ' + remark if remark else ''}")
-    )
+    number = f"{raw:g}" if isinstance(raw, float) else str(raw)
+    return f"the number {number} {remark}".rstrip()
 
 
 # What a key may be called elsewhere.
@@ -468,7 +454,3 @@ def did_you_mean(name: str, candidates: typing.Iterable[str], section: str = "")
     usual = [key for key in known if key == OTHER_WORDS.get(name)]
     near = usual or difflib.get_close_matches(name[:80], known, n=1)
     return f"Did you mean {section}{'.' if section else ''}{near[0]}?" if near else None
-
-
-def _either(names: tuple[str, ...]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
