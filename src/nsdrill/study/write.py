@@ -29,11 +29,11 @@ def study_text(resolved: Resolved, head: Iterable[str] = ()) -> str:
     """The study ``resolved`` as YAML with every key, below the comments ``head``; read
     again it has the same digest."""
     keys = _keys(resolved)
-    first = ["# " + " ".join("".join(c if c.isprintable() else " " for c in words).split()) for words in head]
-    first.append(line("", "title", _title(resolved), MEANINGS["title"]))
+    comments = ["# " + " ".join("".join(c if c.isprintable() else " " for c in words).split()) for words in head]
+    parts = [[*comments, line("", "title", _title(resolved), MEANINGS["title"])]]
     if "units" in resolved:
-        first.append(line("", "units", resolved["units"], MEANINGS["units"]))
-    parts = [[*first, line("", "model", keys.model.name, MEANINGS["model"])]]
+        parts.append([line("", "units", resolved["units"], MEANINGS["units"])])
+    parts.append([line("", "model", keys.model.name, MEANINGS["model"])])
     for name in keys.sections:
         if name == "simulation":
             parts.append(_sweep(keys, resolved))
