@@ -17,12 +17,14 @@ from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent
 from nsdrill.app.datasets import missing_variable_errors
+from nsdrill.app.probability import rows
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words, values_in_parts, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
-from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
+from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
+from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 
@@ -105,7 +107,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     summary["failed"] = [
         {
             **{name: results.coords[name][i].item() for name, i in zip(results.grid, place, strict=True)},
-            "status": flag_words(BY_NAME["status"], int(status[tuple(place)])),
+            "status": BY_NAME["status"].words(int(status[tuple(place)])),
         }
         for place in failed
     ]
@@ -135,8 +137,6 @@ def _uncertain(results: Results) -> dict[str, Any]:
     """The summary of samples: their number, the unknowns (each with the median
     ``value`` and the 5 % and 95 % quantiles ``from`` and ``to``), and the probability
     of each outcome."""
-    from nsdrill.app.probability import rows
-
     unknowns: dict[str, Any] = {}
     counted = len(results.coords[SAMPLE][independent(results)])
     for unknown, values in results.drawn.items():
@@ -169,8 +169,6 @@ def refinement_of(results: Results) -> dict[str, Any]:
 def trust_of(results: Results) -> dict[str, Any]:
     """The results of the checks: points by verdict, failed checks, and the changes of
     the response."""
-    from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
-
     codes = {
         "agree": AGREES,
         "features_differ": FEATURES_DIFFER,
@@ -190,8 +188,8 @@ def trust_of(results: Results) -> dict[str, Any]:
         changed += [
             {
                 "check": check,
-                "from": flag_words(BY_NAME["response"], int(a)),
-                "to": flag_words(BY_NAME["response"], int(b)),
+                "from": BY_NAME["response"].words(int(a)),
+                "to": BY_NAME["response"].words(int(b)),
                 "points": int(n),
             }
             for (a, b), n in zip(pairs.T, points, strict=True)
@@ -208,7 +206,7 @@ def _axis(results: Results, name: str) -> dict[str, Any]:
 
 def _counts(name: str, values: np.ndarray) -> dict[str, int]:
     codes, counts = np.unique(values, return_counts=True)
-    return {flag_words(BY_NAME[name], int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
+    return {BY_NAME[name].words(int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
 
 
 def intervals(results: Results) -> list[dict[str, Any]]:
@@ -231,7 +229,7 @@ def intervals(results: Results) -> list[dict[str, Any]]:
             ):
                 continue
             state = "response" if status[start] == OK else "status"
-            word = flag_words(BY_NAME[state], int((response if state == "response" else status)[start]))
+            word = BY_NAME[state].words(int((response if state == "response" else status)[start]))
             rows.append(
                 {
                     "procedure": str(procedure),
@@ -333,7 +331,6 @@ def new_labels(
     from nsdrill.app.attractors import labels_of
     from nsdrill.app.overrides import stored_experiment
     from nsdrill.app.refinement import reinfer
-    from nsdrill.observe.trust import trust_labels
     from nsdrill.study import change_thresholds
 
     experiment = stored_experiment(path, results)

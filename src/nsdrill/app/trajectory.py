@@ -370,7 +370,7 @@ def _trace(
         "observe": simulation.observe,
         "rtol": simulation.rtol,
         "method": method,
-        "status": (BY_NAME["status"].flag_meanings or "").split()[run.status],
+        "status": BY_NAME["status"].words(run.status),
         "steps": run.accepted,
         "rejected": run.rejected,
         "initial_state": initial,

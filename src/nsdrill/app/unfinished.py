@@ -17,6 +17,7 @@ from typing import Any, Self
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.app.provenance import processor, unlike, versions
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
@@ -119,8 +120,6 @@ class Part:
 
     def _replace(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
         # late: it imports the compiler
-        from nsdrill.app.provenance import processor, versions
-
         head = {
             "magic": _MAGIC + self.what,
             "digest": digest,
@@ -156,8 +155,6 @@ class Part:
         """The plain data and arrays that :meth:`write` wrote. FileError where the file is
         damaged or from other ``inputs``, which the message names, or where other
         versions may give other numbers."""
-        from nsdrill.app.provenance import unlike
-
         try:
             head = _head(self.path)
             with np.load(self.path, allow_pickle=False) as file:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
-from nsdrill.analysis.outcome import text
+from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
@@ -167,8 +167,6 @@ def plane(
     def select(name: str) -> Array:
         values = np.asarray(results[name])[tuple(index)]
         return np.swapaxes(values, 1, 2) if transposed else values
-
-    from nsdrill.analysis.outcome import outcome
 
     values, outcomes = select(colour).astype(float), outcome(select("status"), select("response"))
     if values.size > MAX_CELLS:
