@@ -1,11 +1,16 @@
-"""The fuzzer for a few seconds; by hand it runs for hours."""
+"""Both fuzzers for a few seconds; by hand they run for hours."""
 
 from __future__ import annotations
 
-from . import studies
+from . import files, studies
 
 
 def test_studies() -> None:
     found = studies.run(250, seed=1)
     assert set(found) == {"valid", "refused"}
     assert found["valid"] > 20
+
+
+def test_files() -> None:
+    found = files.run(24, seed=1)
+    assert set(found) == {"shown", "refused"}

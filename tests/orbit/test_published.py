@@ -3,12 +3,14 @@ strings go through."""
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import mathieu_a
 
-from nsdrill.orbit.arclength import follow
+from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, PERIODIC
+from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.cycle import Cycle
 from nsdrill.orbit.flow import Legs
-from nsdrill.orbit.labels import orbit_test_functions as orbit_test_functions
+from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Periodic
 
@@ -86,7 +88,7 @@ def test_folds_of_duffing():
         state = flow.run(legs).state
     problem = Periodic.at(flow, 1, number[0], state[0])
     point = at(flow, problem, problem.unknowns(state, 0.6))
-    jobs = {0: follow(problem, point, 1, (0.5, 1.6), 400, orbit_test_functions({}, equilibrium=False))}
+    jobs = {0: follow(problem, point, 1, Rules((0.5, 1.6), 400, functions_of({}, PERIODIC)))}
     half = advance(flow, jobs)[0]
     folds = [one.point.found.values[0] for one in half.points if one.label == 5]
     assert half.ended == "to"
@@ -98,3 +100,33 @@ def test_folds_of_duffing():
     assert set(unstable[:first]) == {0}
     assert set(unstable[first + 1 : last]) == {1}
     assert set(unstable[last + 1 :]) == {0}
+
+
+def test_the_doubling_of_roessler():
+    """On the cycle of one turn, from 2.5 to 3.2: where it is located, the monodromy
+    matrix by SciPy has the multiplier -1."""
+    flow, state = flow_of(roessler, 3, singles=3), (0.0, -3.6, 0.02)
+
+    def slopes(t, y, a=2.5):
+        jacobian = np.array([[0.0, -1.0, -1.0], [1.0, 0.2, 0.0], [y[2], 0.0, y[0] - a]])
+        slope = [-y[1] - y[2], y[0] + 0.2 * y[1], 0.2 + y[2] * (y[0] - a)]
+        return np.concatenate([slope, (jacobian @ y[3:].reshape(3, 3)).ravel()])
+
+    def end(start, time, a, **options):
+        whole = np.concatenate([start, np.eye(3).ravel()])
+        return solve_ivp(slopes, (0.0, time), whole, "DOP853", rtol=1e-12, atol=1e-13, args=(a,), **options)
+
+    def returns(t, y, a):
+        return y[0]
+
+    returns.direction = 1.0
+    path = end(state, 600.0, 2.5, events=returns)
+    start, period = path.y_events[0][-1][:3], np.diff(path.t_events[0])[-1]
+    problem = Cycle.at(flow, period, np.array([2.5]), start, 1)
+    point = at(flow, problem, problem.unknowns(start[None], period, 2.5))
+    jobs = {0: follow(problem, point, 1, Rules((2.0, 3.2), 200, functions_of({}, CYCLE)))}
+    half = advance(flow, jobs)[0]
+    found = [one.point.found for one in half.points if one.label]
+    assert [one.label for one in half.points if one.label] == [DOUBLING]
+    monodromy = end(found[0].state, found[0].period, found[0].values[0]).y[3:, -1].reshape(3, 3)
+    assert np.min(np.abs(np.linalg.eigvals(monodromy) + 1.0)) < 1e-6

@@ -340,8 +340,8 @@ def new_labels(
     model = study.model.dynamics
     with missing_variable_errors(os.fspath(path)):
         labels = model.classify(results.variables, results["status"], thresholds, scales)
-    if "start" in results.coords:
-        labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
+        if "start" in results.coords:
+            labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:

@@ -162,7 +162,9 @@ def _side_verb(side: Mapping[str, Any], where: str) -> str:
     """``below it sticks``, ``above the map ends``."""
     if side["why"] == "edge":
         return f"{where} the map ends"
-    if side["why"] in ("failed", "unknown", "distrusted"):
+    if side["why"] == "distrusted":
+        return f"{where} the checks disagree"
+    if side["why"] in ("failed", "unknown"):
         return f"{where} nothing is known"
     depends = side["why"] == "rim"
     verbs = [VERBS[name] + ("" if depends else "s") for name in side["responses"]]
@@ -197,7 +199,7 @@ def limit(axis: str, side: Mapping[str, Any], fmt: Formatter) -> str:
     coming down``."""
     if side["why"] == "edge":
         return "the edge of the map, nothing is known beyond"
-    what = {"failed": "a run failed", "distrusted": "not to be trusted", "unknown": "no severity is known"}.get(
+    what = {"failed": "a run failed", "distrusted": "the checks disagree", "unknown": "no severity is known"}.get(
         side["why"], "critical"
     )
     if side["responses"] and side["why"] not in ("failed", "unknown"):

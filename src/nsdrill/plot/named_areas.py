@@ -14,8 +14,8 @@ from nsdrill.analysis.window import CRITICAL, HISTORY_DEPENDENT, Classes
 from nsdrill.data import Array
 from nsdrill.plot.style import BAD_TO_GOOD, BLACK, GREY, RESPONSES, SAFE_COLOUR, font_size, ink_on
 
-# Codes of the cells: the response bits of critical points (0: critical by a severity
-# alone), and after them safe and unknown.
+# Codes of the cells: the response bits of critical points (0: by a severity or
+# by disagreeing checks alone), and after them safe and unknown.
 SAFE_CODE, UNKNOWN_CODE = len(RESPONSES), len(RESPONSES) + 1
 CRITICAL_COLOURS = (BAD_TO_GOOD[0], *(style.colour for style in RESPONSES[1:]))
 COLOURS = ListedColormap([*CRITICAL_COLOURS, SAFE_COLOUR, GREY], name="window")
@@ -53,7 +53,7 @@ def name_areas(
                 room = (cells[0][end] - cells[0][begin]) / (right - left) * width
                 rows = np.flatnonzero(inside[:, column])
                 tall = abs(cells[1][rows[-1] + 1] - cells[1][rows[0]]) / abs(high - low) * height
-                name = (style.name if code else "severity") + mark
+                name = (style.name if code else "!") + mark
                 letters = (style.letters or "!") + mark
                 text = name if room > CHARACTER * (len(name) + 1) else letters
                 if not is_bound and (room < CHARACTER * len(text) or tall < LINE):

@@ -233,15 +233,15 @@ def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> No
     axes.set_xscale("log")
     set_log_ticks(axes.xaxis)
     axes.set(xlim=(x[0], x[-1]), ylim=(0.0, 1.05))
-    axes.set(xlabel="Frequency [Hz]", ylabel="Share of the wave thrown back, $|R|$")
+    axes.set(xlabel="Frequency [Hz]", ylabel="Reflected share of the wave, $|R|$")
     write_note(
-        axes, f"Modes: standing torsional waves of the string. Holds: the fall of friction withstood [{slope.unit}]."
+        axes, f"Modes: standing torsional waves of the string. Holds: steepest stable fall of friction [{slope.unit}]."
     )
 
 
 def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
     numbers: Any = chart.numbers
-    slope = shown_quantity("Fall of friction that is held", SLOPE_UNIT, units)
+    slope = shown_quantity("Steepest stable fall of friction", SLOPE_UNIT, units)
     x, y, held_slope = numbers.matching, numbers.frequency * TO_HERTZ, numbers.held / slope.scale
     mesh = axes.pcolormesh(x, y, held_slope, cmap="viridis", shading="gouraud", rasterized=True, gid="cells")
     lines = axes.contour(x, y, held_slope, levels=8, colors="white", linewidths=0.6)
@@ -293,13 +293,13 @@ KINDS = (
     ),
     chart_kind(
         "drive-card",
-        "how much of a torsional wave each drive throws back, and the slope of friction that it holds",
+        "the share of a torsional wave that each drive reflects, and the steepest stable fall of friction",
         DriveCard,
         _draw_drive_card,
     ),
     chart_kind(
         "drive-tuning",
-        "the slope of friction that a soft-torque drive holds, over its gain and its frequency",
+        "the steepest stable fall of friction with a soft-torque drive, over its gain and its frequency",
         DriveTuning,
         _draw_drive_tuning,
     ),

@@ -275,6 +275,7 @@ def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]
     border: dict[str, Any] = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
     handles: list[Artist] = [Patch(facecolor=SAFE_COLOUR, label=f"{label} ({100 * share['safe']:.1f} %)", **border)]
     critical, by_history = (classified.state == value for value in (CRITICAL, HISTORY_DEPENDENT))
+    words_of_none = "! checks disagree" if numbers["severity"] is None else "! severity"
     for code in np.unique(classified.bits[critical | by_history]).tolist():
         here = classified.bits == code
         parts = [
@@ -282,7 +283,7 @@ def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]
             for area, words in ((critical, ""), (by_history, " by the history"))
             if np.any(area & here)
         ]
-        name = f"{RESPONSES[code].letters} {RESPONSES[code].name}" if code else "! severity"
+        name = f"{RESPONSES[code].letters} {RESPONSES[code].name}" if code else words_of_none
         label = f"{name} ({', '.join(parts)})"
         handles.append(Patch(facecolor=CRITICAL_COLOURS[code], label=label, **border))
     if np.any(by_history):
