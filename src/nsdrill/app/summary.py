@@ -16,7 +16,6 @@ import numpy as np
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent
-from nsdrill.app.datasets import missing_variable_errors
 from nsdrill.app.probability import rows
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
@@ -338,8 +337,10 @@ def new_labels(
     thresholds = change_thresholds(study.thresholds, overrides)
     scales = _state_scales(study, results)
     model = study.model.dynamics
-    with missing_variable_errors(os.fspath(path)):
+    try:
         labels = model.classify(results.variables, results["status"], thresholds, scales)
+    except KeyError as error:
+        raise InputError(f"{path}: found results without {error.args[0]}; allowed: results that have it.") from error
         if "start" in results.coords:
             labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     if "trusted" in results.variables:

@@ -17,7 +17,6 @@ from typing import Any, Self
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.app.provenance import processor, unlike, versions
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
@@ -120,6 +119,8 @@ class Part:
 
     def _replace(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
         # late: it imports the compiler
+        from nsdrill.app.provenance import processor, versions  # late: show needs no compiled sources
+
         head = {
             "magic": _MAGIC + self.what,
             "digest": digest,
@@ -165,6 +166,8 @@ class Part:
             raise FileError(
                 f"{self.path}: made from {inputs}. Go on with what it was made from, or start anew by --overwrite."
             )
+        from nsdrill.app.provenance import unlike
+
         if differing := unlike(head):
             raise FileError(
                 f"{self.path}: made with other versions, whose numbers may differ "
