@@ -51,8 +51,7 @@ def summarize(data: Results | Trace) -> dict[str, Any]:
 
 
 def _summarize_results(results: Results) -> dict[str, Any]:
-    status, model = results["status"], model_in(results.attrs)
-    ok, known = status == OK, (status == OK) | (status == INFERRED)
+    status = results["status"]
     summary: dict[str, Any] = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
@@ -71,65 +70,66 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         "procedures": [str(p) for p in results.coords["procedure"]],
         "points": int(status.size),
         "status": _counts("status", status),
-        "responses": {},
-        "whirl_kinds": {},
-        "severities": {},
-        "ranges": {},
-    }
-    for i, procedure in enumerate(summary["procedures"]):
-        summary["responses"][procedure] = _counts("response", results["response"][i][known[i]])
-        if "whirl_kind" in results.variables:
-            kinds = results["whirl_kind"][i][ok[i]]
-            summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
-        summary["severities"][procedure] = {
-            name: _counts(name, results[name][i][ok[i]]) for name in model.severities if name in results.variables
-        }
-    if "motion" in results.variables:
-        summary["motions"] = {
-            procedure: _counts("motion", results["motion"][i][ok[i]])
-            for i, procedure in enumerate(summary["procedures"])
-        }
-    summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
-    for name in (*model.shown, *EXPONENT):
-        if name not in results.variables:
-            continue
-        values = results[name][ok]
-        values = values[np.isfinite(values)]
-        if values.size:
-            summary["ranges"][name] = {
-                "min": float(values.min()),
-                "max": float(values.max()),
-                "units": BY_NAME[name].units,
-                "meaning": BY_NAME[name].long_name,
+        **_labels(results),
+        "ranges": _ranges(results),
+        "settled": int(np.count_nonzero(results["settled"][status == OK])),
+        "failed": [
+            {
+                **{name: results.coords[name][i].item() for name, i in zip(results.grid, place, strict=True)},
+                "status": BY_NAME["status"].words(int(status[tuple(place)])),
             }
-    failed = np.argwhere(has_failed(status))
-    summary["failed"] = [
-        {
-            **{name: results.coords[name][i].item() for name, i in zip(results.grid, place, strict=True)},
-            "status": BY_NAME["status"].words(int(status[tuple(place)])),
-        }
-        for place in failed
-    ]
+            for place in np.argwhere(has_failed(status))
+        ],
+    }
     if "trusted" in results.variables:
         summary["trust"] = trust_of(results)
     if SAMPLE in results.coords:
         summary |= _uncertain(results)
-        if "points_run" in results.attrs:
-            summary["refinement"] = refinement_of(results)
-        return summary
-    if "start" in results.coords:
-        summary["starts"] = len(results.coords["start"])
-        summary["slice"] = results.slice
+    elif "start" in results.coords:
+        # late: it groups starts with the equations of the model
         from nsdrill.app.attractors import attractors
 
-        summary["operating_points"] = attractors(results)
-        return summary
-    summary["hysteresis"] = hysteresis(results)
-    if len(results.swept) == 1:
-        summary["intervals"] = intervals(results)
+        starts = {"starts": len(results.coords["start"]), "slice": results.slice}
+        return summary | starts | {"operating_points": attractors(results)}
+    else:
+        summary["hysteresis"] = hysteresis(results)
+        if len(results.swept) == 1:
+            summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:
         summary["refinement"] = refinement_of(results)
     return summary
+
+
+def _labels(results: Results) -> dict[str, Any]:
+    """The counts of the labels of each procedure."""
+    status, names = results["status"], model_in(results.attrs).severities
+    ok, procedures = status == OK, [str(name) for name in results.coords["procedure"]]
+
+    def counts(name: str, where: np.ndarray) -> dict[str, dict[str, int]]:
+        if name not in results.variables:
+            return {}
+        return {one: _counts(name, results[name][i][where[i]]) for i, one in enumerate(procedures)}
+
+    severities = {name: counts(name, ok) for name in names if name in results.variables}
+    whirls = ok & (results["whirl_kind"] > 0) if "whirl_kind" in results.variables else ok
+    return {
+        "responses": counts("response", ok | (status == INFERRED)),
+        "whirl_kinds": counts("whirl_kind", whirls),
+        "severities": {one: {name: found[one] for name, found in severities.items()} for one in procedures},
+        **({"motions": counts("motion", ok)} if "motion" in results.variables else {}),
+    }
+
+
+def _ranges(results: Results) -> dict[str, dict[str, Any]]:
+    """The least and the greatest value of each feature that is shown."""
+    ranges = {}
+    for name in (*model_in(results.attrs).shown, *EXPONENT):
+        values = results[name][results["status"] == OK] if name in results.variables else np.empty(0)
+        values = values[np.isfinite(values)]
+        if values.size:
+            about = {"units": BY_NAME[name].units, "meaning": BY_NAME[name].long_name}
+            ranges[name] = {"min": float(values.min()), "max": float(values.max()), **about}
+    return ranges
 
 
 def _uncertain(results: Results) -> dict[str, Any]:
