@@ -25,7 +25,7 @@ from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
-from nsdrill.variables import INFERRED, OK
+from nsdrill.variables import INFERRED, OK, SAMPLE
 from nsdrill.web.answers import LIMITS, comparison, escaped, file_answer, paragraph, picture, table
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import Reply, longest, member_dimension
