@@ -158,10 +158,9 @@ def replay(
     requested = {**(at or {}), **{name: value for name, value in operation.items() if value is not None}}
     sample_number = _sample(path, requested.pop(SAMPLE, None), plan.samples)
     wanted = _on_axes(path, experiment, requested)
-    if procedure is None:
-        if len(plan.procedures) > 1:
-            raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
-        procedure = plan.procedures[0]
+    if procedure is None and len(plan.procedures) > 1:
+        raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
+    procedure = procedure or plan.procedures[0]
     start_number = _start(path, start, plan.starts)
     try:
         number, values_there = plan.find(wanted, procedure, start_number, sample_number)
@@ -183,15 +182,22 @@ def replay(
         extra[SAMPLE] = sample_number
     initial = np.asarray(point["initial_state"], dtype=float)
     result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra, implicit)
+    return _compared(result, study, point, outline.attrs)
+
+
+def _compared(result: Trajectory, study: Study, point: Mapping[str, Any], attrs: Mapping[str, Any]) -> Trajectory:
+    """The replay ``result``, compared with the stored ``point`` of a file with the root
+    attributes ``attrs``."""
+    final = np.asarray(point["final_state"])
     same = result.status == int(point["status"]) and bool(
-        np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
+        np.array_equal(result.trace.attrs["final_state"], final, equal_nan=True)
     )
     states = study.model.dynamics.states(study.model.dynamics.variant(study.parameters))
     return replace(
         result,
         same_bits=same,
-        differing=tuple(unlike(outline.attrs, "numpy_version", "processor")),
-        apart="" if same else _apart(result.trace, states, np.asarray(point["final_state"])),
+        differing=tuple(unlike(attrs, "numpy_version", "processor")),
+        apart="" if same else _apart(result.trace, states, final),
     )
 
 

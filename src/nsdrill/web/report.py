@@ -112,6 +112,13 @@ def report(
             page.add(f"<h2>{escaped(names[number])}: {escaped(titles[number])}</h2>")
         made.append((names[number], _add_file(page, part, motions, stems[number])))
         page.add("</section>")
+    _add_made(page, parts, made)
+    page.add(f"<p>This page: <code>{escaped(command)}</code></p></section></main>")
+    return _document(titles[0], page)
+
+
+def _add_made(page: _Page, parts: Sequence[Part], made: Sequence[tuple[str, list[str]]]) -> None:
+    """How each file was made, and the command lines that make it again, by its name."""
     page.add('<section id="made"><h2>How this was made</h2>')
     for part, (name, commands) in zip(parts, made, strict=True):
         page.add(f"<h3>{escaped(name)}</h3>" if len(parts) > 1 else "")
@@ -120,8 +127,6 @@ def report(
             f"<p>To make it again:</p><pre>{escaped(chr(10).join(commands))}</pre>",
             study_details(part.session),
         )
-    page.add(f"<p>This page: <code>{escaped(command)}</code></p></section></main>")
-    return _document(titles[0], page)
 
 
 def _add_answer(
