@@ -174,10 +174,8 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
         or "no seeds at all"
     )
     return (
-        f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); "
-        f"allowed: seeds that have "
-        "settled on a motion that repeats. Give others (continue.seeds or --seeds), let them "
-        "settle for longer "
+        f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); allowed: seeds that "
+        "have settled on a motion that repeats. Give others (continue.seeds or --seeds), let them settle for longer "
         "(simulation.transient), or try longer periods (continue.lobes)."
     )
 
