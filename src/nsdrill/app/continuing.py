@@ -23,10 +23,9 @@ from nsdrill.app.seeding import seeds_of
 from nsdrill.app.unfinished import Part
 from nsdrill.data import json_text, resolved_study
 from nsdrill.errors import FileError, InputError
-from nsdrill.orbit.branch import Branch
+from nsdrill.orbit.branch import Branch, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow
-from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze
 from nsdrill.store import open_branches, part_path, write_branches
 from nsdrill.study.continuation import SECTION
