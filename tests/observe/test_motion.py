@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from main_model import MAIN
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.classify import still
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.observe import motion
 from nsdrill.observe.motion import classify_motion, period, zero_one
@@ -197,7 +197,7 @@ def kind(
     arrays = {name: np.array([value]) for name, value in made.items()}
     arrays["section_radius"] = np.where(np.arange(1001) < count, 1.0, np.nan)[None]
     count = np.count_nonzero(np.isfinite(arrays["section_radius"]), axis=-1)
-    rests = still(arrays, ONES, T.absolute)
+    rests = MAIN.still(arrays, ONES, T.absolute)
     label = classify_motion(arrays, np.array([status]), np.array([settled]), np.array([found]), count, rests, T)
     return int(label[0])
 

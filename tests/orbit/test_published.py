@@ -6,11 +6,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import mathieu_a
 
-from nsdrill.analysis.bifurcations import DOUBLING
-from nsdrill.orbit.arclength import follow
+from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, PERIODIC
+from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.cycle import Cycle
 from nsdrill.orbit.flow import Legs
-from nsdrill.orbit.labels import orbit_test_functions as orbit_test_functions
+from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Periodic
 
@@ -88,7 +88,7 @@ def test_folds_of_duffing():
         state = flow.run(legs).state
     problem = Periodic.at(flow, 1, number[0], state[0])
     point = at(flow, problem, problem.unknowns(state, 0.6))
-    jobs = {0: follow(problem, point, 1, (0.5, 1.6), 400, orbit_test_functions({}, equilibrium=False))}
+    jobs = {0: follow(problem, point, 1, Rules((0.5, 1.6), 400, functions_of({}, PERIODIC)))}
     half = advance(flow, jobs)[0]
     folds = [one.point.found.values[0] for one in half.points if one.label == 5]
     assert half.ended == "to"
@@ -124,7 +124,7 @@ def test_the_doubling_of_roessler():
     start, period = path.y_events[0][-1][:3], np.diff(path.t_events[0])[-1]
     problem = Cycle.at(flow, period, np.array([2.5]), start, 1)
     point = at(flow, problem, problem.unknowns(start[None], period, 2.5))
-    jobs = {0: follow(problem, point, 1, (2.0, 3.2), 200, orbit_test_functions({}, equilibrium=False))}
+    jobs = {0: follow(problem, point, 1, Rules((2.0, 3.2), 200, functions_of({}, CYCLE)))}
     half = advance(flow, jobs)[0]
     found = [one.point.found for one in half.points if one.label]
     assert [one.label for one in half.points if one.label] == [DOUBLING]

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, OWN
-from nsdrill.orbit.arclength import HalfBranch, LabelledPoint, Point, Task, TestFunction, corrected_at_parameter, follow
+from nsdrill.orbit.arclength import HalfBranch, Rules, follow
 from nsdrill.orbit.branch import Branch
-from nsdrill.orbit.curve import Condition, Curve, CycleFolds
+from nsdrill.orbit.curve import Condition, Curve
 from nsdrill.orbit.flow import Flow
-from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.lockstep import Task, advance
+from nsdrill.orbit.multipliers import problem_of
+from nsdrill.orbit.newton import Point, corrected_at_parameter
+from nsdrill.orbit.special import LabelledPoint
 
 DUPLICATE_DISTANCE = 1e-4  # between equal special points, over the range
 MAX_SIDE_BY_SIDE = 8  # curves that advance at the same time
@@ -162,39 +165,20 @@ def _border_points(
     forward half; None where Newton's method does not lead onto it."""
     orbit = special.labelled.point.found
     values = np.array([special.value, start])
-    problem: Curve | CycleFolds
-    if special.branch.motion == CYCLE:
-        problem = CycleFolds.at(flow, orbit, values)
-        guess = problem.unknowns(orbit.mesh_states, orbit.period, values)
-    else:
-        problem = Curve.at(flow, special.branch.lobes, orbit, values, condition)
-        guess = problem.unknowns(orbit.mesh_states, values)
+    motion = problem_of(flow, special.branch, replace(orbit, values=values))
+    problem = Curve.at(motion, orbit, values, condition)
+    guess = problem.unknowns(orbit, values)
     seed = yield from corrected_at_parameter(problem, guess)
     if seed is None or np.linalg.norm(seed.x - guess) > MAX_CORRECTION:
         return None
-    (low, high), second_bounds = (
-        tuple(np.array(bound) / scale) for bound, scale in zip(bounds, flow.scales, strict=True)
-    )
+    low, high = np.array(bounds[0]) / flow.scales[0]
+    second_low, second_high = np.array(bounds[1]) / flow.scales[1]
 
     def stop(previous: Point, current: Point) -> str:
         return "" if low <= current.x[-2] <= high else "range"
 
-    def no_test_functions(previous: Point, current: Point) -> list[TestFunction]:
-        return []
-
-    forward = yield from follow(
-        problem,
-        seed,
-        1,
-        second_bounds,
-        max_points // 2,
-        no_test_functions,
-        stop,
-        first_step=FIRST_STEP,
-        max_step=MAX_STEP,
-    )
+    rules = Rules((second_low, second_high), max_points // 2, stop=stop, first_step=FIRST_STEP, max_step=MAX_STEP)
+    forward = yield from follow(problem, seed, 1, rules)
     remaining = max_points - len(forward.points)
-    backward = yield from follow(
-        problem, seed, -1, second_bounds, remaining, no_test_functions, stop, first_step=FIRST_STEP, max_step=MAX_STEP
-    )
+    backward = yield from follow(problem, seed, -1, replace(rules, max_points=remaining))
     return backward, seed, forward

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, FAILED
-from nsdrill.orbit.arclength import HalfBranch, LabelledPoint
+from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch
+from nsdrill.orbit.special import LabelledPoint
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 ENDINGS = {
@@ -67,15 +68,14 @@ def assembled(
 ) -> Branch:
     """A branch from its seed and the halves on both sides; without ``backward`` it
     begins at the seed."""
-    backward_points = [] if backward is None else backward.points[::-1]
-    offset = backward_points[0].point.s if backward_points else 0.0
-    marked = [replace(entry, point=replace(entry.point, s=offset - entry.point.s)) for entry in backward_points]
-    marked += [replace(seed, point=replace(seed.point, s=offset))]
-    marked += [replace(entry, point=replace(entry.point, s=offset + entry.point.s)) for entry in forward.points]
+    before = [] if backward is None else backward.points[::-1]
+    offset = before[0].point.s if before else 0.0
+    marked = [replace(entry, point=replace(entry.point, s=offset - entry.point.s)) for entry in before]
+    marked += [replace(seed, point=replace(seed.point, s=offset)), *forward.shifted(offset).points]
     ended = ("seed" if backward is None else backward.ended, forward.ended)
     for index, reason in ((0, ended[0]), (-1, ended[1])):
         if marked[index].label == 0 and reason not in ("closed", "seed"):
-            label = FAILED if reason.startswith("no convergence") else END
+            label = FAILED if reason.startswith(NO_CONVERGENCE) else END
             marked[index] = replace(marked[index], label=label)
     return Branch(motion, lobes, marked, ended, parent, parent_point)
 

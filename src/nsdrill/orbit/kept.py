@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.orbit.arclength import LabelledPoint, Point
 from nsdrill.orbit.branch import Branch
-from nsdrill.orbit.periodic import Orbit
+from nsdrill.orbit.known import Key
+from nsdrill.orbit.newton import Point
+from nsdrill.orbit.shooting import Orbit
+from nsdrill.orbit.special import LabelledPoint
 
 Array = np.ndarray[Any, np.dtype[Any]]
-Key = tuple[int, ...]
 _PARTS = 10  # arrays of one point
 _NUMBERS = 8  # scalars of one point
 

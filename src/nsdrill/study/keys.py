@@ -12,7 +12,7 @@ import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass, replace
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from nsdrill import units as si
 from nsdrill.kernel.settings import LONGEST, Simulation
@@ -125,6 +125,10 @@ MEANINGS: dict[str, str] = {
 }
 
 
+Schema = dict[str, Any]  # a part of a JSON Schema
+Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"  # what YAML has
+
+
 @dataclass(frozen=True)
 class Leaf:
     """One key that takes a value. ``kind`` is quantity (with ``units``), number, whole,
@@ -211,10 +215,24 @@ class Leaf:
             what = f"a number in {self.units}"
         return f"{what}{', or null' if self.nullable else ''}, {self.range()}"
 
-    def schema(self) -> dict[str, Any]:
+    def about(self) -> Schema:
+        """What the JSON Schema of the key says beside the form of its value: meaning, unit,
+        default and source in one paragraph."""
+        parts = [self.meaning]
+        if self.units and self.kind != "table":
+            parts.append(f"In {self.units}")
+        if self.kind in ("quantity", "number", "whole"):
+            parts.append(f"Range: {self.range()}" + (f" (in the field: {self.usual})" if self.usual else ""))
+        parts.append(f"Default {self.default_text}")
+        if self.source:
+            parts.append(f"Source: {self.source}" + (f" (confidence: {self.confidence})" if self.confidence else ""))
+        default = self.default_text if self.kind in ("list", "table", "quantity") else self.default
+        return {"description": ". ".join(parts) + "."} | ({} if self.default is None else {"default": default})
+
+    def schema(self) -> Schema:
         """The JSON Schema of one value."""
         if self.kind == "choice":
-            schema: dict[str, Any] = {"enum": list(self.choices)}
+            schema: Schema = {"enum": list(self.choices)}
         elif self.kind == "switch":
             schema = {"type": "boolean"}
         elif self.kind == "list":
@@ -233,7 +251,7 @@ class Leaf:
             schema = {"type": kind, "minimum": self.low, "maximum": self.high}
         return {"anyOf": [schema, {"type": "null"}]} if self.nullable else schema
 
-    def read(self, raw: Any) -> Any:
+    def read(self, raw: Plain) -> Any:
         """The value of YAML scalar ``raw``; :class:`QuantityError` says what is wrong
         with it."""
         if raw is None and self.nullable:
@@ -256,12 +274,20 @@ class Leaf:
             raise QuantityError(shown(raw), self.allowed())
         return value
 
-    def _choice(self, raw: Any) -> str:
+    def takes(self, raw: Plain) -> bool:
+        """Whether ``raw`` can be read."""
+        try:
+            self.read(raw)
+        except QuantityError:
+            return False
+        return True
+
+    def _choice(self, raw: Plain) -> str:
         if raw in self.choices and isinstance(raw, str):
             return raw
         raise QuantityError(shown(raw), self.allowed(), did_you_mean(str(raw), self.choices))
 
-    def _quantity(self, raw: Any) -> float:
+    def _quantity(self, raw: Plain) -> float:
         if not isinstance(raw, str):
             raise QuantityError(shown(raw, "without a unit"), self.allowed())
         try:
@@ -269,7 +295,7 @@ class Leaf:
         except QuantityError as error:
             raise QuantityError(error.found, self.allowed(), error.suggestion) from None
 
-    def _number(self, raw: Any) -> float:
+    def _number(self, raw: Plain) -> float:
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             hint = None
             if isinstance(raw, str):
@@ -447,7 +473,7 @@ def axes_of_all() -> dict[str, Leaf]:
     }
 
 
-def shown(raw: Any, remark: str = "") -> str:
+def shown(raw: Plain, remark: str = "") -> str:
     """A value as found, for a message."""
     if isinstance(raw, dict):
         return "a mapping"
@@ -470,14 +496,15 @@ def shown(raw: Any, remark: str = "") -> str:
 OTHER_WORDS = {"speed": "rotary_speed", "rpm": "rotary_speed", "lyapunov": "exponent"}
 
 
-def did_you_mean(name: str, candidates: typing.Iterable[str]) -> str | None:
-    """ "Did you mean ...?" for the nearest candidate, None where nothing is near."""
+def did_you_mean(name: str, candidates: typing.Iterable[str], section: str = "") -> str | None:
+    """ "Did you mean ...?" for the nearest candidate in ``section``, None where nothing is
+    near."""
     import difflib
 
     known = list(candidates)
     usual = [key for key in known if key == OTHER_WORDS.get(name)]
     near = usual or difflib.get_close_matches(name[:80], known, n=1)
-    return f"Did you mean {near[0]}?" if near else None
+    return f"Did you mean {section}{'.' if section else ''}{near[0]}?" if near else None
 
 
 def _either(names: tuple[str, ...]) -> str:

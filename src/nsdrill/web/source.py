@@ -77,9 +77,9 @@ class Source:
             self.experiment = prepare(self.branches.study)
             return
         self.results = self._read()
-        from nsdrill.app.stored import stored_experiment
+        from nsdrill.app.overrides import stored_experiment
 
-        self.experiment = stored_experiment(self.path, self.results.attrs, self.results.coords, self.results.drawn)
+        self.experiment = stored_experiment(self.path, self.results)
 
     def _read(self) -> Results:
         from nsdrill.app.reading import read_any
@@ -108,9 +108,9 @@ class Source:
 
     @property
     def attrs(self) -> Mapping[str, Any]:
-        """The attributes of the results, or those that a study would give them."""
-        if self.results is not None:
-            return self.results.attrs
+        """The attributes of the file, or those that a study would give it."""
+        if (file := self.results or self.branches) is not None:
+            return file.attrs
         return {
             "model": self.study.model.name,
             "study_resolved": json_text(self.study.resolved),
@@ -166,19 +166,14 @@ class Source:
 
     def warm(self) -> None:
         """Load or compile the machine code that a first click, slider and local diagram
-        need. The lock is released in between, so that a page is served meanwhile."""
+        need, which a short run of each does. The lock is released in between, so that a
+        page is served meanwhile."""
         values = self.motions.own
         study = self.motions.at(values)
-        state = self.motions.start(study)
         with self.computing():
-            self.motions.short_motion(study, state)
-        self.motions.compile(study, state)
+            motion = self.motions.run_from(study, self.motions.start(study), 0.1, asked.SAMPLE)
         time.sleep(0.01)  # a waiting request takes the lock first
-        with self.computing():
-            motion = self.motions.run_from(study, state, 0.1, asked.SAMPLE)
         if motion.status == OK:
             near: Array = np.linspace(0.99, 1.01, MAX_POINTS) * values["rotary_speed"]
-            self.motions.compile(study, motion.final, "rotary_speed", near)
-            time.sleep(0.01)
             with self.computing():
                 self.motions.run_along(study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01)

@@ -17,7 +17,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     wall_speed,
 )
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
-from nsdrill.models.christoforou_yigit.laws import slope_at_rest
+from nsdrill.models.christoforou_yigit.laws import law_of_bit, slope_at_rest
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import overloaded, swinging
 from nsdrill.models.leaves import Values, with_values
@@ -136,13 +136,9 @@ def _many_steps(study: Any, corners: list[Values], format_value: FormatValue) ->
         if implicit(study.simulation.method, study.model, corner).any():
             return 0.0, "", 0.0
         k = derive(corner.parameters, *corner.operation)
-        friction = corner.parameters.bit.friction
-        key = "b1" if friction.law == "rational" else "smoothing"
-        return (
-            float(slope_at_rest(corner.parameters, k) * corner.operation[1] / k.J / 3.3),
-            key,
-            float(getattr(friction, key)),
-        )
+        law, friction = law_of_bit(corner.parameters), corner.parameters.bit.friction
+        rate = slope_at_rest(corner.parameters, k) * corner.operation[1] / k.J
+        return float(rate / 3.3), law.steep, float(getattr(friction, law.steep))
 
     steps_per_second, key, value = max(map(steps, corners))
     if steps_per_second <= MAX_STEPS_PER_SECOND:
