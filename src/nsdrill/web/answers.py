@@ -165,7 +165,7 @@ def comparison(
         found = contrast(results[0], results[1], severity, confidence, names)
     except InputError as error:
         return "", paragraph(f"The two windows are not compared: {error}")
-    from nsdrill.plot.two_windows import draw_two
+    from nsdrill.plot.kinds.window import draw_two
 
     body, head = contrast_rows(found, units)[1:], ("", f"a: {names[0]}", f"b: {names[1]}")
     axis = Formatter(units).name(found["windows"][0]["axes"][0])
