@@ -16,11 +16,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import nsdrill
-from nsdrill.app.continuing import continuation_setup
-from nsdrill.orbit.arclength import corrected_at_parameter
-from nsdrill.orbit.flow import Legs
+from nsdrill.app.continuation_setup import continuation_setup
+from nsdrill.orbit.flow import DIFFERENCE_STEP, Legs
 from nsdrill.orbit.frame import rotated
 from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.newton import corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic
 
 SPEED, ROUNDS = 3.5, 5
@@ -47,6 +47,8 @@ def main() -> None:
 
     point = advance(flow, {0: job()})[0]
     state = point.found.state
+    around = problem.values_around(point.x, DIFFERENCE_STEP)
+    legs = problem.legs(np.stack([problem.states(point.x)] * 3), around, np.zeros(0), (True, False, False))
 
     right_hand_side, rows = (setup.model.right_hand_side(1, setup.variant), setup.model.rows(setup.variant))
     buffer = np.zeros(rows.total)
@@ -77,12 +79,12 @@ def main() -> None:
     for _ in range(ROUNDS):
         begun = time.process_time()
         for _ in range(20):
-            flow.run(problem.legs(point.x))
+            flow.run(legs)
         ours.append((time.process_time() - begun) / 20)
         begun = time.process_time()
         ends = scipy()
         theirs.append(time.process_time() - begun)
-    own = flow.run(problem.legs(point.x)).state[0]
+    own = flow.run(legs).state[0]
     print(
         f"difference of the ends, in natural scales: "
         f"{np.max(np.abs((ends[0] - own) / flow.state_scales(values[0])[0])):.1e}"

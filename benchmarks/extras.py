@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.machine import describe, spread, table, where, write
+from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -55,7 +56,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     arguments = parser.parse_args()
     machine = describe()
-    study = work_of(parse_study(STUDY))
+    study = work_of(prepare(parse_study(STUDY)))
     works = {name: replace(study, record=record) for name, record in WAYS.items()}
     for work in works.values():  # compile, warm the caches
         seconds(replace(work, simulation=replace(work.simulation, transient=0.0, observe=5.0)))

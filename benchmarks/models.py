@@ -99,13 +99,14 @@ def _study(name: str, points: int, seconds: float) -> str:
 
 
 def _runners(name: str, points: int, seconds: float) -> list[Runner]:
+    from nsdrill.app.experiment import prepare
     from nsdrill.app.run import work_of
     from nsdrill.kernel.batch import choose_lanes
     from nsdrill.study import parse_study
     from nsdrill.sweep.engine import Engine
     from nsdrill.sweep.work import compiled_parts
 
-    work = work_of(parse_study(_study(name, points, seconds)))
+    work = work_of(prepare(parse_study(_study(name, points, seconds))))
     explicit = work.by("explicit")
     ((work, _),) = work.by_method(np.arange(points))  # one method for all of them
     lanes = choose_lanes(points)

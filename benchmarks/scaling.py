@@ -39,10 +39,11 @@ simulation: {{transient: {transient} s, observe: {observe} s}}
 FIRST_STEP = """
 import sys, time
 import numpy as np
+from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.study import load_study
 from nsdrill.sweep.work import compiled_parts
-work = work_of(load_study(sys.argv[1]))
+work = work_of(prepare(load_study(sys.argv[1])))
 compiled_parts(8, work.variant)
 batch = work.new_batch(8, 64)
 batch.add_many(np.arange(4), work.prepare(np.arange(4)))
@@ -222,7 +223,7 @@ def _beginnings(folder: Path) -> dict[str, list[float]]:
 
 
 def _whole_study(folder: Path) -> dict[str, Any]:
-    from nsdrill.app.run import plan_of
+    from nsdrill.app.experiment import prepare
     from nsdrill.study import load_study
 
     path = ROOT / "configs" / "fig4_speed_22kN.yaml"
@@ -232,7 +233,7 @@ def _whole_study(folder: Path) -> dict[str, Any]:
         _command("run", path, "--output", folder / "fig4.h5", "--workers", "1"), check=True, capture_output=True
     )
     return {
-        "points": plan_of(load_study(path)).points,
+        "points": prepare(load_study(path)).plan.points,
         "seconds": time.perf_counter() - begun,
         "cpu_seconds": resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before,
     }

@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.machine import describe, spread, table, where, write
+from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.study import parse_study
 from nsdrill.sweep.engine import Engine
@@ -87,7 +88,8 @@ def main() -> None:
     machine = describe()
     ways = {"carried up and back down": [], "each from the same state": ["sweep.procedure=same", "sweep.along=null"]}
     works = {
-        name: work_of(parse_study(STUDY, overrides=[f"uncertain.samples={part}", *more])) for name, more in ways.items()
+        name: work_of(prepare(parse_study(STUDY, overrides=[f"uncertain.samples={part}", *more])))
+        for name, more in ways.items()
     }
     compiled_parts(LANES, next(iter(works.values())).variant)
     times = np.array([[seconds(work) for work in works.values()] for _ in range(rounds)])

@@ -41,10 +41,10 @@ DRIVES = {
 SEGMENTS = {"segments_rest": "segments_speed_100kN", "segments_down": "segments_speed_down"}
 LATERAL = ("whirl_clearance", "inclination")
 CHARTS = {
-    "critical-speeds": "fig5_speed_67kN",
-    "buckling": "fig5_speed_67kN",
-    "drive-card": "soft_torque_speed_67kN",
-    "drive-tuning": "soft_torque_speed_67kN",
+    "critical-speeds": ("fig5_speed_67kN", "Critical speeds of the default string, 66.72 kN"),
+    "buckling": ("fig5_speed_67kN", "Buckling loads of the default string"),
+    "drive-card": ("soft_torque_speed_67kN", "Torsional waves at each kind of drive, 5000 m"),
+    "drive-tuning": ("soft_torque_speed_67kN", "Tuning of a soft-torque drive, 5000 m"),
 }
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
 UNCERTAIN = {"probability": (), "along": ("--wob", "60 kN"), "tornado": ("--kind", "tornado")}
@@ -135,8 +135,8 @@ def draw(source: Path, name: str, *options: str) -> None:
 
 def charts(folder: Path) -> None:
     """The charts, for which nothing is run."""
-    for kind, config in CHARTS.items():
-        draw(CONFIGS / f"{config}.yaml", f"chart_{kind.replace('-', '_')}", "--kind", kind)
+    for kind, (config, title) in CHARTS.items():
+        draw(CONFIGS / f"{config}.yaml", f"chart_{kind.replace('-', '_')}", "--kind", kind, "--title", title)
 
 
 def studies(folder: Path) -> None:
@@ -158,7 +158,7 @@ def strings(folder: Path) -> None:
     for config in LATERAL:
         draw(results_of(folder, config), config, "--kind", "whirl_kind")
     regulated = trace_of(folder, "segments_lqr", "regulated", "--rotary-speed", "13 rad/s", "--duration", "140 s")
-    draw(regulated, "segments_lqr")
+    draw(regulated, "segments_lqr", "--title", "Segments with a regulator from 40 s on, 100 kN, 13 rad/s")
 
 
 def beam(folder: Path) -> None:
@@ -166,7 +166,8 @@ def beam(folder: Path) -> None:
     draw(results_of(folder, COLLAR), "beam_speed")
     for name, (wob, force) in COLLAR_TRACES.items():
         options = ("--wob", wob, "--set", f"initial.wall_force={force}", "--duration", "40 s", "--sample", "1 ms")
-        draw(trace_of(folder, "beam_wob_contact", name, *options), name)
+        title = f"Elastic collar under {wob}, released with {force} on the wall"
+        draw(trace_of(folder, "beam_wob_contact", name, *options), name, "--title", title)
 
 
 def coexistence(folder: Path) -> None:
@@ -191,7 +192,9 @@ def maps(folder: Path) -> None:
 def motion(folder: Path) -> None:
     """What kind of motion each response is."""
     results = results_of(folder, "motion_speed_22kN")
-    draw(results, "motion_poincare", "--kind", "poincare")
+    draw(
+        results, "motion_poincare", "--kind", "poincare", "--title", "Returns to the Poincaré section, 5000 m, 22.24 kN"
+    )
     draw(results, "motion_kinds", "--kind", "motion")
 
 
@@ -205,7 +208,8 @@ def uncertain(folder: Path) -> None:
 def traces(folder: Path) -> None:
     """One run in time: stick-slip at low speed, and a film of a collar that rolls along
     the wall."""
-    draw(trace_of(folder, "fig4_speed_22kN", "trace", "--rotary-speed", "1.2 rad/s", "--duration", "60 s"), "trace")
+    slow = trace_of(folder, "fig4_speed_22kN", "trace", "--rotary-speed", "1.2 rad/s", "--duration", "60 s")
+    draw(slow, "trace", "--title", "One run at 1.2 rad/s, 5000 m, 22.24 kN")
     whirl = ("--rotary-speed", "6.5 rad/s", "--set", "initial.x=70 mm", "--duration", "30 s")
     rolling = trace_of(folder, "fig4_speed_22kN", "whirl", *whirl)
     nsdrill(
@@ -230,14 +234,14 @@ def branches(folder: Path) -> None:
     sweep, found = results_of(folder, "fig4_speed_22kN"), folder / "branches_speed_22kN.h5"
     if not found.exists():
         study = str(CONFIGS / "branches_speed_22kN.yaml")
-        nsdrill("continue", study, "--seeds", str(sweep), "-o", str(found))
+        nsdrill("branches", study, "--seeds", str(sweep), "-o", str(found))
     draw(found, "branches", "--over", str(sweep))
 
 
 def learn(folder: Path) -> None:
     """The window of an assembly, what it costs to be safe, and a real ramp."""
     study = folder / "rotary.yaml"
-    nsdrill("new", "--example", "rotary_assembly", "-o", str(study), "--overwrite")
+    nsdrill("new", "--example", "rotary-assembly", "-o", str(study), "--overwrite")
     text = study.read_text(encoding="utf-8")
     unknown = folder / "uncertain.yaml"
     head, name, tail = text.partition("uncertain:\n")

@@ -479,7 +479,7 @@ def friction_laws() -> str:
     from nsdrill.models import friction
 
     text = inspect.getsource(friction)
-    begin, end = text.index("def _hyperbolic"), text.index("def numbers_of")
+    begin, end = text.index("def _hyperbolic"), text.index("def laws_that_read")
     return f"```python\n{text[begin:end].strip()}\n```\n"
 
 

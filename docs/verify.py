@@ -288,8 +288,7 @@ def order() -> Iterator[Row]:
 
 def severity() -> Iterator[Row]:
     """The bands of the stick-slip index."""
-    from nsdrill.models.christoforou_yigit.classify import classify
-    from nsdrill.models.registry import described
+    from nsdrill.models.registry import described, model_named
     from nsdrill.observe.thresholds import Thresholds
     from nsdrill.variables import MODEL
 
@@ -297,7 +296,7 @@ def severity() -> Iterator[Row]:
     features = {v.name: np.zeros(len(index)) for v in described(MODEL).variables if v.room == "feature"} | {
         "stick_slip_index": index
     }
-    labels = classify(features, np.ones(len(index), dtype=int), Thresholds())
+    labels = model_named(MODEL).classify(features, np.ones(len(index), dtype=int), Thresholds(), np.ones(8))
     for value, band, found in zip(index, (0, 0, 1, 1, 2, 2, 3, 3, 4, 4), labels["stick_slip_severity"], strict=True):
         yield Row("7 severity", f"band of an index of {value:g} %", band, int(found), 0.0, True)
 

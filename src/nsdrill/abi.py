@@ -16,9 +16,10 @@ compile-time constants; so the compiled functions are made by small factories,
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -69,6 +70,10 @@ def aligned_zeros(size: int) -> np.ndarray:
     raw = np.zeros(size + CACHE_LINE)
     offset = -(raw.ctypes.data // raw.itemsize) % CACHE_LINE
     return raw[offset : offset + size]
+
+
+def _row() -> Any:
+    return field(init=False, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -152,103 +157,64 @@ class Rows:
             blocks.append((1, self.singles, state + 2 * self.pairs, slope + self.pairs))
         return tuple(block for block in blocks if block[1])
 
-    # The rows that depend on the states only come first. The model reads `stage`,
-    # `stage_time` and `phase` and writes `acceleration`: the slopes, which are
+    # The first of the rows of each kind, in their order in the buffer. The model reads
+    # `stage`, `stage_time` and `phase` and writes `acceleration`: the slopes, which are
     # accelerations except for states of first order.
-    @property
-    def stage(self) -> int:
-        return 0
-
-    @property
-    def acceleration(self) -> int:
-        return self.states
-
-    @property
-    def push(self) -> int:
-        return self.acceleration + self.slopes
-
-    @property
-    def stage_time(self) -> int:
-        return self.push + len(self.pushed)
-
-    @property
-    def relax(self) -> int:
-        return self.stage_time + 1
-
-    @property
-    def falling(self) -> int:
-        return self.stage_time + 2
-
-    @property
-    def phase(self) -> int:
-        return self.stage_time + (3 if self.implicit else 1)
-
+    stage: int = _row()
+    acceleration: int = _row()
+    push: int = _row()
+    stage_time: int = _row()
+    relax: int = _row()
+    falling: int = _row()
+    phase: int = _row()
     # The observer also reads these: the step goes from (`time`, `start`) to (`time` +
     # `step`, `stage`), with the accelerations `start_acceleration` and `acceleration`
     # at its ends; `moves` is 1.0 where it is accepted, `observing` is 1.0 during the
     # observation, else 0.0.
-    @property
-    def start(self) -> int:
-        return self.phase + 1
-
-    @property
-    def start_acceleration(self) -> int:
-        return self.start + self.states
-
-    @property
-    def start_push(self) -> int:
-        return self.start_acceleration + self.slopes
-
-    @property
-    def frame_rate(self) -> int:
-        return self.start_push + len(self.pushed)
-
-    @property
-    def time(self) -> int:
-        return self.frame_rate + self.slopes
-
-    @property
-    def step(self) -> int:
-        return self.time + 1
-
-    @property
-    def moves(self) -> int:
-        return self.time + 2
-
-    @property
-    def observing(self) -> int:
-        return self.time + 3
-
-    # The rows of the kernel, of which an observer may read `scale` and the tolerance.
-    @property
-    def scale(self) -> int:
-        """The natural scales of the states."""
-        return self.time + 4
-
-    @property
-    def control(self) -> int:
-        return self.scale + self.states
-
+    start: int = _row()
+    start_acceleration: int = _row()
+    start_push: int = _row()
+    frame_rate: int = _row()
+    time: int = _row()
+    step: int = _row()
+    moves: int = _row()
+    observing: int = _row()
+    # The rows of the kernel, of which an observer may read `scale`, the natural scales
+    # of the states, and the tolerance.
+    scale: int = _row()
+    control: int = _row()
     # Further rows of the model, which writes `aux_now` and reads `parameter`.
-    @property
-    def aux_now(self) -> int:
-        return self.control + len(CONTROL)
+    aux_now: int = _row()
+    parameter: int = _row()
+    observer: int = _row()
+    stepper: int = _row()
+    total: int = _row()
 
-    @property
-    def parameter(self) -> int:
-        return self.aux_now + self.aux
-
-    @property
-    def observer(self) -> int:
-        return self.parameter + self.parameters
-
-    @property
-    def stepper(self) -> int:
-        return self.observer + self.observed
-
-    @property
-    def total(self) -> int:
-        return self.stepper + self.private
+    def __post_init__(self) -> None:
+        # How many rows of a kind there are, where not one.
+        pushed = len(self.pushed)
+        counts = {
+            "stage": self.states,
+            "acceleration": self.slopes,
+            "push": pushed,
+            "relax": int(pushed > 0),
+            "falling": int(pushed > 0),
+            "start": self.states,
+            "start_acceleration": self.slopes,
+            "start_push": pushed,
+            "frame_rate": self.slopes,
+            "scale": self.states,
+            "control": len(CONTROL),
+            "aux_now": self.aux,
+            "parameter": self.parameters,
+            "observer": self.observed,
+            "stepper": self.private,
+        }
+        first = 0
+        for kind in fields(self):
+            if not kind.init:
+                object.__setattr__(self, kind.name, first)
+                first += counts.get(kind.name, 1)
 
 
 # The kernel's control variables of a lane, one row each.

@@ -8,12 +8,15 @@ numbers derived from the values are finite.
 
 from __future__ import annotations
 
+import inspect
 import typing
 from collections.abc import Callable
 from dataclasses import field, fields
 from functools import lru_cache
 from numbers import Integral, Real
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
+
+T = TypeVar("T")
 
 
 def parameter(
@@ -60,6 +63,45 @@ def records(kind: type, default: tuple[Any, ...], source: str, confidence: str, 
 def choice(default: str, source: str) -> Any:
     """A field that takes one of the words of its type."""
     return field(default=default, metadata={"units": "", "source": source, "confidence": "modelling choice"})
+
+
+def option(default: Any, meaning: str) -> Any:
+    """A field that is a switch, or one of the words of its type."""
+    return field(default=default, metadata={"meaning": meaning})
+
+
+def section(kind: type, meaning: str) -> Any:
+    """A field with a dataclass of its own."""
+    return field(default_factory=kind, metadata={"meaning": meaning})
+
+
+def given(default: Any, source: str, confidence: str, **others: str) -> dict[str, Any]:
+    """Another default of a number, with its source and confidence; ``others`` are its
+    units, its meaning or what is usual, where these differ too."""
+    return {"default": default, "source": source, "confidence": confidence, **others}
+
+
+def like(section: Any, name: str, **others: Any) -> Any:
+    """A field with unit and range of that of another ``section``, and with its default
+    unless the ``others`` (:func:`given`) have one."""
+    original = next(item for item in fields(section) if item.name == name)
+    metadata = {**original.metadata, **others}
+    return field(default=metadata.pop("default", original.default), metadata=metadata)
+
+
+def defaults(**numbers: dict[str, Any]) -> Callable[[type[T]], type[T]]:
+    """A decorator below that of a dataclass, which has the fields of its base with
+    other defaults (:func:`given`) of some."""
+
+    def changed(cls: type[T]) -> type[T]:
+        base: Any = cls.__base__
+        types = {item.name: item.type for item in fields(base)}
+        for name, other in numbers.items():
+            setattr(cls, name, like(base, name, **other))
+            cls.__annotations__ = {**inspect.get_annotations(cls), name: types[name]}
+        return cls
+
+    return changed
 
 
 class Checked:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.app.measured import Reading, noise_of, read_measured
+from nsdrill.app.measured import Reading, read_measured
 from nsdrill.errors import FileError, InputError
 
 STUDY = nsdrill.load_study({"title": "a"})
@@ -185,11 +185,11 @@ def test_what_cannot_be_used_is_told_with_its_line(table, text, said):
 def test_wrong_options(table):
     text = "wob [kN],bit_force_max [kN]\n10,20\n"
     for how, said in (
-        (Reading(rename={"TQA": "surface_torque"}), "--rename: found no column 'TQA'; allowed: those of the file"),
-        (Reading(ignore=["TQA"]), "--ignore: found no column 'TQA'"),
+        (Reading(rename={"TQA": "surface_torque"}), "rename: found no column 'TQA'; allowed: those of the file"),
+        (Reading(ignore=["TQA"]), "ignore: found no column 'TQA'"),
         (Reading(errors={"bit_force_max": "5 rpm"}), "--error bit_force_max: found '5 rpm'"),
         (Reading(errors={"bit_force_max": "-5 percent"}), "--error bit_force_max: found '-5 percent'"),
-        (Reading(errors={"radius_max": "1 mm"}), "--error: found radius_max, which is not measured"),
+        (Reading(errors={"radius_max": "1 mm"}), "errors: found radius_max, which is not measured"),
     ):
         with pytest.raises(InputError) as caught:
             table(text, how)
@@ -201,45 +201,6 @@ def test_no_such_file(tmp_path):
         read_measured(Path(tmp_path / "none.csv"), STUDY)
 
 
-@pytest.mark.parametrize("period", [0.0, 6.0])
-def test_noise_does_not_make_the_extremes_greater(table, period):
-    """The greatest of 480 noisy values lies about three deviations above that of a
-    steady signal; of a motion less."""
-    rng = np.random.default_rng(2)
-    time = 0.5 * np.arange(481)
-    swing = 800.0 * np.sin(2 * np.pi * time / period) if period else np.zeros(481)
-
-    def found(noise):
-        torque = 4000.0 + swing + noise * rng.standard_normal(481)
-        rows = "".join(f"{t:.1f},30,{one:.3f}\n" for t, one in zip(time, torque, strict=True))
-        how = Reading({}, [], {}, False, 100.0, 0.0)
-        return table(f"time [s],wob [kN],surface_torque [N m]\n{rows}", how), torque
-
-    clean, _ = found(0.0)
-    assert not any(note.startswith("noise of") for note in clean.notes)
-    noisy, torque = found(100.0)
-    assert any(note.startswith("noise of surface_torque") for note in noisy.notes)
-    for name, raw in (("surface_torque_max", torque.max()), ("surface_torque_min", torque.min())):
-        true, value = clean.values[name][0], noisy.values[name][0]
-        assert abs(value - true) < 0.75 * abs(raw - true)
-        widened = np.sqrt(noisy.errors[name][0] ** 2 - (0.05 * value) ** 2 - (0.02 * value) ** 2)
-        assert abs(value - true) < widened
-        assert widened == pytest.approx(100.0 * np.sqrt(2 * np.log(481)) / 2, rel=0.15)
-    assert noisy.errors["surface_torque_mean"] == pytest.approx(
-        np.hypot(0.05, 0.02) * noisy.values["surface_torque_mean"]
-    )
-
-
-@pytest.mark.parametrize("noise", [5.0, 50.0])
-def test_the_noise_of_a_smooth_signal_is_told(noise):
-    rng = np.random.default_rng(4)
-    time = 0.5 * np.arange(2000)
-    smooth = 900.0 * np.sin(time) + 100.0 * np.sin(time) ** 2
-    assert noise_of(smooth + noise * rng.standard_normal(2000)) == pytest.approx(noise, rel=0.1)
-    assert noise_of(smooth) == 0.0
-    assert noise_of(np.full(100, 3.0)) == 0.0
-
-
 def test_errors_may_be_numbers_in_si(table):
     text = "wob [kN],bit_force_max [kN],stick_slip_index [%]\n10,20,30\n20,30,40\n"
     found = table(text, Reading(errors={"bit_force_max": 500.0, "stick_slip_index": 3}))
@@ -248,29 +209,3 @@ def test_errors_may_be_numbers_in_si(table):
     for wrong in (0.0, -1.0, float("nan"), True, [1.0]):
         with pytest.raises(InputError, match=r"errors, bit_force_max: found .*; allowed: a number above 0 in SI \[N\]"):
             table(text, Reading(errors={"bit_force_max": wrong}))
-
-
-def ratchet(time):
-    """A motion without noise that sticks for a part of each period and slips, as that
-    of a bit."""
-    phase = (time / 7.3) % 1.0
-    return np.where(phase < 0.4, 0.0, 3.0 * np.sin(np.pi * (phase - 0.4) / 0.6))
-
-
-@pytest.mark.parametrize("step", [0.1, 0.25, 0.5])
-def test_a_motion_of_sharp_turns_is_no_noise(step):
-    assert noise_of(ratchet(np.arange(0.0, 240.0, step))) == 0.0
-
-
-def test_samples_as_slow_as_the_motion_leave_the_extremes_as_they_are(table):
-    """With a sample a second nothing tells noise from a fast motion: the greatest value
-    stays, with its doubt."""
-    time = np.arange(0.0, 300.0)
-    torque = 4000.0 + 300.0 * np.random.default_rng(4).standard_normal(300)
-    rows = "".join(f"{t:g},30,{one:.6f}\n" for t, one in zip(time, torque, strict=True))
-    found = table(f"time [s],wob [kN],surface_torque [N m]\n{rows}", Reading(settle=0.0))
-    assert found.values["surface_torque_max"][0] == pytest.approx(torque.max())
-    assert found.values["surface_torque_min"][0] == pytest.approx(torque.min())
-    assert any("with a sample every 1 s, has noise or a motion as fast as the samples" in one for one in found.notes)
-    plain = np.hypot(0.05, 0.02) * torque.max()
-    assert found.errors["surface_torque_max"][0] > 1.2 * plain

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nsdrill.app.planned import chosen_of
+from nsdrill.app.experiment import prepare
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.trajectory import replay, simulate
 from nsdrill.errors import InputError
@@ -27,7 +27,7 @@ def study_of(method: str = "auto", procedure: str = ""):  # type: ignore[no-unty
 
 
 def test_the_default_study_is_explicit() -> None:
-    assert chosen_of(parse_study("title: The default")).words() == ("explicit",)
+    assert prepare(parse_study("title: The default")).methods == ("explicit",)
 
 
 def test_auto_is_implicit_where_friction_is_steep_and_the_file_says_so() -> None:
@@ -99,7 +99,7 @@ def test_a_model_that_cannot_says_why() -> None:
     several = ", ".join(f"{{at: {place / 14:.3f}}}" for place in range(1, 14))
     study = parse_study(f"model: beam\nsimulation: {{method: implicit}}\nbeam: {{stations: [{several}]}}")
     with pytest.raises(InputError, match=r"as 13 stations rub on the same modes"):
-        chosen_of(study)
+        prepare(study).check_method()
 
 
 def test_stabilisers_and_wall_with_friction_along_the_hole_are_implicit_together() -> None:

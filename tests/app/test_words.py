@@ -16,9 +16,8 @@ from nsdrill.app.summary import summarize
 from nsdrill.app.trajectory import replay
 from nsdrill.data import Results
 from nsdrill.errors import InputError, StudyError
-from nsdrill.store import read_results, write_results
+from nsdrill.store import MemoryLog, read_results, write_results
 from nsdrill.store.dataset import from_dataset, to_dataset
-from nsdrill.store.results_source import ResultsSource
 
 STUDY = """
 operation: {depth: 2000 m, wob: 40 kN}
@@ -164,7 +163,7 @@ def test_files_that_differ_in_a_word_become_one(tmp_path: Path, path: Path) -> N
         nsdrill.run(study, several[-1])
     whole, key = combine(several)
     assert key == "drive.kind"
-    write_results(tmp_path / "both.h5", ResultsSource(whole))
+    write_results(tmp_path / "both.h5", MemoryLog.of(whole))
     swept = nsdrill.run(
         STUDY.replace("  drive.inertia: [1500 kg*m^2, 2500 kg*m^2]\n", "").replace(", inertia: 2000 kg*m^2", "")
     )

@@ -35,11 +35,12 @@ TURNS = 30  # steps of every lane
 def works(name: str) -> Iterator[Any]:
     """The work of the variants of a case, each with some of its points."""
     import nsdrill
+    from nsdrill.app.experiment import prepare
     from nsdrill.app.run import work_of
 
     file, changes = CASES[name]
     study = nsdrill.load_study(CONFIGS / file, [f"{key}={value}" for key, value in changes.items()])
-    work = work_of(study)
+    work = work_of(prepare(study))
     seen = set()
     for part, points in work.parts(np.arange(work.plan.points)):
         for one, mine in part.by_method(points):

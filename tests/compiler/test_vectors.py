@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 from machine_code import instructions, packed_and_single, text_of
+from main_model import MAIN
 
 from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
 from nsdrill.models.beam.options import Options as Beam
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import make_right_hand_side, rows_of
 from nsdrill.models.registry import model_named
 from nsdrill.variables import MODEL
 
@@ -32,17 +32,17 @@ def slopes(model: str, *variant: int) -> Any:
 
 # A compiled function, and the operations on all lanes that it has at least.
 FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
-    "slopes": (lambda: make_right_hand_side(8), 100),
-    **{f"friction law {n}": (lambda n=n: make_right_hand_side(8, Options(friction=n)), 100) for n in (1, 2, 3)},
-    "drive": (lambda: make_right_hand_side(8, Options(driven=1, limited=1)), 100),
-    "many options": (lambda: make_right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)), 150),
-    "Hertz": (lambda: make_right_hand_side(8, Options(hertz=1, stabilizer=1)), 100),
+    "slopes": (lambda: MAIN.right_hand_side(8, Options()), 100),
+    **{f"friction law {n}": (lambda n=n: MAIN.right_hand_side(8, Options(friction=n)), 100) for n in (1, 2, 3)},
+    "drive": (lambda: MAIN.right_hand_side(8, Options(driven=1, limited=1)), 100),
+    "many options": (lambda: MAIN.right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)), 150),
+    "Hertz": (lambda: MAIN.right_hand_side(8, Options(hertz=1, stabilizer=1)), 100),
     "tangent": (lambda: model_named(MODEL).tangent(8, Options(), 0), 150),
-    "slips": (lambda: make_right_hand_side(16, SPLIT), 300),
-    "slips held": (lambda: make_right_hand_side(8, SPLIT._replace(stabilizer=1)), 300),
-    "slips along": (lambda: make_right_hand_side(8, SPLIT._replace(axial_friction=1)), 300),
-    "slips held along": (lambda: make_right_hand_side(8, SPLIT._replace(stabilizer=1, axial_friction=1)), 300),
-    "implicit step": (lambda: step(IMPLICIT, 16, rows_of(SPLIT)), 300),
+    "slips": (lambda: MAIN.right_hand_side(16, SPLIT), 300),
+    "slips held": (lambda: MAIN.right_hand_side(8, SPLIT._replace(stabilizer=1)), 300),
+    "slips along": (lambda: MAIN.right_hand_side(8, SPLIT._replace(axial_friction=1)), 300),
+    "slips held along": (lambda: MAIN.right_hand_side(8, SPLIT._replace(stabilizer=1, axial_friction=1)), 300),
+    "implicit step": (lambda: step(IMPLICIT, 16, MAIN.rows(SPLIT)), 300),
     **{f"step {name}": (lambda name=name: step(name, 8, ROWS), 300) for name in STEPPERS},
     "torsion": (lambda: slopes("torsion"), 20),
     **{

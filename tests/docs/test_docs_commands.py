@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from nsdrill.app.arguments import values_in
-from nsdrill.app.run import _header, check_sweep, kept_of, plan_of
+from nsdrill.app.experiment import prepare
+from nsdrill.app.run import check_sweep, header_of
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.data import Results
 from nsdrill.plot import needed
@@ -92,8 +93,9 @@ def test_examples_use_commands_and_options_that_exist(page: Path) -> None:
 
 def outline(study: Study) -> Results:
     """What the results of ``study`` would hold, without numbers."""
-    plan, kept = plan_of(study), kept_of(study)
-    log = MemoryLog(_header(study), plan.points, kept)
+    experiment = prepare(study)
+    plan, kept = experiment.plan, experiment.kept
+    log = MemoryLog(header_of(experiment), plan.points, kept)
     zeros = np.broadcast_to(np.int8(0), plan.grid)
     return Results(coordinates(log), {v.name: zeros for v in recorded(kept)}, log.header["attrs"])
 
@@ -129,8 +131,9 @@ def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.
         elif words[0] == "replay":
             wanted = {name: at.get(name, float(study.axes[name][0])) for name in AXES}
             assert all(name in at or len(study.axes[name]) == 1 for name in AXES), words
-            procedure = given["procedure"] or plan_of(study).procedures[0]
-            plan_of(study).find(wanted, procedure, given["start"] or 0, int(at.get("sample", 0)))
+            plan = prepare(study).plan
+            procedure = given["procedure"] or plan.procedures[0]
+            plan.find(wanted, procedure, given["start"] or 0, int(at.get("sample", 0)))
         elif words[0] == "classify":
             change_thresholds(study.thresholds, (given.get("set") or given.get("changes") or ()))
 

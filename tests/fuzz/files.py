@@ -9,6 +9,7 @@ own, so that a crash of the HDF5 library is seen.
 from __future__ import annotations
 
 import collections
+import gc
 import json
 import math
 import multiprocessing
@@ -28,8 +29,8 @@ import h5py
 import numpy as np
 
 import nsdrill
+from nsdrill.app.experiment import prepare
 from nsdrill.app.provenance import provenance
-from nsdrill.app.run import kept_of, plan_of
 from nsdrill.data import Trace
 from nsdrill.errors import NsdrillError
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
@@ -124,7 +125,8 @@ def make_bases(folder: Path) -> None:
                 path, Trace(np.linspace(0, 9, 200), made, {**provenance(study, "simulate"), **point, **state, **extra})
             )
             continue
-        plan, kept = plan_of(study), kept_of(study)
+        experiment = prepare(study)
+        plan, kept = experiment.plan, experiment.kept
         records = pending_records(plan.points, kept)
         for variable in records.dtype.names or ():
             about, kind, shape = BY_NAME[variable], records.dtype[variable], records[variable].shape
@@ -303,6 +305,7 @@ def attempt(folder: Path, bases: Path, seed: int, number: int, note: Callable[[s
     can be shown."""
     chance = random.Random(f"{seed} {number}")
     path = folder / "out.h5"
+    gc.collect()
     base = chance.choice((*STUDIES, "up_down", "rock_map", "starts"))
     shutil.copyfile((bases if base in STUDIES else OLD) / f"{base}.h5", path)
     note(f"{base}: {'; '.join(mutate(path, chance))}")

@@ -16,7 +16,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.friction import hyperbolic, values
+from nsdrill.models.friction import Numbers, hyperbolic, values
 from nsdrill.models.registry import described
 from nsdrill.models.torsion import Initial as TorsionStart
 from nsdrill.models.torsion import Parameters as TorsionParameters
@@ -81,9 +81,9 @@ def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> No
         for _ in range(120):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if middle + c * law(middle) < abs(free) else (low, middle)
-        numbers = eps, tau, rise, dynamic
+        numbers = Numbers(eps, tau, rise, dynamic)
 
-        def with_slope(v: float, numbers: tuple[float, ...] = numbers) -> list[float]:
+        def with_slope(v: float, numbers: Numbers = numbers) -> list[float]:
             return [float(values(hyperbolic, name, v, numbers)) for name in ("coefficient", "slope")]
 
         named = Named(smoothing=eps, decay=tau, rise=rise, dynamic=dynamic)
@@ -194,12 +194,12 @@ def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> N
         work = main_work(smoothing, "implicit")
         law = bit_numbers(work.parameters, derive(work.parameters, 5000.0, 66.72e3, 1.0))
         arm = 2 / np.pi * np.arctan(smoothing * speed)
-        arm = arm * (law.bit_rise / (1 + law.bit_decay * speed) + law.bit_dynamic)
+        arm = arm * (law.rise / (1 + law.decay * speed) + law.dynamic)
         found = run(work)
         assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * arm.max(), rel=1e-6)
         assert found["bit_speed_min"][0] > -1e-6
         steps[smoothing] = int(found["steps"][0])
-    assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * (law.bit_rise + law.bit_dynamic), rel=3e-3)
+    assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * (law.rise + law.dynamic), rel=3e-3)
     assert steps[1e6] < 1.5 * steps[1e3]
 
 
@@ -214,7 +214,7 @@ def test_the_least_speed_of_a_bit_that_sticks_is_that_at_which_it_creeps(smoothi
 
     def torque(speed: float) -> float:
         arm = 2 / np.pi * np.arctan(smoothing * speed)
-        return 66.72e3 * arm * (law.bit_rise / (1 + law.bit_decay * abs(speed)) + law.bit_dynamic)
+        return 66.72e3 * arm * (law.rise / (1 + law.decay * abs(speed)) + law.dynamic)
 
     def slopes(_: float, y: np.ndarray) -> list[float]:
         return [y[1] - 1.0, -(damping * y[1] + k.k_t * y[0] + torque(y[1])) / k.J]

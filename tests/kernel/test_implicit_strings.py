@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from kernel.test_additive import run
+from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -36,7 +37,7 @@ FINE = {"live cutting": 1e-9}
 def work_for(text: str, method: str, rtol: float, seconds: float) -> Work:
     study = parse_study(text)
     simulation = replace(study.simulation, transient=0.0, observe=seconds, rtol=rtol, method=method)
-    return replace(work_of(study), simulation=simulation, record=Record(peaks=0))
+    return replace(work_of(prepare(study)), simulation=simulation, record=Record(peaks=0))
 
 
 def exact(work: Work) -> np.ndarray:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from main_model import MAIN
 
-from nsdrill.abi import Rows
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, frame_rates, make_right_hand_side
 
-ROWS = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
+ROWS = MAIN.rows(Options())
 
 
 def slopes(
@@ -25,11 +24,11 @@ def slopes(
     state."""
     out = np.empty_like(states)
     positions, velocities = slice(0, None, 2), slice(1, None, 2)
-    out[:, positions] = states[:, velocities] + frame_rates(table)
+    out[:, positions] = states[:, velocities] + MAIN.frame_rates(table, Options())
     lobes = np.broadcast_to(lobes, len(states))
     for number in np.unique(lobes):
         same = np.flatnonzero(lobes == number)
-        function = make_right_hand_side(lanes, Options(int(hertz), int(number), friction=friction))
+        function = MAIN.right_hand_side(lanes, Options(int(hertz), int(number), friction=friction))
         for first in range(0, len(same), lanes):
             here = same[first : first + lanes]
             filled = np.resize(here, lanes)  # the last lanes once more, where too few are left

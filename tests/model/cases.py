@@ -3,23 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from main_model import pack
 from reference import Case
 
-from nsdrill.models.christoforou_yigit.parameters import (
-    Bit,
-    BitFriction,
-    Collar,
-    Cutting,
-    Drillstring,
-    Material,
-    Mud,
-    Parameters,
-    Pipe,
-    WallFriction,
-    Well,
-)
-from nsdrill.models.christoforou_yigit.rhs import pack
+from nsdrill.models.christoforou_yigit.parameters import Bit, BitFriction, Collar, Drillstring, Mud, Parameters, Well
 from nsdrill.models.operation import Operation
+from nsdrill.models.sections import Cutting, Material, Pipe, WallFriction
 
 
 def parameters_of(c: Case) -> Parameters:

@@ -32,12 +32,13 @@ from nsdrill.models.christoforou_yigit.further_quantities import (
     mud_damping,
     wall_inclination,
 )
-from nsdrill.models.christoforou_yigit.parameters import Collar, Drive, Parameters, Pipe
+from nsdrill.models.christoforou_yigit.parameters import Collar, Drive, Parameters
 from nsdrill.models.christoforou_yigit.tubes import Tube
 from nsdrill.models.christoforou_yigit.waves import axial_waves, torsional_waves
 from nsdrill.models.drives import reflection
 from nsdrill.models.numbers import FULL_HELIX, HELIX
 from nsdrill.models.operation import Operation
+from nsdrill.models.sections import Pipe
 
 STATIC = replace(Parameters(), drillstring=replace(Parameters().drillstring, lateral_softening="static"))
 HEAVY = Operation(5000.0, 66.72e3, 3.0)
@@ -323,8 +324,8 @@ def test_the_best_tuning_is_the_best_of_the_map() -> None:
 
 def test_figures_solve_for_the_gains_once(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
-    solve = drives._regulator
-    monkeypatch.setattr(drives, "_regulator", lambda *numbers: calls.append(numbers) or solve(*numbers))
+    solve = drives._feedback
+    monkeypatch.setattr(drives, "_feedback", lambda *numbers: calls.append(numbers) or solve(*numbers))
     derived_quantities(driven(kind="lqr"), HEAVY)
     assert len(calls) == 1
 

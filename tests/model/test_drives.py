@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from deviations import followed_and_quotient
 from energies import energy, powers
+from main_model import MAIN, pack
 from reference import Case
 from scipy.integrate import solve_ivp
 from sweep.runs import run_work, work_for
@@ -23,7 +24,6 @@ from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantit
 from nsdrill.models.christoforou_yigit.drives import gains, impedance
 from nsdrill.models.christoforou_yigit.options import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
-from nsdrill.models.christoforou_yigit.rhs import frame_rates, make_right_hand_side, pack, rows_of, states_of
 from nsdrill.models.drives import Gains
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record
@@ -135,16 +135,16 @@ def test_an_lqr_without_gains_is_told() -> None:
 def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray:
     """d(state)/dt by the compiled equations."""
     options = options_of(parameters)
-    rows, table = rows_of(options), pack(parameters, *DEEP)
+    rows, table = MAIN.rows(options), pack(parameters, *DEEP)
     buffer = np.zeros((rows.total, 8))
     buffer[rows.stage : rows.stage + rows.states] = state[:, None]
     buffer[rows.stage_time] = time
     buffer[rows.parameter : rows.parameter + rows.parameters] = table[0][:, None]
     flat = buffer.ravel()
-    make_right_hand_side(8, options)(flat)
+    MAIN.right_hand_side(8, options)(flat)
     flat = flat[::8]
     out = np.empty(len(state))
-    out[0::2] = state[1::2] + frame_rates(table, options)[0]
+    out[0::2] = state[1::2] + MAIN.frame_rates(table, options)[0]
     out[1::2] = flat[rows.acceleration : rows.acceleration + rows.slopes]
     return out
 
@@ -173,7 +173,7 @@ def test_energy_changes_by_the_powers(keys: dict[str, object]) -> None:
     operation = Operation(*DEEP)
     for _ in range(20):
         state_scales = [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0, 1e3, 4e3]
-        names = states_of(options_of(parameters))
+        names = MAIN.states(options_of(parameters))
         state = rng.normal(size=len(names)) * state_scales[: len(names)]
         time = rng.uniform(0, 5)
         rate = slopes(parameters, time, state)

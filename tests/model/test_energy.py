@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from energies import energy, powers
+from main_model import STATES
 from reference import Case
 from scipy.integrate import simpson
 from sweep.runs import run_from, work_for
@@ -22,7 +23,6 @@ from model.buffers import slopes
 from model.cases import operation_of, parameters_of, random_case, random_state, table_of
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.rhs import STATES
 from nsdrill.study import parse_study
 
 OPTIONS = list(itertools.product(["linear", "hertz"], ["live", "static", "none"], ["total", "steel"]))

@@ -7,11 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from main_model import starts
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.ensemble import DRAWS, starting_states
 from nsdrill.models.christoforou_yigit.parameters import Bit, Initial, Parameters
-from nsdrill.models.christoforou_yigit.rhs import initial_states
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.starts import hypercube
 
@@ -23,11 +22,11 @@ POINTS = {
 
 
 def drawn(
-    count: int = 64, seed: int = 0, spread: float = 1.0, point: int = 1, starts: object = None
+    count: int = 64, seed: int = 0, spread: float = 1.0, point: int = 1, number: object = None
 ) -> dict[str, np.ndarray]:
     initial = Initial(ensemble=count, seed=seed, spread=spread)
     at = {name: values[point] for name, values in POINTS.items()}
-    states = starting_states(Parameters(), initial, **at, start=np.arange(count) if starts is None else starts)
+    states = starts(Parameters(), initial, **at, start=np.arange(count) if number is None else number)
     return dict(zip(STATE_NAMES, states.T, strict=True))
 
 
@@ -35,8 +34,8 @@ def test_the_words_are_those_of_the_generator() -> None:
     """Philox 4x64-10 is a published function: these are its first words for the key 0
     as numpy 1.17 to 2 give them."""
     words = np.random.Philox(key=0).random_raw(9)
-    assert hypercube(0, 1, DRAWS)[0].tolist() == [(int(word) >> 11) / 2**53 for word in words]
-    assert hypercube(0, 3, DRAWS)[2].tolist() != hypercube(1, 3, DRAWS)[2].tolist()
+    assert hypercube(0, 1, len(STATE_NAMES))[0].tolist() == [(int(word) >> 11) / 2**53 for word in words]
+    assert hypercube(0, 3, len(STATE_NAMES))[2].tolist() != hypercube(1, 3, len(STATE_NAMES))[2].tolist()
 
 
 @pytest.mark.parametrize("count", [2, 3, 64, 1000])
@@ -49,9 +48,9 @@ def test_a_start_is_the_same_however_many_there_are(count: int) -> None:
 def test_a_start_is_the_same_whatever_is_made_beside_it() -> None:
     initial = Initial(ensemble=50, seed=3)
     every = {name: np.repeat(values, 50) for name, values in POINTS.items()}
-    together = starting_states(Parameters(), initial, **every, start=np.tile(np.arange(50), 3))
+    together = starts(Parameters(), initial, **every, start=np.tile(np.arange(50), 3))
     some = np.array([149, 3, 77, 76])
-    apart = starting_states(Parameters(), initial, **{n: v[some] for n, v in every.items()}, start=some % 50)
+    apart = starts(Parameters(), initial, **{n: v[some] for n, v in every.items()}, start=some % 50)
     assert apart.tobytes() == together[some].tobytes()
 
 
@@ -114,7 +113,7 @@ def test_a_small_spread_is_steady_drilling() -> None:
 
 def test_a_flat_rock_and_no_weight_are_allowed() -> None:
     flat = replace(Parameters(), bit=Bit(surface_amplitude=0.0))
-    states = starting_states(flat, Initial(ensemble=5), 500.0, 0.0, 1.0, np.arange(5))
+    states = starts(flat, Initial(ensemble=5), 500.0, 0.0, 1.0, np.arange(5))
     assert np.all(states[:, STATE_NAMES.index("z")] == 0.0)
 
 
@@ -122,8 +121,8 @@ def test_a_slice_is_a_grid_and_the_rest_as_given() -> None:
     plane = {"vx": {"from": -1.0, "to": 1.0, "points": 3}, "x": {"from": 0.0, "to": 0.01, "points": 2}}
     initial = Initial(y=2e-3, slice=plane)
     assert initial.starts == 6
-    states = starting_states(Parameters(), initial, 2000.0, 22.24e3, 3.0, np.arange(6))
-    plain = initial_states(Parameters(), initial, 2000.0, 22.24e3, 3.0)[0]
+    states = starts(Parameters(), initial, 2000.0, 22.24e3, 3.0, np.arange(6))
+    plain = starts(Parameters(), initial, 2000.0, 22.24e3, 3.0)[0]
     assert states[:, 0].tolist() == [0.0] * 3 + [0.01] * 3, "the order of the states, not that of the study"
     assert states[:, 1].tolist() == [-1.0, 0.0, 1.0] * 2
     assert np.all(states[:, 2:] == plain[2:])
@@ -133,10 +132,10 @@ def test_one_start_is_the_one_given() -> None:
     for count in (0, 1):
         initial = Initial(x=3e-3, ensemble=count)
         assert initial.starts == 0
-        states = starting_states(Parameters(), initial, 2000.0, 22.24e3, 3.0)
-        assert states.tobytes() == initial_states(Parameters(), initial, 2000.0, 22.24e3, 3.0).tobytes()
+        states = starts(Parameters(), initial, 2000.0, 22.24e3, 3.0)
+        assert states.tobytes() == starts(Parameters(), initial, 2000.0, 22.24e3, 3.0).tobytes()
 
 
 def test_a_start_that_is_not_there_is_refused() -> None:
     with pytest.raises(ValueError, match="allowed: 0 to 63"):
-        drawn(starts=np.array([64]))
+        drawn(number=np.array([64]))

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from main_model import STATES
 from reference import Case, contacts
 
 from model.buffers import slopes
 from model.cases import operation_of, parameters_of, random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.forces import forces
 from nsdrill.models.christoforou_yigit.parameters import BitFriction
-from nsdrill.models.christoforou_yigit.rhs import STATES
-from nsdrill.models.friction import hyperbolic, values
+from nsdrill.models.friction import hyperbolic, stribeck, values
 
 
 def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarray]:
@@ -69,7 +69,7 @@ def test_forces_add_up_to_the_compiled_accelerations(law: str) -> None:
 def test_friction_opposes_and_falls_from_static_to_dynamic() -> None:
     """f(v) = (2/pi) atan(eps v) [(mu_s - mu_d)/(1 + tau |v|) + mu_d], theory page."""
     law = BitFriction()
-    numbers = law.smoothing, law.decay, law.static - law.dynamic, law.dynamic
+    numbers = stribeck(law)
 
     def friction(v: Any) -> Any:
         return values(hyperbolic, "coefficient", v, numbers)

@@ -8,18 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from main_model import MAIN, PARAMETERS, pack
 
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.rhs import (
-    INDEX,
-    SIDES,
-    make_right_hand_side,
-    make_tangent,
-    pack,
-    rows_of,
-    states_of,
-)
 
 W, SPREAD = 8, np.array([0.08, 0.3, 0.08, 0.3, 2e-3, 0.05, 1.0, 3.0, 0.3, 0.5, 1.0, 500.0])
 
@@ -44,12 +36,12 @@ def string(**changes: Any) -> Parameters:
 
 def buffer_of(parameters: Parameters, options: Options, seed: int, relax: float = 0.0, tangent: bool = False) -> Any:
     """A buffer with random states, some of them on the wall, and its rows."""
-    rows = rows_of(options, 6 if tangent else 0, tangent=tangent)
+    rows = MAIN.rows(options, 6 if tangent else 0, tangent=tangent)
     b = np.zeros((rows.total, W))
     rng = np.random.default_rng(seed)
     table = pack(parameters, np.full(W, 2000.0), np.full(W, 60e3), np.full(W, 5.0))
     b[rows.parameter : rows.parameter + table.shape[1]] = table.T
-    own = len(states_of(options))
+    own = len(MAIN.states(options))
     b[rows.stage : rows.stage + own] = rng.normal(size=(own, W)) * SPREAD[:own, None]
     b[rows.phase], b[rows.stage_time] = 1.0, 0.3
     if tangent:
@@ -83,7 +75,7 @@ def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: dict[str
     options, found = options_of(parameters), []
     for implicit in (0, 1):
         b, rows = buffer_of(parameters, options._replace(implicit=implicit), 3)
-        make_right_hand_side(W, options._replace(implicit=implicit))(b.ravel())
+        MAIN.right_hand_side(W, options._replace(implicit=implicit))(b.ravel())
         found.append(b[rows.acceleration : rows.acceleration + rows.slopes].copy())
     assert np.any(b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 > 0.08**2), "else nothing touches the wall"
     assert found[1] == pytest.approx(found[0], rel=1e-12, abs=1e-12 * np.abs(found[0]).max())
@@ -98,14 +90,14 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
     options = options_of(parameters)
     b, rows = buffer_of(parameters, options._replace(implicit=1), 5, relax=2e-3)
     free = b.copy()
-    make_right_hand_side(W, options._replace(implicit=1))(b.ravel())
+    MAIN.right_hand_side(W, options._replace(implicit=1))(b.ravel())
     own, moved = rows.own, (1, 3, 5, 7) if options.axial_friction else (1, 3, 7)
     pushes = b[rows.push : rows.push + len(moved)]
     for push, state in zip(pushes, moved, strict=True):
         assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + 2e-3 * push, rel=1e-13, abs=1e-13)
     plain, ordinary = buffer_of(parameters, options, 5)
     plain[ordinary.stage : ordinary.stage + own] = b[rows.stage : rows.stage + own]
-    make_right_hand_side(W, options)(plain.ravel())
+    MAIN.right_hand_side(W, options)(plain.ravel())
     found, exact = (a[r.acceleration : r.acceleration + r.slopes] for a, r in ((b, rows), (plain, ordinary)))
     assert found == pytest.approx(exact, abs=3e-5 * np.abs(pushes).max())
 
@@ -135,20 +127,20 @@ def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> Non
         other, plain = buffer_of(parameters, options, 11, relax=2e-3)
         other[plain.stage : plain.stage + own] = b[rows.stage : rows.stage + own]
         other[plain.stage : plain.stage + own] += sign * step * b[rows.stage + own : rows.stage + 2 * own]
-        make_right_hand_side(W, options)(other.ravel())
+        MAIN.right_hand_side(W, options)(other.ravel())
         moved.append(other)
     exact = (moved[0] - moved[1]) / (2 * step)
     # Contacts as they are now.
     angle = b[rows.stage + 6] + 1.0 + 5.0 * 0.3
     rock, wall = rows.observer, rows.observer + 3
     b[rock] = parameters.bit.surface_amplitude * np.sin(parameters.bit.lobes * angle) - b[rows.stage + 4]
-    gap = b[rows.parameter + INDEX["gap"]]
+    gap = b[rows.parameter + PARAMETERS.index("gap")]
     b[wall] = b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 - gap**2
     for function in (b[wall], b[rock]):
         assert np.any(function > 0.0)
         assert np.any(function < 0.0)
-    assert len(SIDES) == 2
-    make_tangent(W, options, 0)(b.ravel())
+    assert len(MAIN.contacts) == 2
+    MAIN.tangent(W, options, 0)(b.ravel())
     for mine, theirs in (
         (b[rows.stage + own : rows.stage + 2 * own], exact[plain.stage : plain.stage + own]),
         (

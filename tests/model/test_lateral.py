@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from deviations import followed_and_quotient
 from energies import energy, powers
+from main_model import MAIN, STATES, pack
 from reference import Case
 from scipy.integrate import solve_ivp
 from sweep.runs import run_work, same_bits, work_for
@@ -20,7 +21,6 @@ from nsdrill.abi import Rows
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial
-from nsdrill.models.christoforou_yigit.rhs import STATES, frame_rates, make_right_hand_side, pack, rows_of
 from nsdrill.models.leaves import with_values
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -37,9 +37,9 @@ FORMS = {
 
 def slopes(options: Options, tables: np.ndarray, times: np.ndarray, states: np.ndarray, lanes: int = 8) -> np.ndarray:
     """d(state)/dt [n, 8] by the compiled equations, so many lanes at once."""
-    rows: Rows = rows_of(options)
+    rows: Rows = MAIN.rows(options)
     out = np.empty_like(states)
-    out[:, 0::2] = states[:, 1::2] + frame_rates(tables, options)
+    out[:, 0::2] = states[:, 1::2] + MAIN.frame_rates(tables, options)
     for first in range(0, len(states), lanes):
         here = np.resize(np.arange(first, min(first + lanes, len(states))), lanes)
         buffer = np.zeros((rows.total, lanes))
@@ -47,7 +47,7 @@ def slopes(options: Options, tables: np.ndarray, times: np.ndarray, states: np.n
         buffer[rows.stage_time] = times[here]
         buffer[rows.parameter : rows.parameter + rows.parameters] = tables[here].T
         flat = buffer.ravel()
-        make_right_hand_side(lanes, options)(flat)
+        MAIN.right_hand_side(lanes, options)(flat)
         made = flat.reshape(rows.total, lanes)[rows.acceleration : rows.acceleration + 4].T
         out[here, 1::2] = made
     return out

@@ -4,11 +4,13 @@ bifurcations of torsion."""
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 from deviations import followed_and_quotient
 from energies import energy, powers
+from main_model import STATES, pack, starts
 from reference import Case, contacts, derivative, solve
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -25,8 +27,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
 from nsdrill.models.christoforou_yigit.laws import bit_arm, fall, onset, slope_at_rest, static_arm
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.christoforou_yigit.rhs import STATES, pack
-from nsdrill.models.friction import LAWS
+from nsdrill.models.friction import LAWS, LawOfBit
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 
@@ -59,6 +60,10 @@ def test_derivatives_equal_the_reference(law: str) -> None:
         size[7] += (f["bit_torque"] + c.k_t * abs(s[6]) + abs(f["wall_friction"])) / c.J
         lateral = c.wall_stiffness * np.hypot(s[0], s[2]) / c.m_l + s[7] ** 2
         assert np.all(np.abs(mine - exact) <= 1e-11 * (size + np.array([0, lateral, 0, lateral, 0, 1e-3, 0, lateral])))
+
+
+def test_every_law_has_its_word() -> None:
+    assert get_args(LawOfBit) == tuple(LAWS)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -389,12 +394,10 @@ def test_an_ensemble_winds_up_to_the_torque_at_rest() -> None:
     for law in LAWS:
         parameters = Parameters(bit=replace(parameters_of(Case(bit_law=law)).bit))
         k = derive(parameters, 5000.0, 22.24e3, 3.0)
-        from nsdrill.models.christoforou_yigit.ensemble import starting_states
-
-        states = starting_states(parameters, Initial(ensemble=400), 5000.0, 22.24e3, 3.0, np.arange(400))
+        states = starts(parameters, Initial(ensemble=400), 5000.0, 22.24e3, 3.0, np.arange(400))
         most = -1.5 * (22.24e3 * static_arm(parameters, k) + 150.0) / k.k_t
         assert most < states[:, 6].min() < 0.98 * most
-        tight = starting_states(parameters, Initial(ensemble=4, spread=1e-6), 5000.0, 22.24e3, 3.0, np.arange(4))
+        tight = starts(parameters, Initial(ensemble=4, spread=1e-6), 5000.0, 22.24e3, 3.0, np.arange(4))
         steady = -(22.24e3 * float(bit_arm(parameters, k, 3.0)) + 150.0) / k.k_t
         assert tight[:, 6] == pytest.approx(np.full(4, steady), rel=1e-3)
 

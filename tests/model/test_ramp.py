@@ -8,14 +8,14 @@ import json
 import numpy as np
 import pytest
 from energies import energy, powers
+from main_model import STATES, starts
 from scipy.integrate import cumulative_simpson, solve_ivp
 
-from nsdrill.app.ramped import run_schedule, schedule_of
+from nsdrill.app.integration import run_schedule, schedule_of
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.rhs import STATES, initial_states
 from nsdrill.models.operation import Operation
 from nsdrill.models.ramp import ahead_of
 from nsdrill.models.registry import model_named
@@ -173,8 +173,8 @@ def test_finer_segments_change_nothing() -> None:
         speed="{ramp: [[0 s, 4 rad/s], [5 s, 5 rad/s]]}",
     )
     schedule = schedule_of(study, {})
-    initial = initial_states(study.parameters, study.initial, *vars(schedule.start).values())[0]
-    ends = [run_schedule(study, schedule, 5.0, initial, 2, 5.0, pieces)[4] for pieces in (16, 64, 256, 512)]
+    initial = starts(study.parameters, study.initial, *vars(schedule.start).values())[0]
+    ends = [run_schedule(study, schedule, 5.0, initial, 2, 5.0, pieces).final for pieces in (16, 64, 256, 512)]
     scale = np.maximum(np.abs(ends[-1]), [1e-3, 1e-2, 1e-3, 1e-2, 1e-4, 1e-3, 0.1, 1, 1])
     errors = [np.max(np.abs(end - ends[-1]) / scale) for end in ends[:-1]]
     assert errors[2] < 1e-5

@@ -12,19 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from machine_code import of_numbers
+from main_model import MAIN, PARAMETERS, pack, starts
 from reference import Case, contacts, derivative, quick
 
 from model.buffers import ROWS, buffer_of, slopes
 from model.cases import parameters_of, random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.equations import lobed
-from nsdrill.models.christoforou_yigit.rhs import (
-    INDEX,
-    first_step,
-    initial_states,
-    make_right_hand_side,
-    pack,
-    state_scales,
-)
+from nsdrill.models.christoforou_yigit.options import Options
 
 HERE = Path(__file__).parent
 TESTS = str(HERE.parent)
@@ -170,7 +164,7 @@ def test_only_accelerations_and_auxiliary_rows_are_written() -> None:
     table, time, states, _ = batch(False, 8)
     buffer = buffer_of(table, time, states, rest=0.123)
     before = buffer.copy()
-    make_right_hand_side(8)(buffer)
+    MAIN.right_hand_side(8, Options())(buffer)
     changed = np.flatnonzero(np.any((buffer != before).reshape(ROWS.total, 8), axis=1))
     accelerations = range(ROWS.acceleration, ROWS.acceleration + ROWS.pairs)
     assert set(accelerations) <= set(changed) <= {*accelerations, *range(ROWS.aux_now, ROWS.aux_now + ROWS.aux)}
@@ -237,7 +231,7 @@ def test_mirror_image_of_the_rotation() -> None:
         s = random_state(rng, c)
         flip = np.array([1, 1, -1, -1, 1, 1, -1, -1])
         table = np.repeat(table_of(c), 8, axis=0)
-        table[1, INDEX["drive_speed"]] *= -1  # depth of cut and all else stay
+        table[1, PARAMETERS.index("set_speed")] *= -1  # depth of cut and all else stay
         f = slopes(8, False, table, np.full(8, 2.0), np.array([s, s * flip] + [s] * 6))
         if c.softening != "live":  # the torque that softens changes its sign in the mirror
             assert f[1] == pytest.approx(f[0] * flip, rel=1e-12, abs=1e-12 * np.max(np.abs(f[0])))
@@ -272,8 +266,8 @@ def test_natural_sizes_and_first_steps_are_positive_everywhere() -> None:
     rng = np.random.default_rng(14)
     for _ in range(50):
         table = table_of(random_case(rng))
-        assert np.all(state_scales(table) > 0)
-        assert np.all((first_step(table) > 0) & (first_step(table) < 0.1))
+        assert np.all(MAIN.state_scales(table, Options()) > 0)
+        assert np.all((MAIN.first_step(table, Options()) > 0) & (MAIN.first_step(table, Options()) < 0.1))
 
 
 def test_bit_starts_where_it_rests_under_the_weight() -> None:
@@ -281,7 +275,7 @@ def test_bit_starts_where_it_rests_under_the_weight() -> None:
     from nsdrill.models.christoforou_yigit.parameters import Initial
 
     c = Case()
-    state = initial_states(parameters_of(c), Initial(), c.depth, c.wob, c.speed)[0]
+    state = starts(parameters_of(c), Initial(), c.depth, c.wob, c.speed)[0]
     assert state[4] == pytest.approx(-c.wob / (c.k_a + c.rock_stiffness), rel=1e-14)
     assert state.tolist()[:4] == [1e-3, 0, 0, 0]
     assert state[7] == c.speed

@@ -11,6 +11,7 @@ from deviations import followed_and_quotient
 
 import nsdrill
 from nsdrill.abi import RATES, Rows
+from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
@@ -53,7 +54,7 @@ IDEAL = SEGMENTS + "drive: {kind: ideal}\n"
 )
 def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float, rtol: str, within: float) -> None:
     study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: {rtol}}}\n")
-    followed, quotient = followed_and_quotient(work_of(study), 1e-11)
+    followed, quotient = followed_and_quotient(work_of(prepare(study)), 1e-11)
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
 
 
@@ -138,7 +139,7 @@ record: {exponent: true}
 """
     found = nsdrill.run(text)
     steady = text.replace("initial: {bit_speed: 29 rad/s}\n", "").replace("0.1 mm", "0 mm")
-    work = replace(work_of(parse_study(steady)), record=Record())
+    work = replace(work_of(prepare(parse_study(steady))), record=Record())
     model, fixed = work.kind, work.variant.fixed
     runs, rows = work.prepare(np.array([0])), model.rows(fixed)
     slopes = model.right_hand_side(8, fixed)

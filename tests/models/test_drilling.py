@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.models.christoforou_yigit.parameters import Cutting
 from nsdrill.models.drilling import drilled
+from nsdrill.models.sections import Cutting
 from nsdrill.units import from_si, to_si
 from nsdrill.variables import OK
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from main_model import MAIN
 from model_tables import FEATURES, LABELS
 
-from nsdrill.models.christoforou_yigit.classify import classify
 from nsdrill.observe.thresholds import BitBounce, StickSlip, Thresholds, Whirl
 from nsdrill.variables import (
     BACKWARD,
@@ -26,12 +26,13 @@ from nsdrill.variables import (
     WHIRL,
 )
 
+ONES = np.ones(8)  # natural scales of the states
 CALM = dict.fromkeys(FEATURES, 0.0) | {"bit_speed_mean": 3.0, "whirl_ratio": 1.0}
 
 
 def label(thresholds: Thresholds = Thresholds(), status: int = OK, **features: float) -> dict[str, int]:
     made = {name: np.array([value]) for name, value in (CALM | features).items()}
-    return {name: int(v[0]) for name, v in classify(made, np.array([status]), thresholds).items()}
+    return {name: int(v[0]) for name, v in MAIN.classify(made, np.array([status]), thresholds, ONES).items()}
 
 
 def test_calm_drilling_has_no_response() -> None:
@@ -198,6 +199,6 @@ def test_any_features_give_labels_in_range(features: dict[str, float], status: i
 def test_labels_keep_the_shape_of_the_grid() -> None:
     shape = (2, 3, 4, 5)
     made = {name: np.zeros(shape) for name in FEATURES}
-    for name, values in classify(made, np.full(shape, OK), Thresholds()).items():
+    for name, values in MAIN.classify(made, np.full(shape, OK), Thresholds(), ONES).items():
         assert values.shape == shape, name
         assert values.dtype == np.int8

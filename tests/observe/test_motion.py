@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from main_model import MAIN
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.classify import still
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.observe import motion
 from nsdrill.observe.motion import classify_motion, period, zero_one
@@ -75,6 +75,16 @@ def test_the_cascade_of_roessler(c: float, expected: int) -> None:
     returns = roessler_returns(0.1, 0.1, c, Simulation(transient=20000.0, observe=1000.0, rtol=1e-10))
     assert len(returns) > 100
     assert period(padded(returns), ONES, Motion(absolute=1e-3, relative=0.0))[0] == expected
+
+
+@pytest.mark.parametrize(("noise", "expected"), [(0.02, 2), (0.04, 0)])
+def test_two_returns_are_two_only_where_each_is_close_compared_with_both(noise: float, expected: int) -> None:
+    """Both are within the absolute tolerance of 0.1 of each other, so that this alone
+    would take a cloud for a motion of period two."""
+    level = np.tile([-0.05, 0.05], 50)
+    spread = np.repeat(np.random.default_rng(3).permutation(np.linspace(-0.5, 0.5, 50)), 2)
+    returns = level + noise * spread
+    assert period(padded(returns[:, None]), ONES, Motion(absolute=0.1, relative=0.0))[0] == expected
 
 
 def test_period_needs_three_repeats_and_counts_what_is_there() -> None:
@@ -187,7 +197,7 @@ def kind(
     arrays = {name: np.array([value]) for name, value in made.items()}
     arrays["section_radius"] = np.where(np.arange(1001) < count, 1.0, np.nan)[None]
     count = np.count_nonzero(np.isfinite(arrays["section_radius"]), axis=-1)
-    rests = still(arrays, ONES, T.absolute)
+    rests = MAIN.still(arrays, ONES, T.absolute)
     label = classify_motion(arrays, np.array([status]), np.array([settled]), np.array([found]), count, rests, T)
     return int(label[0])
 

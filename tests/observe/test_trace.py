@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from main_model import STATES
 from model_tables import TRACE_VARIABLES
 from reference import Case, contacts, solve
 
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import replay, simulate
-from nsdrill.models.christoforou_yigit.rhs import STATES
 from nsdrill.study import parse_study
 from nsdrill.variables import OK, STEP_LIMIT
 

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from main_model import MAIN, pack
 from model_tables import FEATURES
 
-from nsdrill.models.christoforou_yigit.classify import responses
-from nsdrill.models.christoforou_yigit.compare import scales
+from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, Parameters, Well
-from nsdrill.models.christoforou_yigit.rhs import pack, state_scales
 from nsdrill.models.christoforou_yigit.variables import COMPARED
 from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Thresholds, Trust
@@ -30,7 +29,7 @@ from nsdrill.variables import BIT_BOUNCE, MODEL, OK, PENDING, STEP_LIMIT, STICK_
 def test_differences_are_measured_in_natural_sizes() -> None:
     """The default gap is (15 in - 9 in) / 2, the lobe amplitude 1 mm, the drive speed
     as given."""
-    units = scales(pack(Parameters(), [2000.0] * 4, [2e4] * 4, [3.0] * 4))
+    units = MAIN.scales(pack(Parameters(), [2000.0] * 4, [2e4] * 4, [3.0] * 4))
     assert units["gap"] == pytest.approx([3 * 0.0254] * 4)
     one = {name: np.zeros(4) for name in COMPARED}
     two = {name: np.zeros(4) for name in COMPARED}
@@ -51,9 +50,9 @@ def test_everything_compared_is_a_feature() -> None:
 def test_a_surface_without_lobes_has_a_size_too() -> None:
     parameters = Parameters(Drillstring(), Mud(), Well(), replace(Bit(), surface_amplitude=0.0))
     table = pack(parameters, [2000.0], [2e4], [3.0])
-    assert scales(table)["lobe"] == state_scales(table)[:, 4]
+    assert MAIN.scales(table)["lobe"] == MAIN.state_scales(table, Options())[:, 4]
     # W / k_c, the pipe being much softer
-    assert scales(table)["lobe"][0] == pytest.approx(2e4 / 25e6, rel=0.2)
+    assert MAIN.scales(table)["lobe"][0] == pytest.approx(2e4 / 25e6, rel=0.2)
 
 
 def found(**changes: list[float]) -> dict[str, np.ndarray]:
@@ -73,7 +72,11 @@ def found(**changes: list[float]) -> dict[str, np.ndarray]:
 
 def judged(response: list[int], thresholds: Thresholds = Thresholds(), **changes: list[float]) -> dict[str, np.ndarray]:
     values = found(**changes)
-    return {**values, "response": np.array(response), **trust_labels(values, np.array(response), thresholds, responses)}
+    return {
+        **values,
+        "response": np.array(response),
+        **trust_labels(values, np.array(response), thresholds, MAIN.responses),
+    }
 
 
 def test_a_point_is_trusted_where_both_checks_agree() -> None:

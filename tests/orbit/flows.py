@@ -10,9 +10,9 @@ from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs, unobserved
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry
-from nsdrill.orbit.arclength import corrected_at_parameter
 from nsdrill.orbit.flow import Equations, Flow
 from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.newton import corrected_at_parameter
 
 
 # States x, v and, of first order, w; the parameter a.

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 import nsdrill
 from nsdrill.abi import RATES, Rows
+from nsdrill.analysis.bifurcations import PERIODIC
 from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.equations.contacts import touching
 from nsdrill.equations.library import sincos
@@ -20,12 +21,13 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob
 from nsdrill.models.operation import Operation
 from nsdrill.observe.touches import make_touches, touch_rows
-from nsdrill.orbit import arclength
-from nsdrill.orbit.arclength import Evaluation, Point, follow
+from nsdrill.orbit import special
+from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.flow import Equations, Flow, Legs
 from nsdrill.orbit.labels import Graze, kink_predicate
-from nsdrill.orbit.labels import orbit_test_functions as orbit_test_functions
+from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.newton import Evaluation, Point
 from nsdrill.orbit.periodic import Periodic
 
 from .flows import at
@@ -91,11 +93,9 @@ def test_oscillator_at_a_stop_grazes_where_its_amplitude_is_the_gap(start, sense
     state = np.array([[motion.real, -start * motion.imag]])
     problem = Periodic.at(flow, 1, np.array([start]), state[0])
     point = at(flow, problem, problem.unknowns(state, start))
-    test_functions = orbit_test_functions({0: Graze(REACHED, None)}, equilibrium=False)
-    half = advance(
-        flow,
-        {0: follow(problem, point, sense, (0.4, 1.6), 40, test_functions, has_kink=kink_predicate(1), max_step=0.1)},
-    )[0]
+    test_functions = functions_of({0: Graze(REACHED, None)}, PERIODIC)
+    rules = Rules((0.4, 1.6), 40, test_functions, has_kink=kink_predicate(1), max_step=0.1)
+    half = advance(flow, {0: follow(problem, point, sense, rules)})[0]
     labels = [one.label for one in half.points]
     first = labels.index(REACHED)
     assert not any(labels[:first])
@@ -171,26 +171,14 @@ def test_a_branch_is_followed_around_a_corner():
 
     def test_functions(previous, current):
         if (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0):
-            return [arclength.TestFunction(5, lambda point: float(point.tangent[-1]))]
+            return [special.TestFunction(5, lambda point: float(point.tangent[-1]))]
         return []
 
     tangent = np.array([1.0, 1.0]) / 2**0.5
     start = Point(np.array([-0.5, -0.5]), tangent, (-0.5, -0.5), 1, 0.0)
     orientation = float(np.linalg.slogdet(np.vstack([[-1.0, 1.0], tangent]))[0])
-    half = advance(
-        None,
-        {
-            0: follow(
-                Corner(),
-                replace(start, orientation=orientation),
-                1,
-                (-0.9, 1.0),
-                200,
-                test_functions,
-                has_kink=has_kink,
-            )
-        },
-    )[0]
+    rules = Rules((-0.9, 1.0), 200, test_functions, has_kink=has_kink)
+    half = advance(None, {0: follow(Corner(), replace(start, orientation=orientation), 1, rules)})[0]
     assert half.ended == "from"
     (fold,) = (one.point for one in half.points if one.label)
     exact = (2.0 / 3000.0) ** 2  # u of the fold

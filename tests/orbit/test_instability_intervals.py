@@ -7,12 +7,16 @@ import pytest
 from scipy.linalg import expm
 
 import nsdrill
-from nsdrill.app.continuing import continuation_setup
-from nsdrill.orbit import arclength
-from nsdrill.orbit.arclength import Evaluation, Point, corrected_at_parameter, follow
-from nsdrill.orbit.labels import orbit_test_functions, stability_of
+from nsdrill.analysis.bifurcations import PERIODIC
+from nsdrill.app.continuation_setup import continuation_setup
+from nsdrill.orbit import special
+from nsdrill.orbit.arclength import Rules, follow
+from nsdrill.orbit.labels import stability_of
+from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.newton import Evaluation, Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic
+from nsdrill.orbit.special import UNRESOLVED, Stability
 
 DAMPING, COUPLING, RATE = 0.0024, 0.0047, 0.5
 STABILITY = stability_of(0)
@@ -55,17 +59,17 @@ class Meeting:
 
 
 def followed(problem, *, search):
-    stability = arclength.Stability(problem.monodromy, STABILITY.margins)
+    stability = Stability(problem.monodromy, STABILITY.margins)
 
     def test_functions(previous, current):
         def value(point):
             return float(stability.of([point])[0, 0])
 
-        return [arclength.TestFunction(8, value)] if value(previous) * value(current) < 0.0 else []
+        return [special.TestFunction(8, value)] if value(previous) * value(current) < 0.0 else []
 
     start = Point(np.array([0.0, 0.0]), np.array([1.0, 1.0]) / 2**0.5, 0.0, 1, 0.0)
-    arguments = (problem, start, 1, (-1.0, 3.0), 400, test_functions)
-    return advance(None, {0: follow(*arguments, stability=stability if search else None)})[0]
+    rules = Rules((-1.0, 3.0), 400, test_functions, stability=stability if search else None)
+    return advance(None, {0: follow(problem, start, 1, rules)})[0]
 
 
 @pytest.mark.parametrize("at", [1.4, 1.45, 1.5, 1.55, 1.6])
@@ -117,8 +121,19 @@ def test_a_search_goes_on_where_newtons_method_fails_at_one_place():
         assert {one.words for one in half.points if one.label} == {""}
     blocked = followed(Failing(1.5, 0.3, Meeting(1.5, 0.3).borders, 1e-3), search=False)
     found = [one for one in blocked.points if one.label]
-    assert [one.words for one in found] == [arclength.UNRESOLVED] * 2
+    assert [one.words for one in found] == [UNRESOLVED] * 2
     assert [one.point.x[1] for one in found] == pytest.approx(Meeting(1.5, 0.3).borders, abs=0.1)
+
+
+@pytest.mark.parametrize("at", [1.4, 1.5, 1.6])
+@pytest.mark.parametrize("reach", [1e-3, 4e-3])
+def test_an_interval_is_found_where_newtons_method_fails_in_its_middle(at, reach):
+    """Where the search looks first, in the middle, there is no motion to be found."""
+    problem = Failing(at, numbers=(at,), reach=reach)
+    half = followed(problem, search=True)
+    found = [one.point.x[1] for one in half.points if one.label]
+    assert found == pytest.approx(problem.borders, abs=1e-7)
+    assert all(one.words == "" for one in half.points)
 
 
 def test_the_bounce_is_unstable_near_2_97():
@@ -140,9 +155,8 @@ def test_the_bounce_is_unstable_near_2_97():
 
     numbers = np.concatenate([middle + 1e-4 * np.arange(-3, 4) for middle in (2.9687, 2.98)])
     scan = advance(flow, {number: motion(number) for number in [3.01, *numbers]})
-    functions = orbit_test_functions({}, equilibrium=False)
-    arguments = (problem, scan[3.01], -1, (2.945 / 0.55, 4.0 / 0.55), 9, functions)
-    half = advance(flow, {0: follow(*arguments, stability=stability_of(0), first_step=0.3)})[0]
+    rules = Rules((2.945 / 0.55, 4.0 / 0.55), 9, functions_of({}, PERIODIC), stability=stability_of(0), first_step=0.3)
+    half = advance(flow, {0: follow(problem, scan[3.01], -1, rules)})[0]
     assert len(half.points) - half.inserted == 2
     ends = [scan[3.01], half.points[-1].point]
     assert all(np.abs(one.found.multipliers).max() < 0.9995 for one in ends)

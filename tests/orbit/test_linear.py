@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nsdrill.orbit.linear import DENSE, sign_of_determinant, solve
-from nsdrill.orbit.periodic import shooting_jacobian
+from nsdrill.orbit.shooting import shooting_jacobian
 
 
 def shooting(segments, seed):

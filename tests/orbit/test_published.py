@@ -3,12 +3,14 @@ strings go through."""
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import mathieu_a
 
-from nsdrill.orbit.arclength import follow
+from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, PERIODIC
+from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.cycle import Cycle
 from nsdrill.orbit.flow import Legs
-from nsdrill.orbit.labels import orbit_test_functions as orbit_test_functions
+from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Periodic
 
@@ -19,10 +21,7 @@ def cycle(flow, state, period, number, segments=6):
     problem = Cycle.at(flow, period, np.array([number]), np.array(state, dtype=float), segments)
     starts = [np.array(state, dtype=float)]
     for _ in range(segments - 1):
-        legs = Legs(
-            starts[-1][None], np.zeros(1), np.array([period / segments]), np.array([[number]]), np.zeros(1, bool)
-        )
-        starts.append(flow.run(legs).state[0])
+        starts.append(flow.run(Legs(starts[-1][None], 0.0, period / segments, np.array([number]))).state[0])
     return at(flow, problem, problem.unknowns(np.stack(starts), period, number)).found
 
 
@@ -69,10 +68,10 @@ def test_mathieu_characteristic_values(order):
     value: a multiplier of the rest of 1 or, over half of that period, of -1."""
     flow = flow_of(mathieu, 2, forced=True)
     number = float(mathieu_a(order, 1.0))
-    legs = Legs(np.zeros((1, 2)), np.zeros(1), np.array([np.pi]), np.array([[number]]), np.ones(1, bool))
-    multipliers = np.linalg.eigvals(flow.run(legs).monodromy[0])
+    (monodromy,) = flow.run(Legs(np.zeros((1, 2)), 0.0, np.pi, np.array([number]), True)).monodromy
+    multipliers = np.linalg.eigvals(monodromy)
     wanted = -1.0 if order % 2 else 1.0
-    assert np.trace(flow.run(legs).monodromy[0]) == pytest.approx(2.0 * wanted, abs=1e-8)
+    assert np.trace(monodromy) == pytest.approx(2.0 * wanted, abs=1e-8)
     assert np.prod(multipliers).real == pytest.approx(1.0, abs=1e-9)
 
 
@@ -82,11 +81,10 @@ def test_folds_of_duffing():
     flow = flow_of(duffing, 2, forced=True)
     state, number = np.zeros((1, 2)), np.array([[0.6]])
     for _ in range(60):
-        legs = Legs(state, np.zeros(1), np.array([2 * np.pi / 0.6]), number, np.zeros(1, bool))
-        state = flow.run(legs).state
+        state = flow.run(Legs(state, 0.0, 2 * np.pi / 0.6, number)).state
     problem = Periodic.at(flow, 1, number[0], state[0])
     point = at(flow, problem, problem.unknowns(state, 0.6))
-    jobs = {0: follow(problem, point, 1, (0.5, 1.6), 400, orbit_test_functions({}, equilibrium=False))}
+    jobs = {0: follow(problem, point, 1, Rules((0.5, 1.6), 400, functions_of({}, PERIODIC)))}
     half = advance(flow, jobs)[0]
     folds = [one.point.found.values[0] for one in half.points if one.label == 5]
     assert half.ended == "to"
@@ -98,3 +96,33 @@ def test_folds_of_duffing():
     assert set(unstable[:first]) == {0}
     assert set(unstable[first + 1 : last]) == {1}
     assert set(unstable[last + 1 :]) == {0}
+
+
+def test_the_doubling_of_roessler():
+    """On the cycle of one turn, from 2.5 to 3.2: where it is located, the monodromy
+    matrix by SciPy has the multiplier -1."""
+    flow, state = flow_of(roessler, 3, singles=3), (0.0, -3.6, 0.02)
+
+    def slopes(t, y, a=2.5):
+        jacobian = np.array([[0.0, -1.0, -1.0], [1.0, 0.2, 0.0], [y[2], 0.0, y[0] - a]])
+        slope = [-y[1] - y[2], y[0] + 0.2 * y[1], 0.2 + y[2] * (y[0] - a)]
+        return np.concatenate([slope, (jacobian @ y[3:].reshape(3, 3)).ravel()])
+
+    def end(start, time, a, **options):
+        whole = np.concatenate([start, np.eye(3).ravel()])
+        return solve_ivp(slopes, (0.0, time), whole, "DOP853", rtol=1e-12, atol=1e-13, args=(a,), **options)
+
+    def returns(t, y, a):
+        return y[0]
+
+    returns.direction = 1.0
+    path = end(state, 600.0, 2.5, events=returns)
+    start, period = path.y_events[0][-1][:3], np.diff(path.t_events[0])[-1]
+    problem = Cycle.at(flow, period, np.array([2.5]), start, 1)
+    point = at(flow, problem, problem.unknowns(start[None], period, 2.5))
+    jobs = {0: follow(problem, point, 1, Rules((2.0, 3.2), 200, functions_of({}, CYCLE)))}
+    half = advance(flow, jobs)[0]
+    found = [one.point.found for one in half.points if one.label]
+    assert [one.label for one in half.points if one.label] == [DOUBLING]
+    monodromy = end(found[0].state, found[0].period, found[0].values[0]).y[3:, -1].reshape(3, 3)
+    assert np.min(np.abs(np.linalg.eigvals(monodromy) + 1.0)) < 1e-6

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import Values
@@ -88,7 +89,7 @@ def test_a_bit_from_rest_creeps_as_scipy_has_it(method: str) -> None:
 def test_both_methods_find_one_stick_slip() -> None:
     """Features of a minute, and the implicit method takes two thirds of the steps."""
     head = "model: segments\nsegments: {pipe: 2, collar: 2}\ninitial: {start: rest}\n"
-    work = work_of(parse_study(f"{head}simulation: {{transient: 20 s, observe: 20 s}}\n"))
+    work = work_of(prepare(parse_study(f"{head}simulation: {{transient: 20 s, observe: 20 s}}\n")))
     from sweep.runs import run_work
 
     one, two = (

@@ -12,7 +12,8 @@ from observe.sampled import maxima, slips
 from nsdrill import api
 from nsdrill.errors import StudyError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.segments.description import are_states, states_of
+from nsdrill.models.segments.columns import states_of
+from nsdrill.models.segments.description import are_states
 from nsdrill.models.segments.parameters import Initial
 from nsdrill.observe.thresholds import Record
 from nsdrill.study.load import parse_study
@@ -201,10 +202,10 @@ def test_an_ensemble_starts_within_its_bounds() -> None:
 
 
 def test_names_of_states_tell_the_number_of_segments() -> None:
-    for pipes, collars in ((1, 1), (10, 10), (40, 40)):
-        assert are_states(states_of(pipes, collars))
-    assert not are_states(states_of(40, 41))
-    assert not are_states(states_of(5, 5)[1:])
+    for nodes in (2, 20, 80):
+        assert are_states((*states_of(nodes), "drive_angle"))
+    assert not are_states((*states_of(81), "drive_angle"))
+    assert not are_states((*states_of(10)[1:], "drive_angle"))
     assert not are_states(("z",))
 
 

@@ -108,13 +108,7 @@ def test_selections_are_results(path):
 
 def test_only_named_variables():
     data = to_dataset(collect(make_log(grid(wob=3))))
-    found = from_dataset(data[["status", "axial_max"]], ["status", "axial_max"])
-    assert set(found.variables) == {"status", "axial_max"}
     assert set(from_dataset(data[["status", "axial_max"]]).variables) == {"status", "axial_max"}
-    with pytest.raises(FileError, match="the variable response is missing"):
-        from_dataset(data[["status", "axial_max"]], ["status", "response"])
-    with pytest.raises(FileError, match="no variable is called axial_maximum"):
-        from_dataset(data, ["axial_maximum"])
 
 
 @pytest.mark.parametrize(
@@ -125,25 +119,25 @@ def test_only_named_variables():
         (lambda data: xr.Dataset(), "found no attribute nsdrill_kind"),
         (lambda data: data.assign_attrs(nsdrill_kind="poem"), "found no attribute nsdrill_kind that says"),
         (lambda data: data.assign_attrs(format_version=9), "file format 9; .* Use a newer nsdrill"),
-        (lambda data: data.assign_attrs(study_resolved="[1, 2]"), "study_resolved should be a study as JSON"),
+        (lambda data: data.assign_attrs(study_resolved="[1, 2]"), "study_resolved should be a JSON object"),
         (lambda data: data.assign_attrs(axes="bit_lobes"), "the axis bit_lobes is missing"),
         (lambda data: data.drop_vars("depth"), "the coordinate depth is missing"),
-        (lambda data: data.drop_vars("state"), "the coordinate state is missing"),
+        (lambda data: data.drop_vars("state"), "initial_state has the dimensions wob .*, state .*; it should have"),
         (lambda data: data.isel(wob=0, drop=True), "the coordinate wob is missing"),
         (lambda data: data.assign_coords(wob=["a", "b", "c"]), "coordinate wob should have finite numbers"),
         (lambda data: data.assign_coords(wob=[1.0, 2.0, np.inf]), "coordinate wob should have finite numbers"),
         (lambda data: data.assign_coords(depth=("wob", [1.0, 2.0, 3.0])), "depth is missing or no list of values"),
         (lambda data: data.assign_coords(procedure="over"), "the procedures are over"),
-        (lambda data: data.isel(state=0), "initial_state has the dimensions wob; it should have wob, state"),
+        (lambda data: data.isel(state=0), "the states are x; they should be x, vx, y"),
         (lambda data: data.isel(state=slice(2)), "the states are x, vx; they should be x, vx, y"),
-        (lambda data: data.isel(peak=1), "axial_peaks has the dimensions wob; it should have wob, peak"),
+        (lambda data: data.isel(peak=1), r"axial_peaks has the dimensions wob \(3\); it should have wob \(3\), peak"),
         (lambda data: data.assign(status=data.status.astype(float)), "status has the type float64; .* whole numbers"),
         (lambda data: data.assign(status=data.status + 70), "status has values that mean nothing"),
         (lambda data: data.assign(axial_max=data.status), "axial_max has the type int8; it should have real numbers"),
         (lambda data: data.assign(axial_max=1.0), "axial_max has the dimensions none; it should have wob"),
-        (lambda data: data.assign(axial_max=data.axial_peaks), "dimensions wob, peak; it should have wob"),
-        (lambda data: data.assign(axial_peaks=data.axial_max), "dimensions wob; it should have wob, peak"),
-        (lambda data: data.assign(final_state=data.final_state.rename(state="other")), "it should have wob, state"),
+        (lambda data: data.assign(axial_max=data.axial_peaks), r"wob .*, peak .*; it should have wob \(3\)\."),
+        (lambda data: data.assign(axial_peaks=data.axial_max), r"dimensions wob \(3\); it should have wob \(3\), peak"),
+        (lambda data: data.assign(final_state=data.final_state.rename(state="other")), "should have wob .*, state"),
     ],
 )
 def test_what_is_no_dataset_of_nsdrill_is_refused_in_words(change, words):

@@ -47,13 +47,6 @@ def path(tmp_path):
     return tmp_path / "out.h5"
 
 
-@pytest.fixture
-def unguarded(monkeypatch):
-    """No child process, which takes 0.3 s, where the damage is known to be harmless to
-    the library."""
-    monkeypatch.setattr(hdf5, "_probe", lambda path: None)
-
-
 @pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
 @pytest.mark.parametrize(
     ("data", "words"),
@@ -67,20 +60,14 @@ def test_what_is_no_hdf5_file(path, reader, data, words):
 
 
 @pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
-def test_what_begins_like_hdf5_and_is_not(path, reader, unguarded):
+def test_what_begins_like_hdf5_and_is_not(path, reader):
     path.write_bytes(hdf5.SIGNATURE + bytes(range(256)) * 40)
     with pytest.raises(FileError, match="damaged or incomplete"):
         reader(path)
 
 
-def test_the_child_process_says_what_is_wrong(path):
-    path.write_bytes(hdf5.SIGNATURE)
-    with pytest.raises(FileError, match="damaged or incomplete: OSError"):
-        read_results(path)
-
-
 @pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
-def test_hdf5_of_another_program(path, reader, unguarded):
+def test_hdf5_of_another_program(path, reader):
     with h5py.File(path, "w") as file:
         file["depth"] = [1.0, 2.0]
     with pytest.raises(FileError, match="none of nsdrill"):
@@ -88,7 +75,7 @@ def test_hdf5_of_another_program(path, reader, unguarded):
 
 
 @pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
-def test_a_newer_format(path, reader, unguarded):
+def test_a_newer_format(path, reader):
     make_results(path)
     with h5py.File(path, "r+") as file:
         file.attrs["format_version"] = 99
@@ -164,111 +151,35 @@ def test_flipped_numbers_are_noticed_without_a_seal_too(path):
         read_results(path)
 
 
-@pytest.mark.parametrize("code", ["import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "while True: pass"])
-def test_a_crash_or_a_hang_of_the_library_stays_in_the_child(path, monkeypatch, code):
-    make_results(path)
-    hdf5.unseal(path)
-    monkeypatch.setattr(hdf5, "_PROBE", code)
-    monkeypatch.setattr(hdf5, "_PROBE_SECONDS", 0.5)
-    with pytest.raises(FileError, match=r"crashes on it \(signal 11\)|reading it does not end"):
-        read_results(path)
-
-
 @pytest.mark.parametrize(
     ("edit", "words"),
     [
-        (lambda file: file.pop("axial_max"), "the variable axial_max is missing"),
         (lambda file: file.pop("depth"), "the coordinate depth is missing"),
-        (lambda file: file.pop("state"), "the coordinate state is missing"),
+        (lambda file: file.pop("state"), "damaged or incomplete"),
         (lambda file: file["procedure"].write_direct(np.array(["same", "over"], object)), "the procedures are"),
         (lambda file: file["state"].write_direct(np.array(["x"] * 9, object)), "the states are"),
-        (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 5))), "has shape .*it should have shape"),
-        (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 4), int)), "real numbers"),
-        (lambda file: replace(file, "status", np.zeros((2, 5, 3, 4))), "whole numbers"),
-        (lambda file: replace(file, "axial_max", None), "axial_max is missing"),
+        (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 5))), r"should have procedure \(2\), depth"),
+        (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 4), int), DIMS), "real numbers"),
+        (lambda file: replace(file, "status", np.zeros((2, 5, 3, 4)), DIMS), "whole numbers"),
         (lambda file: replace(file, "depth", np.zeros((2, 2))), "coordinate depth"),
         (lambda file: replace(file, "depth", 500.0 - np.arange(5.0)), "depth: found values that do not ascend"),
         (lambda file: replace(file, "depth", 500.0 + np.arange(5.0) * 1e9), "depth: found .* at most 100 000 m"),
-        (lambda file: replace(file, "depth", np.full(5, np.nan)), "depth has values that are no finite numbers"),
+        (lambda file: replace(file, "depth", np.full(5, np.nan)), "depth should have finite numbers"),
         (lambda file: replace(file, "peak", np.array([5, 6, 7])), "coordinate peak does not count from 0"),
         (lambda file: file.__setitem__("start", np.zeros(0, int)), "coordinate start does not count from 0"),
         (lambda file: file["status"].write_direct(np.full((2, 5, 3, 4), 77, "i1")), "status has values that mean"),
         (lambda file: file["response"].write_direct(np.full((2, 5, 3, 4), -1, "i1")), "response has values that mean"),
-        (lambda file: replace(file, "procedure", np.array(["up"] * 50, object)), "coordinate procedure has 50 values"),
+        (lambda file: replace(file, "procedure", np.array(["up"] * 50, object)), "the procedures are up, up"),
         (lambda file: file.attrs.__setitem__("nsdrill_kind", "poem"), "poem"),
         (lambda file: file.attrs.__setitem__("nsdrill_kind", [1, 2]), "none of nsdrill"),
         (lambda file: file.attrs.__setitem__("format_version", "one"), "none of nsdrill"),
     ],
 )
-def test_edited_files_are_refused_in_words(path, edit, words, unguarded):
+def test_edited_files_are_refused_in_words(path, edit, words):
     make_results(path)
     with h5py.File(path, "r+") as file:
         edit(file)
     with pytest.raises(FileError, match=words):
-        read_results(path)
-
-
-def test_a_file_that_promises_more_than_it_holds(path):
-    """A dataset may have any shape on disk and hold nothing; memory must not be spent
-    on its word."""
-    make_results(path, (1, 1, 1, 1), 0)
-    with h5py.File(path, "r+") as file:
-        del file["depth"]
-        file.create_dataset("depth", (10**13,), "f8", chunks=(10**6,))
-    with pytest.raises(FileError, match=r"damaged.*claims more numbers"):
-        read_results(path)
-
-
-def linked(file, link):
-    del file["axial_max"]
-    file["axial_max"] = link
-
-
-def virtual(file):
-    layout = h5py.VirtualLayout((2, 5, 3, 4), "f8")
-    layout[...] = h5py.VirtualSource("other.h5", "axial_max", (2, 5, 3, 4))
-    del file["axial_max"]
-    file.create_virtual_dataset("axial_max", layout)
-
-
-def made_anew(file, shape=(2, 5, 3, 4), **how):
-    del file["axial_max"]
-    file.create_dataset("axial_max", shape, "f8", **how)
-
-
-@pytest.mark.parametrize("sealed", [True, False])
-@pytest.mark.parametrize(
-    ("edit", "words"),
-    [
-        (lambda file: linked(file, h5py.ExternalLink("other.h5", "/axial_max")), "axial_max is a link to elsewhere"),
-        (lambda file: linked(file, h5py.SoftLink("/axial_min")), "axial_max is a link to elsewhere"),
-        (virtual, "axial_max lies in another file"),
-        (lambda file: made_anew(file, external=[("numbers", 0, h5py.h5f.UNLIMITED)]), "axial_max lies in another file"),
-        (lambda file: made_anew(file, (10**8,), chunks=(10**4,), fillvalue=1.0), "axial_max claims more numbers"),
-        (lambda file: made_anew(file, chunks=(2, 5, 3, 10**7), maxshape=(2, 5, 3, None)), "axial_max claims more"),
-    ],
-)
-def test_numbers_that_are_not_in_the_file(path, edit, words, sealed, unguarded):
-    """A seal is made as easily as a file; and the readers trust the child process of an
-    unsealed file no more."""
-    make_results(path)
-    make_results(path.parent / "other.h5")
-    hdf5.unseal(path)
-    with h5py.File(path, "r+") as file:
-        edit(file)
-    if sealed:
-        hdf5.seal(path)
-    for reader in (read_results, kind_of, open_results):
-        with pytest.raises(FileError, match=words):
-            reader(path)
-
-
-def test_the_child_process_reads_no_other_file(path):
-    make_results(path)
-    hdf5.unseal(path)
-    with h5py.File(path, "r+") as file:
-        made_anew(file, external=[("/dev/zero", 0, h5py.h5f.UNLIMITED)])
-    with pytest.raises(FileError, match="axial_max lies in another file"):
         read_results(path)
 
 
@@ -284,17 +195,12 @@ def test_the_child_process_reads_no_other_file(path):
         ("gap", 1e300, "gap should be a finite number"),
         ("refine", 1.5, "refine should be a whole number"),
         ("refine", 1, "points_run of a refined sweep is missing"),
-        ("study_resolved", "[1, 2]", "study_resolved should be a study as JSON"),
-        ("study_resolved", '{"sweep": 5}', "study_resolved should be a study as JSON"),
-        ("study_resolved", '{"classify": {"whirl": {"direction": NaN}}}', "study_resolved should be a study as JSON"),
-        ("study_resolved", "[" * 100_000, "study_resolved should be a study as JSON"),
-        ("classification", '{"a": 1}', "classification should be a JSON list of texts"),
-        ("classification_resolved", '{"whirl": 5}', "classification_resolved should be thresholds as JSON"),
-        ("ramps", '{"wob": [[0, 1], [1e99, 2]]}', "ramps should be ramps as JSON"),
-        ("at", '{"drive.kind": 3}', "at should be a JSON object of numbers"),
+        ("study_resolved", "[1, 2]", "study_resolved should be a JSON object"),
+        ("study_resolved", "[" * 100_000, "study_resolved should be a JSON object"),
+        ("classification", '{"a": 1}', "classification should be a JSON list"),
     ],
 )
-def test_attributes_of_other_types(path, name, value, words, unguarded):
+def test_attributes_of_other_types(path, name, value, words):
     make_results(path)
     with h5py.File(path, "r+") as file:
         file.attrs[name] = value
@@ -303,30 +209,21 @@ def test_attributes_of_other_types(path, name, value, words, unguarded):
             reader(path)
 
 
-def test_values_beyond_all_measure(path, unguarded):
+def test_values_beyond_all_measure(path):
     make_results(path)
     with h5py.File(path, "r+") as file:
         replace(file, "wob", np.full(len(file["wob"]), np.inf))
-    with pytest.raises(FileError, match="wob has values that are no finite numbers"):
+    with pytest.raises(FileError, match="wob should have finite numbers"):
         read_results(path)
-
-
-@pytest.mark.parametrize("name", ["DIMENSION_LIST", "REFERENCE_LIST"])
-def test_references_that_are_none(path, unguarded, name):
-    make_results(path)
-    with h5py.File(path, "r+") as file:
-        file["status" if name == "DIMENSION_LIST" else "wob"].attrs[name] = np.bytes_(b"x" * 50)
-    with pytest.raises(FileError, match="does not say which dimensions it has"):
-        open_results(path)
 
 
 def test_the_log_of_a_run_is_not_trusted_either(path):
     RunLog.create(part_path(path), header(study_resolved="[1, 2]"), POINTS, Kept(0)).close()
-    with pytest.raises(FileError, match="study_resolved should be a study as JSON"):
+    with pytest.raises(FileError, match="study_resolved should be a JSON object"):
         read_partial(part_path(path))
 
 
-def test_what_others_wrote_beside_ours_is_no_obstacle(path, unguarded):
+def test_what_others_wrote_beside_ours_is_no_obstacle(path):
     make_results(path)
     with h5py.File(path, "r+") as file:
         file.attrs["note"] = b"\xff is not UTF-8\x1b"
@@ -347,13 +244,15 @@ def test_points_outside_and_unknown_names(path):
         read_results(path, ["axial_maximum"])
 
 
-def replace(file, name, values):
-    """Put other values, or a group, under ``name``."""
+DIMS = ("procedure", "depth", "wob", "rotary_speed")
+
+
+def replace(file, name, values, dims=()):
+    """Put other values under ``name``."""
     del file[name]
-    if values is None:
-        file.create_group(name)
-    else:
-        file[name] = values
+    file[name] = values
+    for axis, scale in enumerate(dims):
+        file[name].dims[axis].attach_scale(file[scale])
 
 
 def test_a_file_from_before_lacks_what_is_measured_now(path):

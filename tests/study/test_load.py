@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from nsdrill.errors import Fault, StudyError
-from nsdrill.models.christoforou_yigit.parameters import Collar, Friction, Parameters, Pipe, Well
+from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters, Well
+from nsdrill.models.sections import Friction, Pipe
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study import change_thresholds, parse_study
 

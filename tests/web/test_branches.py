@@ -7,9 +7,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pytest
+import xarray as xr
 from click.testing import CliRunner
 
 from nsdrill.analysis.bifurcations import CYCLE, PERIODIC
@@ -17,9 +17,8 @@ from nsdrill.cli.main import group
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.vocabulary import IN_TRACE
 from nsdrill.plot.kinds.branches import COLOURS
-from nsdrill.store import hdf5, read_results
-from nsdrill.store.layout import root_attributes
-from nsdrill.web.branches import is_branches, read_branches
+from nsdrill.store import hdf5, read_results, write_branches
+from nsdrill.web.branches import read_branches
 from nsdrill.web.session import Session
 
 FEATURES = ("axial_max", "bit_speed_max", "radius_max", "bit_speed_min")
@@ -45,18 +44,17 @@ def write(path: Path, shared: Path, **changes: Any) -> Path:
         **{name: np.array([results[name][place] for place in points]) for name in FEATURES},
         **changes,
     }
-    text = {"motion": ["periodic", "limit_cycle"], "end_reason": ["end of the range", "a fold"]}
-    with hdf5.writing(path) as file:
-        attrs = {**results.attrs, "along": "rotary_speed", "along_key": "rotary_speed", "rtol": 1e-9}
-        hdf5.put_attributes(file, root_attributes("branches", attrs))
-        file["point"] = np.arange(8)
-        for name, values in data.items():
-            if values is not None:
-                file[name] = values
-        for name, words in text.items():
-            file.create_dataset(name, data=np.array(words, object), dtype=h5py.string_dtype())
-        file["label"].attrs["flag_values"] = np.array([0, 5, 9, 102])
-        file["label"].attrs["flag_meanings"] = "regular fold end wall_reached"
+    data |= {"motion": ["periodic", "limit_cycle"], "end_reason": ["end of the range", "a fold"]}
+    per_branch = ("row_size", "lobes", "motion", "end_reason", "parent", "parent_point", "closed")
+    data |= {name: np.zeros(2, int) for name in per_branch[4:]}
+    data |= {name: np.zeros(8) for name in ("multiplier_real", "multiplier_imag", "branch_of_point", "arclength")}
+    attrs = {**results.attrs, "along": "rotary_speed", "along_key": "rotary_speed", "rtol": 1e-9}
+    variables = {
+        name: (("branch",) if name in per_branch else ("point", "component")[: np.ndim(values)], values)
+        for name, values in data.items()
+        if values is not None
+    }
+    write_branches(path, xr.Dataset(variables, attrs=attrs))
     assert names[0] in IN_TRACE
     return path
 
@@ -135,24 +133,15 @@ def test_a_point_that_is_not_there(branches: Path, session: Session, point: Any)
 
 @pytest.mark.parametrize(
     "changes",
-    [
-        {"row_size": np.array([4, 5])},
-        {"state": None},
-        {"period": np.ones(3)},
-        {"row_size": np.array([4])},
-        {"lobes": None},
-    ],
+    [{"row_size": np.array([4, 5])}, {"state": None}, {"period": None}, {"rotary_speed": None}, {"lobes": None}],
 )
 def test_a_damaged_file_is_said(shared: Path, tmp_path: Path, changes: dict[str, Any]) -> None:
     path = write(tmp_path / "b.h5", shared, **changes)
-    assert is_branches(path)
-    with pytest.raises(FileError):
+    with pytest.raises(FileError, match=r"is missing|as many points as they say"):
         Session(path)
 
 
-def test_other_files_are_no_branches(shared: Path, tmp_path: Path, branches: Path) -> None:
-    assert not is_branches(shared / "small.h5")
-    assert not is_branches(tmp_path / "nothing.h5")
+def test_other_files_are_no_branches(shared: Path, branches: Path) -> None:
     with pytest.raises(FileError, match="results file; a file of branches"):
         Session(shared / "small.h5", over=shared / "map.h5")
     with pytest.raises(InputError, match="over: found"):

@@ -49,9 +49,9 @@ def test_a_wrong_state_in_the_file_is_noticed(shared: Path) -> None:
     results = read_results(shared / "small.h5")
     results.variables["final_state"] = results["final_state"].copy()
     results.variables["final_state"][0, 0, 0, 2, 4] += 1e-16
-    from nsdrill.app.stored import stored_study
+    from nsdrill.app.overrides import stored_experiment
 
-    motions = Motions(stored_study("x", results.attrs, results.coords), results)
+    motions = Motions(stored_experiment("x", results), results)
     assert motions.replay((0, 0, 0, 2), 1.0, 0.01).same_bits is False
     assert motions.replay((0, 0, 0, 3), 1.0, 0.01).same_bits is True
 
@@ -202,15 +202,16 @@ def test_a_run_that_ends_early_gives_no_state_and_no_nan_in_json(tmp_path: Path)
 
 def test_a_part_file_can_be_explored(shared: Path, tmp_path: Path) -> None:
     from nsdrill import load_study
-    from nsdrill.app.planned import kept_of, plan_of
-    from nsdrill.app.run import _header
+    from nsdrill.app.experiment import prepare
+    from nsdrill.app.run import header_of
     from nsdrill.store import RunLog
     from nsdrill.store.records import pending_records, recorded
 
     study = load_study(shared / "small.yaml")
     done = read_results(shared / "small.h5")
-    plan, kept = plan_of(study), kept_of(study)
-    with RunLog.create(tmp_path / "half.h5.part", _header(study), plan.points, kept) as log:
+    experiment = prepare(study)
+    plan, kept = experiment.plan, experiment.kept
+    with RunLog.create(tmp_path / "half.h5.part", header_of(experiment), plan.points, kept) as log:
         records: Any = pending_records(3, kept)
         for variable in recorded(kept):
             values = done[variable.name].reshape(plan.points, *done[variable.name].shape[4:])

@@ -124,7 +124,7 @@ def test_representatives_are_settled_points_of_the_commonest_responses() -> None
 def test_bad_input_is_said_and_writes_nothing(shared: Path, tmp_path: Path) -> None:
     for arguments, word in (
         (["nothing.h5", "-o", tmp_path / "a.html"], "nothing.h5"),
-        ([shared / "small.yaml", "-o", tmp_path / "a.html"], "found a study; allowed: results"),
+        ([shared / "small.yaml", "-o", tmp_path / "a.html"], "a study, it seems. Run it first"),
         ([shared / "small.h5", "-o", tmp_path / "a.pdf"], ".html"),
         ([shared / "small.h5", "-o", tmp_path / "no" / "a.html"], "no"),
         ([], "RESULTS"),
@@ -202,7 +202,7 @@ def test_the_window_of_a_page_is_by_severity_or_confidence(shared: Path, tmp_pat
     assert answer(window, "si") in words_of(page)
     assert "--severity 4</code>" in page
     done = made(shared / "map.h5", "-o", tmp_path / "b.html", "--confidence", "80")
-    assert "--confidence: found results without samples" in str(done.exception)
+    assert "confidence: found results without samples" in str(done.exception)
     assert not (tmp_path / "b.html").exists()
 
 

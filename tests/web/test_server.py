@@ -221,6 +221,22 @@ def test_connections_are_bounded_and_idle_ones_end(explorer: Explorer, monkeypat
         assert raw.recv(1) == b""
 
 
+def test_a_page_that_asks_now_and_then_keeps_its_connection(
+    explorer: Explorer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its time begins anew with each request, as it has the token."""
+    monkeypatch.setattr(server, "IDLE_SECONDS", 3.0)
+    connection = http.client.HTTPConnection(ADDRESS, explorer.port, timeout=PATIENCE)
+    connection.connect()
+    own, end = connection.sock, time.monotonic() + 4.0
+    while time.monotonic() < end:
+        connection.request("POST", "/api/meta", "{}", {TOKEN_HEADER: explorer.token})
+        assert connection.getresponse().read()
+        assert connection.sock is own
+        time.sleep(0.25)
+    connection.close()
+
+
 def test_many_clients_at_once_are_all_answered(explorer: Explorer) -> None:
     """More than the connections that are open at a time: the others wait."""
     together, found = threading.Barrier(400), []

@@ -12,6 +12,7 @@ import numpy as np
 
 from nsdrill.analysis.attractors import IF_THERE, NEEDED, Attractor, describe, label, places
 from nsdrill.analysis.branches import Places, number
+from nsdrill.app.experiment import Experiment
 from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError, option
 from nsdrill.models.description import Description
@@ -19,9 +20,8 @@ from nsdrill.models.leaves import values_in_parts, word_or_number
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Attractors
-from nsdrill.store import Sink, columns, flag_words, points_in_block, read_results
+from nsdrill.store import Sink, columns, points_in_block, read_results
 from nsdrill.study.study import Study
-from nsdrill.sweep.plan import Plan
 from nsdrill.variables import OK
 
 _BLOCK = 1 << 14  # starts in memory at once
@@ -32,15 +32,16 @@ def names_needed(model: Description) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*NEEDED, *IF_THERE, *model.compared, *model.grouped)))
 
 
-def write_attractors(study: Study, plan: Plan, log: Sink) -> None:
+def write_attractors(experiment: Experiment, log: Sink) -> None:
     """Write the attractor of every start into the finished ``log``."""
+    study, plan = experiment.study, experiment.plan
     step = points_in_block(log.kept)
     kept = {variable.name for variable in log.kept.variables}
     names = [name for name in names_needed(study.model) if name in kept]
     per_block = max(1, _BLOCK // plan.starts) * plan.starts
     ranges = [(begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)]
     numbers = _attractor_numbers(
-        study, plan, (columns(log, names, *ends) for ends in ranges), study.thresholds.attractors
+        experiment, (columns(log, names, *ends) for ends in ranges), study.thresholds.attractors
     )
     for first in range(0, plan.points, step):
         records = log.read(first, min(first + step, plan.points))
@@ -51,18 +52,17 @@ def write_attractors(study: Study, plan: Plan, log: Sink) -> None:
     log.sync()
 
 
-def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], thresholds: Attractors) -> Array:
-    """The attractor of each point of ``plan``, on the grid, as are the
+def labels_of(experiment: Experiment, variables: Mapping[str, Array], thresholds: Attractors) -> Array:
+    """The attractor of each point of an experiment, on the grid, as are the
     ``variables``."""
-    needed = {name: variables[name].ravel() for name in names_needed(study.model) if name in variables}
-    return _attractor_numbers(study, plan, [needed], thresholds).reshape(plan.grid)
+    needed = {name: variables[name].ravel() for name in names_needed(experiment.study.model) if name in variables}
+    return _attractor_numbers(experiment, [needed], thresholds).reshape(experiment.plan.grid)
 
 
-def _attractor_numbers(
-    study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors
-) -> Array:
-    """The number of the attractor of each point of ``plan``: int16 [points]. ``blocks``
-    have the variables of complete operating points, in order."""
+def _attractor_numbers(experiment: Experiment, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors) -> Array:
+    """The number of the attractor of each point of an experiment: int16 [points].
+    ``blocks`` have the variables of complete operating points, in order."""
+    study, plan = experiment.study, experiment.plan
     groups, group_places, first = [], [], 0
     for block in blocks:
         variables = {name: values.reshape(-1, plan.starts) for name, values in block.items()}
@@ -150,11 +150,11 @@ def attractor_as_data(attractor: Attractor, sampled: bool) -> dict[str, Any]:
     ``sampled`` have an interval of the share."""
     data: dict[str, Any] = {
         "number": attractor.number,
-        "response": flag_words(BY_NAME["response"], attractor.response),
-        "whirl_kind": flag_words(BY_NAME["whirl_kind"], attractor.whirl_kind),
+        "response": BY_NAME["response"].words(attractor.response),
+        "whirl_kind": BY_NAME["whirl_kind"].words(attractor.whirl_kind),
     }
     if attractor.motion is not None:
-        data |= {"motion": flag_words(BY_NAME["motion"], attractor.motion), "period": attractor.period}
+        data |= {"motion": BY_NAME["motion"].words(attractor.motion), "period": attractor.period}
     return data | {
         "members": attractor.members,
         "unsettled": attractor.unsettled,

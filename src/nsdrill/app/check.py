@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import chosen_of, kept_of, plan_of
+from nsdrill.app.experiment import Experiment, prepare
 from nsdrill.app.size import disk, memory
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
@@ -106,7 +106,8 @@ def check(study: Study, units: str = "si") -> Report:
     ramp: at its start), and warnings over its whole sweep and its ramps, in the
     ``units`` "si" or "field". ``points`` and ``chains`` are 0 for a ramp without a
     sweep."""
-    plan = plan_of(study)
+    experiment = prepare(study)
+    plan = experiment.plan
     operation = operation_of(study)
     parameters = study.parameters
     if any(map(words_of, study.swept)):  # keys that the chosen words do not read take defaults
@@ -120,14 +121,14 @@ def check(study: Study, units: str = "si") -> Report:
         operation,
         checks and checks.coefficients(parameters, operation),
         checks.every_derived_quantity(parameters, operation) if checks else {},
-        _warnings(study, units),
+        _warnings(experiment, units),
         points,
         chains,
         study.ramps,
         coarse,
-        disk(plan, kept_of(study)) if points else 0,
+        disk(experiment) if points else 0,
         memory(plan) if points else 0.0,
-        chosen_of(study).words(),
+        experiment.methods,
         checks.COEFFICIENTS if checks else {},
     )
 
@@ -149,7 +150,8 @@ def coarse_length(study: Study, axis: str) -> int:
     return (values - 1) // 2**study.refine + 1 if axis in study.refined else values
 
 
-def _warnings(study: Study, units: str) -> list[str]:
+def _warnings(experiment: Experiment, units: str) -> list[str]:
+    study = experiment.study
     warnings: list[str | None] = [*study.notes]
     if (checks := checks_of(study.model)) is not None:
 
@@ -158,7 +160,7 @@ def _warnings(study: Study, units: str) -> list[str]:
 
         warnings += checks.warnings(study, _corners(study), amount_text)
     if study.swept or not study.ramped:  # else there is no observation
-        warnings += [_short_observation(study, units), _verify_cost(study), _large_results(study)]
+        warnings += [_short_observation(study, units), _verify_cost(study), _large_results(experiment)]
     return [warning for warning in warnings if warning is not None]
 
 
@@ -199,11 +201,11 @@ def _verify_cost(study: Study) -> str | None:
     )
 
 
-def _large_results(study: Study) -> str | None:
-    size = disk(plan_of(study), kept_of(study))
+def _large_results(experiment: Experiment) -> str | None:
+    size = disk(experiment)
     if size < LARGE:
         return None
-    most = ", all points run," if study.refined else ""
+    most = ", all points run," if experiment.study.refined else ""
     return (
         f"Large: the results take up to {size / 1e9:.3g} GB on the disk{most} and as much again "
         f"while the file is "

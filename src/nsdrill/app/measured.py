@@ -25,6 +25,7 @@ import numpy as np
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.models.registry import of_all
+from nsdrill.quantity import SHOWN
 from nsdrill.study.keys import Keys
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, kind_of, plain_units, to_si
@@ -37,10 +38,6 @@ GRADE = 0.5  # assumed error of a severity
 NULLS = ("", "nan", "null", "-999", "-999.25", "-9999", "na", "n/a")
 SAME = 0.05  # of its mean, within which a setting is constant
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
-LEAST_FOR_NOISE = 40  # samples of a stretch, for an estimate of its noise
-WHITE = 1.25  # greatest ratio of two estimates of white noise
-CHANCE = 0.01  # significance level of each of two tests for white noise
-FINE = 0.5  # s between samples, beyond which they may not resolve a motion
 TIME = "time"
 ERROR = "_error"
 MEAN, CHANGE = "_mean", "_change"
@@ -313,8 +310,6 @@ def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) ->
 
 
 def _example(si: str) -> str:
-    from nsdrill.quantity import SHOWN
-
     return SHOWN.get(si, (si, si))[1]
 
 
@@ -416,6 +411,37 @@ def _over_time(
     _in_range(path, settings, at, names)
     step = float(np.median(np.diff(time))) if len(time) > 1 else math.inf
     coarse = step > SLOWEST
+    kept = _observed_stretches(path, time, settings, step, options, notes)
+    if coarse:
+        notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
+    points = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
+    features: dict[str, Array] = {}
+    for name, values in signals.items():
+        parts = [values[a:b] for a, b in kept]
+        means, low, high = (np.array([statistic(part) for part in parts]) for statistic in (np.mean, np.min, np.max))
+        statistics = {f"{name}{MEAN}": means}
+        if not coarse:
+            statistics |= {f"{name}_min": low, f"{name}_max": high}
+            statistics |= {f"{name}{CHANGE}_min": low - means, f"{name}{CHANGE}_max": high - means}
+        features |= {full: one for full, one in statistics.items() if full in names.results}
+    if not features:
+        raise FileError(
+            f"{path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
+        )
+    where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
+    return _measured(path, points, features, {}, where, names, options, notes)
+
+
+def _observed_stretches(
+    path: str | os.PathLike[str],
+    time: Array,
+    settings: dict[str, Array],
+    step: float,
+    options: Reading,
+    notes: list[str],
+) -> list[tuple[int, int]]:
+    """The first row, and the row after the last, of what is used of each stretch that is
+    long enough."""
     kept, short = [], 0
     for start, stop in _stretches(time, settings, step):
         start = int(np.searchsorted(time, time[start] + options.settle)) if stop > start else start
@@ -433,87 +459,7 @@ def _over_time(
         f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
         + (f"; {short} shorter than {options.shortest:g} s are left out" if short else "")
     )
-    if coarse:
-        notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
-    points = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
-    features: dict[str, Array] = {}
-    shifts: dict[str, Array] = {}
-    for name, values in signals.items():
-        parts = [values[a:b] for a, b in kept]
-        means = np.array([part.mean() for part in parts])
-        low, high = (np.array([part.min() for part in parts]), np.array([part.max() for part in parts]))
-        # Noise shifts an extreme outwards: by nothing at a sharp peak, by sqrt(2 ln n)
-        # deviations for a steady signal. Samples as slow as the motion do not separate
-        # noise from motion, so their extremes stay and the shift adds to the error.
-        noise = np.array([noise_of(part) for part in parts])
-        half = 0.5 * noise * np.sqrt(2.0 * np.log([len(part) for part in parts]))
-        if step <= FINE:
-            low, high = low + half, high - half
-        statistics = {
-            MEAN: means,
-            "_min": low,
-            "_max": high,
-            f"{CHANGE}_min": low - means,
-            f"{CHANGE}_max": high - means,
-        }
-        wanted = {f"{name}{end}": one for end, one in statistics.items() if not coarse or end == MEAN}
-        features |= {full: one for full, one in wanted.items() if full in names.results}
-        ends = {full: half for full in wanted if full in names.results and not full.endswith(MEAN)}
-        if ends and half.any():
-            shifts |= ends
-            whole = 100.0 / max(float(np.abs(means).max()), 1e-300)
-            notes.append(
-                f"noise of {name}: up to {whole * noise.max():.2g} % of its mean; its extremes "
-                f"are taken up to "
-                f"{whole * half.max():.2g} % inwards, which is added to their error"
-                if step <= FINE
-                else f"{name}, with a sample every {step:g} s, has noise or a motion as fast as "
-                f"the samples: which, "
-                f"they cannot tell. Its extremes stay as they are, with up to "
-                f"{whole * half.max():.2g} % of the mean "
-                f"added to their error; samples every {FINE:g} s or less tell"
-            )
-    if not features:
-        raise FileError(
-            f"{path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
-        )
-    where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
-    return _measured(path, points, features, {}, where, names, options, notes, shifts)
-
-
-def noise_of(values: Array) -> float:
-    """The standard deviation of the white noise in evenly spaced samples of a smooth
-    signal, 0 where no noise is detected.
-
-    Differences of order 6 and 8 remove the signal and give equal estimates for white
-    noise; the squares of their coefficients sum to the binomial coefficients of 12 over
-    6 and 16 over 8. The upper half of the spectrum must also be that of white noise,
-    flat and without lines, which excludes a motion with corners."""
-    if len(values) < LEAST_FOR_NOISE:
-        return 0.0
-    six, eight = (
-        float(np.sqrt(np.mean(np.diff(values, order) ** 2) / math.comb(2 * order, order))) for order in (6, 8)
-    )
-    return eight if six > 0.0 and 1.0 / WHITE < eight / six < WHITE and _white(values) else 0.0
-
-
-def _white(values: Array) -> bool:
-    """Whether the upper half of the spectrum is that of white noise: equal power in its
-    lower and upper parts (F test), and no line (Fisher 1929, g test)."""
-    from scipy.signal import periodogram
-    from scipy.stats import f as f_distribution
-
-    frequency, power = periodogram(values, window="hann", detrend="linear")
-    upper = power[(frequency >= 0.25) & (frequency < 0.5)]
-    lower, higher = np.array_split(upper, 2)
-    if not higher.mean() > 0.0:
-        return False
-    widened = 1.5  # bins of a Hann window per independent bin
-    freedom = [2.0 * len(part) / widened for part in (lower, higher)]
-    ratio = float(lower.mean() / higher.mean())
-    even = 2.0 * min(float(f_distribution.sf(ratio, *freedom)), float(f_distribution.cdf(ratio, *freedom)))
-    line = 1.0 - (1.0 - math.exp(-float(upper.max() / upper.mean()))) ** (len(upper) / widened)
-    return even > CHANCE and line > CHANCE
+    return kept
 
 
 def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
@@ -545,7 +491,6 @@ def _measured(
     names: _Names,
     options: Reading,
     notes: list[str],
-    shifts: Mapping[str, Array] | None = None,
 ) -> Measured:
     if unknown := [name for name in options.errors if name not in values]:
         raise Refusal("errors", f"{unknown[0]}, which is not measured", f"{', '.join(values)}")
@@ -561,8 +506,6 @@ def _measured(
             )
             errors[name] = np.maximum(errors[name], 1e-12)
             assumed.append(name)
-        if shifts and name in shifts:
-            errors[name] = np.hypot(errors[name], shifts[name])
     if assumed:
         notes.append(
             f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and "

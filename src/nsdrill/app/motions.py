@@ -17,19 +17,21 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import chosen_of, plan_of
+from nsdrill.app.experiment import Experiment
+from nsdrill.app.integration import points_of, run_at, sampled_variables, select_states
 from nsdrill.app.run import processors
-from nsdrill.app.trajectory import run_at, sampled_variables, select_states
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.leaves import OPERATION, Values, values_at, word_at, words_of
+from nsdrill.models.leaves import OPERATION, values_at, word_at, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Schedule
 from nsdrill.models.steepness import METHODS
 from nsdrill.observe.thresholds import Record
+from nsdrill.study import parse_study
 from nsdrill.study.study import Study
+from nsdrill.study.write import study_text
 from nsdrill.sweep.engine import Engine
 from nsdrill.sweep.method import Chosen
 from nsdrill.sweep.plan import Plan
@@ -61,10 +63,12 @@ class Motion:
 
 
 class Motions:
-    """The motions of ``study`` and, with ``results``, of their points."""
+    """The motions of an experiment and, with ``results``, of their points."""
 
-    def __init__(self, study: Study, results: Results | None = None) -> None:
-        self.study, self.results, self.plan = study, results, plan_of(study)
+    def __init__(self, experiment: Experiment, results: Results | None = None) -> None:
+        self.experiment, self.results = experiment, results
+        study = self.study = experiment.study
+        self.plan = experiment.plan
         if study.model.dynamics.switches(study.parameters) is not None:
             raise InputError(
                 f"{study.source or 'the study'}: found something that is switched on within the "
@@ -92,8 +96,6 @@ class Motions:
     def at(self, values: Mapping[str, float], changes: Mapping[str, str] | None = None) -> Study:
         """The study of one point at these ``values`` of the axes, with ``changes`` of
         further keys (texts as in a study). InputError where it is not valid."""
-        from nsdrill.study import parse_study
-
         texts = [f"{key if '.' in key else f'operation.{key}'}={text}" for key, text in (changes or {}).items()]
         try:
             return parse_study(self._texts(tuple(values.items())), "the point", texts)
@@ -108,8 +110,6 @@ class Motions:
             raise InputError(f"{faults}.") from None
 
     def _text(self, values: tuple[tuple[str, float], ...]) -> str:
-        from nsdrill.study.write import study_text
-
         return study_text(self.resolved(dict(values)))
 
     def resolved(self, values: Mapping[str, float]) -> dict[str, Any]:
@@ -147,7 +147,7 @@ class Motions:
     def start(self, study: Study) -> Array:
         """The state in which the study of one point begins."""
         model = study.model.dynamics
-        return np.asarray(model.starts(_points(study), 0)[0], dtype=float)
+        return np.asarray(model.starts(points_of(study, study.operation), 0)[0], dtype=float)
 
     def states(self, study: Study) -> list[str]:
         """The names of the states of the string of ``study``, the phase last."""
@@ -202,21 +202,10 @@ class Motions:
         names = self.results.coords["state"]
         initial, final = (select_states(study, names, point[name]) for name in ("initial_state", "final_state"))
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
-        simulation = _with_method(study.simulation, bool(chosen_of(self.study).points(number)[0]))
-        motion = _motion(study, study.operation, simulation, initial, seconds, sample)
+        simulation = _with_method(study.simulation, bool(self.experiment.chosen.points(number)[0]))
+        motion = _motion(study, simulation, initial, seconds, sample)
         same = motion.status == int(point["status"]) and np.array_equal(motion.final, final, equal_nan=True)
         return replace(motion, same_bits=bool(same))
-
-    def short_motion(self, study: Study, state: Array) -> Motion:
-        """A motion of a tenth of a second from ``state``, which compiles the code of a
-        replay."""
-        simulation = _work(
-            study,
-            replace(study.simulation, transient=0.0, observe=0.1),
-            Record(peaks=0),
-            self.validated_state(study, state),
-        ).simulation
-        return _motion(study, study.operation, simulation, self.validated_state(study, state), 0.1, 0.01)
 
     def run_from(
         self, study: Study, state: Array, seconds: float, sample: float, *, settle: float = 0.0, observe: float = 0.0
@@ -225,16 +214,9 @@ class Motions:
         ``settle`` [s], then an observation of ``observe`` [s] (default: ``seconds``)
         with its features and labels, sampled every ``sample`` [s] in the last
         ``seconds``."""
-        simulation = replace(
-            study.simulation,
-            transient=settle,
-            observe=observe or seconds,
-            max_steps=min(study.simulation.max_steps, MAX_STEPS),
-        )
-        work = self._alone(study, simulation, state)
-        runs = work.prepare(np.array([0]))
-        motion = _motion(study, study.operation, work.simulation, runs.initial[0], seconds, sample)
-        lanes = choose_lanes(1)
+        work = self._work(study, state, {}, settle, observe or seconds, Record(peaks=0))
+        runs, lanes = work.prepare(np.array([0])), choose_lanes(1)
+        motion = _motion(study, work.simulation, runs.initial[0], seconds, sample)
         batch = work.new_batch(lanes, 1)
         batch.add(np.array([0]), runs)
         columns = work.columns(batch.run_alone(compiled_parts(lanes, work.variant)))
@@ -246,7 +228,9 @@ class Motions:
         """The points at ``values`` [n] (SI) of the axis ``key``, each from ``state``,
         with a transient of ``settle`` [s] and an observation of ``observe`` [s]:
         status, features, labels and peaks [n, ...] as in a results file."""
-        work, workers, lanes = self._group(study, state, {key: np.asarray(values, dtype=float)}, settle, observe)
+        work = self._work(study, state, {key: np.asarray(values, dtype=float)}, settle, observe, Record())
+        workers = min(processors(), max(1, len(values) // 8))
+        lanes = choose_lanes(-(-len(values) // workers))
         compiled_parts(lanes, work.variant)
         variables: dict[str, Array] = {}
 
@@ -260,30 +244,22 @@ class Motions:
             Engine(work, threads, workers, lanes, deliver).run()
         return variables
 
-    def compile(self, study: Study, state: Array, key: str = "", values: Array | None = None) -> None:
-        """Compile the code of :meth:`run_from`, or with ``key`` and ``values`` that of
-        :meth:`run_along`. Other threads may run motions at the same time."""
-        if values is not None:
-            work, _, lanes = self._group(study, state, {key: np.atleast_1d(values)}, 0.0, 1.0)
-        else:
-            simulation = replace(study.simulation, transient=0.0, observe=1.0)
-            work, lanes = self._alone(study, simulation, state), choose_lanes(1)
-        compiled_parts(lanes, work.variant)
-
-    def _alone(self, study: Study, simulation: Simulation, state: Array) -> _FromState:
-        return _work(study, simulation, Record(peaks=0), self.validated_state(study, state))
-
-    def _group(
-        self, study: Study, state: Array, axes: Mapping[str, Array], settle: float, observe: float
-    ) -> tuple[_FromState, int, int]:
-        """The points along an axis, with the best numbers of workers and of lanes."""
+    def _work(
+        self, study: Study, state: Array, axes: Mapping[str, Array], settle: float, observe: float, record: Record
+    ) -> _FromState:
+        """The points along ``axes``, all from ``state``; of the method auto, implicit where
+        friction is steep at one of them."""
         simulation = replace(
             study.simulation, transient=settle, observe=observe, max_steps=min(study.simulation.max_steps, MAX_STEPS)
         )
-        work = _work(study, simulation, Record(), self.validated_state(study, state), axes)
-        count = math.prod(len(values) for values in axes.values())
-        workers = min(processors(), max(1, count // 8))
-        return work, workers, choose_lanes(-(-count // workers))
+        operation = {name: np.array([float(getattr(study.operation, name))]) for name in OPERATION}
+        plan = Plan({**operation, **axes}, "same", None)
+        chosen = Chosen(plan, study.parameters, study.initial, study.model, simulation.method)
+        simulation = _with_method(simulation, bool(chosen.points(np.arange(plan.points)).any()))
+        state = self.validated_state(study, state)
+        return _FromState(
+            plan, study.parameters, study.initial, simulation, study.thresholds, record, study.model, state=state
+        )
 
     def validated_state(self, study: Study, state: Array) -> Array:
         """``state`` as an array, with the phase last; InputError where it is not a
@@ -319,49 +295,22 @@ class _FromState(Work):
         return replace(runs, initial=initial)
 
 
-def _work(
-    study: Study, simulation: Simulation, record: Record, state: Array, axes: Mapping[str, Array] | None = None
-) -> _FromState:
-    operation = {name: np.array([float(getattr(study.operation, name))]) for name in OPERATION}
-    plan = Plan({**operation, **(axes or {})}, "same", None)
-    simulation = _with_chosen_method(plan, study, simulation)
-    return _FromState(
-        plan, study.parameters, study.initial, simulation, study.thresholds, record, study.model, state=state
-    )
-
-
-def _with_chosen_method(plan: Plan, study: Study, simulation: Simulation) -> Simulation:
-    """``simulation`` with the method resolved: of auto, implicit where friction is
-    steep at one of the points."""
-    chosen = Chosen(plan, study.parameters, study.initial, study.model, simulation.method)
-    return _with_method(simulation, bool(chosen.points(np.arange(plan.points)).any()))
-
-
 def _with_method(simulation: Simulation, implicit: bool) -> Simulation:
     return replace(simulation, method=METHODS[1] if implicit else METHODS[0])
 
 
-def _points(study: Study) -> Values:
-    operation = study.operation
-    return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
-
-
-def _motion(
-    study: Study, operation: Operation, simulation: Simulation, initial: Array, seconds: float, sample: float
-) -> Motion:
+def _motion(study: Study, simulation: Simulation, initial: Array, seconds: float, sample: float) -> Motion:
     """A run, sampled in its last ``seconds``. A run that ends before these is sampled
     from its start, more coarsely."""
-    total, schedule = simulation.transient + simulation.observe, Schedule(operation, {})
+    total, operation = simulation.transient + simulation.observe, study.operation
     begin, sample = max(0.0, total - seconds), float(sample)
     sample = max(sample, (total - begin) / MAX_SAMPLES)
     for _ in range(2):
         samples = math.floor((total - begin) / sample * (1 + 1e-12)) + 1
-        states, status, accepted, rejected, final = run_at(
-            study, operation, simulation, initial, samples, sample, begin
-        )
-        if len(states) > 1 or begin == 0.0:
+        run = run_at(study, operation, simulation, initial, samples, sample, begin)
+        if len(run.states) > 1 or begin == 0.0:
             break
         begin, sample = 0.0, max(sample, total / MAX_SAMPLES)
-    time = begin + np.arange(len(states)) * sample
-    variables = sampled_variables(study, schedule, initial, time, states)
-    return Motion(time, variables, initial, final, status, accepted + rejected, total, {})
+    time = begin + np.arange(len(run.states)) * sample
+    variables = sampled_variables(study, Schedule(operation, {}), initial, time, run.states)
+    return Motion(time, variables, initial, run.final, run.status, run.accepted + run.rejected, total, {})

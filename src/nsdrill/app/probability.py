@@ -11,7 +11,7 @@ from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabiliti
 from nsdrill.data import Results
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import model_in
-from nsdrill.store.layout import coordinate_attributes, stored_coordinate
+from nsdrill.store.layout import coordinate_attributes, in_words
 
 
 def dataset(results: Results, severity: int | None = None) -> Any:
@@ -35,7 +35,7 @@ def dataset(results: Results, severity: int | None = None) -> Any:
     )
     further = {axis.name: axis for axis in results.more}
     axes = {
-        name: ((name,), stored_coordinate(name, results.coords[name]), coordinate_attributes(name, further.get(name)))
+        name: ((name,), in_words(name, results.coords[name]), coordinate_attributes(name, further.get(name)))
         for name in results.axes
     }
     words = {

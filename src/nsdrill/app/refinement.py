@@ -12,12 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.app.experiment import Experiment
 from nsdrill.app.stages import RunStages, remaining
 from nsdrill.data import Array
-from nsdrill.models.kept import Kept
 from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.study.study import Study
-from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.refine import Refinement, refine
 from nsdrill.sweep.work import Work
 from nsdrill.variables import INFERRED, OK, PENDING
@@ -30,10 +29,11 @@ class RefinementGrid:
     is carried. ``points`` are the numbers of the points of each unit [units, points of
     a unit]."""
 
-    def __init__(self, plan: Plan, refined: tuple[str, ...], depth: int) -> None:
+    def __init__(self, experiment: Experiment) -> None:
+        plan, refined = experiment.plan, experiment.study.refined
         carried = plan.along if plan.chain_length > 1 else None
         lengths = [1 if name == carried else len(values) for name, values in plan.axes.items()]
-        self.plan, self.depth = plan, depth
+        self.plan, self.depth = plan, experiment.study.refine
         several = [plan.samples] if plan.samples else []  # each is refined on its own
         self.shape = (*lengths, *several)
         self.axes = (*(name in refined for name in plan.axes), *(False for _ in several))
@@ -67,11 +67,11 @@ class RefinementGrid:
 
 
 class RefinedSweep:
-    """The refinement of ``study`` with the runs in ``log``. ``inferred`` are the
+    """The refinement of an experiment with the runs in ``log``. ``inferred`` are the
     outcomes of all points [points], with inferred ones once it is complete."""
 
-    def __init__(self, study: Study, plan: Plan, log: Sink) -> None:
-        self.grid, self.log, self.study = (RefinementGrid(plan, study.refined, study.refine), log, study)
+    def __init__(self, experiment: Experiment, log: Sink) -> None:
+        self.grid, self.log, self.study = RefinementGrid(experiment), log, experiment.study
         self.outcomes = response_codes_in(log)
         self.retrace()
 
@@ -115,21 +115,10 @@ class InferredSource:
     def __init__(self, log: Source, needed: Array, inferred: Array, attrs: Mapping[str, Any]) -> None:
         self._log, self._needed, self._inferred = log, needed, inferred
         self.attrs = dict(attrs)
+        self.header = {**log.header, "attrs": {**log.header["attrs"], **attrs}}
+        self.n_points, self.kept = log.n_points, log.kept
         if (recovery_text := getattr(log, "recovery_text", None)) is not None:
             self.recovery_text = recovery_text
-
-    @property
-    def header(self) -> dict[str, Any]:
-        header = self._log.header
-        return {**header, "attrs": {**header["attrs"], **self.attrs}}
-
-    @property
-    def n_points(self) -> int:
-        return self._log.n_points
-
-    @property
-    def kept(self) -> Kept:
-        return self._log.kept
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start]."""
@@ -142,14 +131,14 @@ class InferredSource:
         return records
 
 
-def reinfer(study: Study, plan: Plan, status: Array, response: Array) -> tuple[Array, int]:
+def reinfer(experiment: Experiment, status: Array, response: Array) -> tuple[Array, int]:
     """Infer again after the labels of the runs of a file have changed; ``status`` and
     ``response`` are on the grid of the file. Gives the responses of all points, and how
     many more points would have to be run because the corners of their cell no longer
     agree; if there are any, the inferred responses are not valid."""
-    grid = RefinementGrid(plan, study.refined, study.refine)
+    grid = RefinementGrid(experiment)
     step, known, inferred_outcomes = grid.trace(response_codes(status, response).ravel(), everything=True)
-    missing = int(np.count_nonzero(step.needed.ravel() & ~known)) * plan.chain_length
+    missing = int(np.count_nonzero(step.needed.ravel() & ~known)) * experiment.plan.chain_length
     inferred = status == INFERRED
     return np.where(inferred, inferred_outcomes.reshape(status.shape), response).astype(response.dtype), missing
 

@@ -19,7 +19,7 @@ from nsdrill import interrupt
 from nsdrill.app.arguments import is_whole
 from nsdrill.app.attractors import write_attractors
 from nsdrill.app.check import coarse_length
-from nsdrill.app.planned import chosen_of, kept_of, plan_of
+from nsdrill.app.experiment import Experiment, prepare
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import RefinedSweep
 from nsdrill.app.size import check_large, check_memory, disk, memory
@@ -43,10 +43,10 @@ from nsdrill.store import (
     rewrite_log,
     write_results,
 )
+from nsdrill.store.claims import Claim
 from nsdrill.study.study import IN_WORDS_ONLY, Study, digest
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress
-from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work
 from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
 
@@ -90,10 +90,11 @@ def run_in_memory(
     process; ``large`` says that many points are meant."""
     check_sweep(study)
     workers = checked_workers(workers)
-    _check_cost(study, workers, in_file=False, large=large)
-    log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
-    _run_missing(study, log, workers, watch, executor)
-    return collect(_results(study, plan_of(study), log))
+    experiment = prepare(study)
+    _check_cost(experiment, workers, in_file=False, large=large)
+    log = MemoryLog(header_of(experiment), experiment.plan.points, experiment.kept)
+    _run_missing(experiment, log, workers, watch, executor)
+    return collect(_results(experiment, log))
 
 
 def run_study(
@@ -119,69 +120,66 @@ def run_study(
     check_sweep(study)
     path = Path(path)
     workers = checked_workers(workers)
-    plan = plan_of(study)
+    experiment = prepare(study)
     going_on = (resume or retry_failed) and os.path.lexists(part_path(path))
-    _check_cost(study, workers, in_file=True, large=large or going_on)
+    _check_cost(experiment, workers, in_file=True, large=large or going_on)
     state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
-    part = part_path(path)
-    log: RunLog | None = None
-    try:
-        if state == "new":
-            log = RunLog.create(part, _header(study), plan.points, kept_of(study))
-            if not overwrite and os.path.lexists(path):  # of a run that ended since claim()
-                log.discard()
-                raise FileError(
-                    f"{path}: another process has just made this file. Choose another name, or "
-                    f"replace it "
-                    f"by {option('overwrite')}."
-                )
-        elif state == "resume":
-            log = RunLog.open(part)
-        else:
-            log = log_from_results(path, part)
-        if state != "new":
-            try:
-                _check_same(study, log, part if state == "resume" else path, retry_failed)
-            except FileError:
-                if state == "finished":
-                    log.discard()
-                raise
-            if retry_failed:
-                log = _with_failed_pending(study, plan, log)
+    with _log_of(experiment, path, state, overwrite, retry_failed) as log:
         already = int(np.count_nonzero(log.done()))
-        if state == "finished" and _complete(study, plan, log):
-            attrs = getattr(_results(study, plan, log), "attrs", {})
+        if state == "finished" and _complete(experiment, log):
+            attrs = getattr(_results(experiment, log), "attrs", {})
             log.discard()
-            return RunResult(path, plan.points, _count_failed(log), 0.0, 0, already, attrs)
+            return RunResult(path, experiment.plan.points, _count_failed(log), 0.0, 0, already, attrs)
         started_at = time.perf_counter()
         try:
-            recovery_text = log.recovery_text
-            with interrupt.with_end_message(lambda: f"Interrupted: {recovery_text()}"):
-                progress = _run_missing(study, log, workers, watch, executor, lanes)
+            with interrupt.with_end_message(lambda: f"Interrupted: {log.recovery_text()}"):
+                progress = _run_missing(experiment, log, workers, watch, executor, lanes)
                 seconds = time.perf_counter() - started_at
-                results = _results(study, plan, log)
+                results = _results(experiment, log)
                 write_results(path, results)
         except KeyboardInterrupt:
             log.sync()
             raise Interrupted(log) from None
-        failed, remedy = _count_failed(log), _advice(study, plan, log)
+        failed, remedy = _count_failed(log), _advice(experiment, log)
         log.discard()
-    finally:
-        if log is not None:
-            log.close()
     attrs = getattr(results, "attrs", {})
-    return RunResult(path, plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy)
+    return RunResult(path, experiment.plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy)
 
 
-def _check_cost(study: Study, workers: int, *, in_file: bool, large: bool) -> None:
+def _log_of(experiment: Experiment, path: Path, state: Claim, overwrite: bool, retry_failed: bool) -> RunLog:
+    """The log of a run into ``path``: a new one, or that of the same study which is to be
+    finished. FileError where it is of another study."""
+    part = part_path(path)
+    if state == "new":
+        log = RunLog.create(part, header_of(experiment), experiment.plan.points, experiment.kept)
+    else:
+        log = RunLog.open(part) if state == "resume" else log_from_results(path, part)
+    try:
+        if state == "new":
+            if not overwrite and os.path.lexists(path):  # of a run that ended since claim()
+                raise FileError(
+                    f"{path}: another process has just made this file. Choose another name, or replace it "
+                    f"by {option('overwrite')}."
+                )
+            return log
+        _check_same(experiment.study, log, part if state == "resume" else path, retry_failed)
+        return _with_failed_pending(experiment, log) if retry_failed else log
+    except BaseException as error:
+        if state != "resume" and isinstance(error, FileError):
+            log.discard()
+        log.close()
+        raise
+
+
+def _check_cost(experiment: Experiment, workers: int, *, in_file: bool, large: bool) -> None:
     """InputError where memory is too small for a run, or where it is very large and is
     not meant to be."""
-    plan, kept = plan_of(study), kept_of(study)
-    check_memory(plan, kept, in_file=in_file)
+    study, plan = experiment.study, experiment.plan
+    check_memory(experiment, in_file=in_file)
     points = plan.points
     for axis in study.refined:
         points = points // len(study.axes[axis]) * coarse_length(study, axis)
-    simulation, room = study.simulation, disk(plan, kept)
+    simulation, room = study.simulation, disk(experiment)
     where = "on the disk" if in_file else "of memory for the results"
     check_large(
         "a sweep",
@@ -193,22 +191,22 @@ def _check_cost(study: Study, workers: int, *, in_file: bool, large: bool) -> No
     )
 
 
-def _advice(study: Study, plan: Plan, log: Sink) -> str:
+def _advice(experiment: Experiment, log: Sink) -> str:
     """The remedy for points that reached their limit of steps; empty where there are
     none."""
     points = np.flatnonzero(log.status() == STEP_LIMIT)
     if not len(points):
         return ""
-    explicit = not chosen_of(study).points(points).all()
-    at, _ = next(values_in_parts(study.model, study.parameters, study.initial, plan.values(points)))
+    study, values = experiment.study, experiment.plan.values(points)
+    explicit = not experiment.chosen.points(points).all()
+    at, _ = next(values_in_parts(study.model, study.parameters, study.initial, values))
     return advice("explicit" if explicit else "implicit", study.model, at)
 
 
-def work_of(study: Study) -> Work:
-    """All inputs of the numbers of a study."""
-    return Work(
-        plan_of(study), study.parameters, study.initial, study.simulation, study.thresholds, study.record, study.model
-    )
+def work_of(experiment: Experiment) -> Work:
+    """All inputs of the numbers of an experiment."""
+    study, plan = experiment.study, experiment.plan
+    return Work(plan, study.parameters, study.initial, study.simulation, study.thresholds, study.record, study.model)
 
 
 def check_sweep(study: Study) -> None:
@@ -253,15 +251,16 @@ def checked_workers(workers: int | None) -> int:
     return workers or processors()
 
 
-def _header(study: Study) -> dict[str, Any]:
-    plan = plan_of(study)
+def header_of(experiment: Experiment) -> dict[str, Any]:
+    """The coordinates and root attributes of the results of an experiment."""
+    study, plan = experiment.study, experiment.plan
     coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
     if study.samples:
         coords["sample"] = list(range(study.samples))
         coords |= {unknown.name: study.drawn[unknown.short] for unknown in study.unknowns}
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
-    attrs = {**provenance(study, "run"), "method": " and ".join(chosen_of(study).words())}
+    attrs = {**provenance(study, "run"), "method": " and ".join(experiment.methods)}
     return {"coords": coords, "attrs": attrs}
 
 
@@ -271,43 +270,44 @@ def _count_failed(log: Sink) -> int:
 
 
 def _run_missing(
-    study: Study, log: Sink, workers: int, watch: Watch, executor: Executor | None, lanes: int | None = None
+    experiment: Experiment, log: Sink, workers: int, watch: Watch, executor: Executor | None, lanes: int | None = None
 ) -> Progress:
     """Run what is missing in ``log``: points, those of the refinement, and checks."""
-    work = work_of(study)
+    study, work = experiment.study, work_of(experiment)
     chains = -(-work.plan.chains // workers) if lanes is None else 0
     lanes = lanes or choose_lanes(chains)
     pool: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with pool as threads:
         stages = RunStages(log, executor or threads, workers, lanes, watch, executor is not None, chains)
         if study.refined:
-            RefinedSweep(study, work.plan, log).run(stages, work)
+            RefinedSweep(experiment, log).run(stages, work)
         else:
             sweep(stages, work)
         if study.simulation.verify:
             verify(stages, work)
     log.sync()
     if work.plan.starts:
-        write_attractors(study, work.plan, log)
+        write_attractors(experiment, log)
     return stages.progress
 
 
-def _complete(study: Study, plan: Plan, log: Sink) -> bool:
+def _complete(experiment: Experiment, log: Sink) -> bool:
     """Whether nothing is left to run."""
-    is_run = RefinedSweep(study, plan, log).complete if study.refined else bool(log.done().all())
+    study = experiment.study
+    is_run = RefinedSweep(experiment, log).complete if study.refined else bool(log.done().all())
     return is_run and (not study.simulation.verify or verified(log))
 
 
-def _results(study: Study, plan: Plan, log: Sink) -> Source:
+def _results(experiment: Experiment, log: Sink) -> Source:
     """The points of the results file, from a complete log."""
-    return RefinedSweep(study, plan, log).results() if study.refined else log
+    return RefinedSweep(experiment, log).results() if experiment.study.refined else log
 
 
-def _with_failed_pending(study: Study, plan: Plan, log: RunLog) -> RunLog:
+def _with_failed_pending(experiment: Experiment, log: RunLog) -> RunLog:
     """The log with its failed points pending, and with them the later points of their
     chains, whose starts may change. The log is replaced in one step, so that the parts
     of a chain always belong together."""
-    status = log.status()
+    study, plan, status = experiment.study, experiment.plan, log.status()
     rerun = has_failed(status)
     if plan.chain_length > 1:
         for chain in range(plan.chains):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from nsdrill.app.experiment import Experiment
 from nsdrill.errors import InputError, option
 from nsdrill.files import amount
-from nsdrill.models.kept import Kept
 from nsdrill.store import record_dtype
 from nsdrill.sweep.plan import Plan
 
@@ -17,10 +17,10 @@ PACE = 1e5  # s of motion of the main model in a second of one processor: docs/b
 PER_POINT = 40  # bytes for each point: axes, order and status; measured on sweeps of 10^8 points
 
 
-def disk(plan: Plan, kept: Kept) -> int:
+def disk(experiment: Experiment) -> int:
     """The bytes of all points, at most; the results file takes up to as many again
     while it is written."""
-    return plan.points * record_dtype(kept).itemsize
+    return experiment.plan.points * record_dtype(experiment.kept).itemsize
 
 
 def memory(plan: Plan) -> float:
@@ -28,9 +28,10 @@ def memory(plan: Plan) -> float:
     return BASE + PER_POINT * plan.points
 
 
-def check_memory(plan: Plan, kept: Kept, *, in_file: bool) -> None:
+def check_memory(experiment: Experiment, *, in_file: bool) -> None:
     """InputError where this machine has too little memory free for the run."""
-    need, free = memory(plan) + (0 if in_file else disk(plan, kept)), memory_free()
+    plan = experiment.plan
+    need, free = memory(plan) + (0 if in_file else disk(experiment)), memory_free()
     if need > free and need > 2 * BASE:  # a small sweep is worth a try anywhere
         advice = "" if in_file else "Give the name of a results file, into which the points go, or sweep"
         raise InputError(

@@ -11,14 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import check_method, chosen_of
+from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_variables, schedule_of, select_states
+from nsdrill.app.overrides import stored_experiment
 from nsdrill.app.provenance import provenance, unlike
-from nsdrill.app.ramped import run_schedule, schedule_of
-from nsdrill.app.run import plan_of
-from nsdrill.app.stored import stored_study
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, option, printable
-from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
 from nsdrill.models.operation import Operation
@@ -26,15 +24,15 @@ from nsdrill.models.schedule import Schedule
 from nsdrill.models.steepness import METHODS, advice
 from nsdrill.models.steepness import implicit as implicit_points
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.units import WithUnit, readable
-from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, SCHEDULED, STEP_LIMIT
+from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, STEP_LIMIT
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MAX_SAMPLES = 50_000_000
+_STORED = ("status", "initial_state", "final_state")
 
 
 @dataclass(frozen=True)
@@ -91,21 +89,8 @@ def simulate(
     if any(map(words_of, study.swept)):  # keys that the chosen words do not read take defaults
         parameters, start_of_all, _ = chosen_at(study.parameters, study.initial, {})
         study = replace(study, parameters=parameters, initial=start_of_all)
-    overrides = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
-    try:
-        schedule = schedule_of(
-            study, {name: None if value is None else float(value) for name, value in overrides.items()}
-        )
-        operation = schedule.start
-        for one in study.model.orders:
-            if one.upper != "operation.depth" or operation.depth > (length := attrgetter(one.lower)(study.parameters)):
-                continue
-            found, least = f"{operation.depth:g} m", f"{length:g} m"
-            if isinstance(depth, WithUnit):
-                found, least = readable(depth, "m"), readable(WithUnit(length, depth.unit), "m")
-            raise ValueError(f"depth: found {found}, allowed: more than {one.words}, {least}")
-    except ValueError as error:
-        raise InputError(f"The operating point is outside the model. {error}.") from error
+    schedule = _schedule(study, {"depth": depth, "wob": wob, "rotary_speed": rotary_speed})
+    operation = schedule.start
     simulation = study.simulation
     if duration is None and schedule.ramps:
         duration = schedule.end
@@ -117,7 +102,7 @@ def simulate(
         # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
-    initial = study.model.dynamics.starts(_points(study, operation), number)[0]
+    initial = study.model.dynamics.starts(points_of(study, operation), number)[0]
     if state is not None:
         initial = state
     extra: dict[str, Any] = {"start": number} if study.initial.starts else {}
@@ -125,6 +110,24 @@ def simulate(
     if words := [key for key in study.swept if words_of(key)]:
         extra["at"] = json_text({key: word_in(study.parameters, study.initial, key) for key in words})
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
+
+
+def _schedule(study: Study, values: Mapping[str, float | None]) -> Schedule:
+    """The schedule of a run at these ``values``; InputError where it begins outside the
+    model."""
+    try:
+        schedule = schedule_of(study, {name: None if value is None else float(value) for name, value in values.items()})
+        found, depth = schedule.start.depth, values["depth"]
+        for one in study.model.orders:
+            least = attrgetter(one.lower)(study.parameters) if one.upper == "operation.depth" else -np.inf
+            if found <= least:
+                texts = [f"{length:g} m" for length in (found, least)]
+                if isinstance(depth, WithUnit):
+                    texts = [readable(depth, "m"), readable(WithUnit(least, depth.unit), "m")]
+                raise ValueError(f"depth: found {texts[0]}, allowed: more than {one.words}, {texts[1]}")
+    except ValueError as error:
+        raise InputError(f"The operating point is outside the model. {error}.") from error
+    return schedule
 
 
 def replay(
@@ -149,46 +152,28 @@ def replay(
     """
     outline = source if isinstance(source, Results) else read_results(source, ())
     path = IN_MEMORY if isinstance(source, Results) else source
-    study = stored_study(path, outline.attrs, outline.coords, outline.drawn)
-    plan, units = plan_of(study), units_of(study)
-    wanted: dict[str, float] = {}
+    experiment = stored_experiment(path, outline)
+    study, plan = experiment.study, experiment.plan
     operation = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     requested = {**(at or {}), **{name: value for name, value in operation.items() if value is not None}}
     sample_number = _sample(path, requested.pop(SAMPLE, None), plan.samples)
-    if unknown := [key for key in requested if key not in plan.axes or key in plan.drawn]:
-        allowed = ", ".join(key for key in plan.axes if key not in plan.drawn)
-        samples = f", and {SAMPLE}, as its uncertain numbers go together" if plan.samples else ""
-        raise InputError(f"{path}: {option('at')}: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}.")
-    for name, values in plan.axes.items():
-        if name not in requested and len(values) > 1:
-            raise InputError(
-                f"{path}: the sweep has {len(values)} values of {name}. Say which one with {option_of(name)}."
-            )
-        wanted[name] = _on_axis(path, name, requested.get(name, float(values[0])), values, units[name])
-    if procedure is None:
-        if len(plan.procedures) > 1:
-            raise InputError(
-                f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with {option('procedure')}."
-            )
-        procedure = plan.procedures[0]
+    wanted = _on_axes(path, experiment, requested)
+    if procedure is None and len(plan.procedures) > 1:
+        raise InputError(
+            f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with {option('procedure')}."
+        )
+    procedure = procedure or plan.procedures[0]
     start_number = _start(path, start, plan.starts)
     try:
         number, values_there = plan.find(wanted, procedure, start_number, sample_number)
     except ValueError as error:
         raise InputError(f"{path}: {error}.") from error
-    place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
-    names = ("status", "initial_state", "final_state")
-    point = {name: source[name][place] for name in names} if isinstance(source, Results) else read_point(path, *place)
-    if point["status"] == PENDING:
-        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run {option('resume')}.")
-    if point["status"] == INFERRED:
-        status = (outline if isinstance(source, Results) else read_results(source, ["status"]))["status"]
-        raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
-    implicit = bool(chosen_of(study).points(np.array([number]))[0])
+    point = _stored_point(source, experiment, number)
+    implicit = bool(experiment.chosen.points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, values_there)
     axes = {key: np.array([value]) for key, value in values_there.items()}
     study = replace(study, parameters=here.parameters, initial=here.initial, axes=axes, drawn={})
-    point = point | {name: select_states(study, outline.coords["state"], point[name]) for name in names[1:]}
+    point = point | {name: select_states(study, outline.coords["state"], point[name]) for name in _STORED[1:]}
     schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
     if further := {key: word_or_number(key, value) for key, value in values_there.items() if key not in OPERATION}:
@@ -199,16 +184,40 @@ def replay(
         extra[SAMPLE] = sample_number
     initial = np.asarray(point["initial_state"], dtype=float)
     result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra, implicit)
+    return _compared(result, study, point, outline.attrs)
+
+
+def _compared(result: Trajectory, study: Study, point: Mapping[str, Any], attrs: Mapping[str, Any]) -> Trajectory:
+    """The replay ``result``, compared with the stored ``point`` of a file with the root
+    attributes ``attrs``."""
+    final = np.asarray(point["final_state"])
     same = result.status == int(point["status"]) and bool(
-        np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
+        np.array_equal(result.trace.attrs["final_state"], final, equal_nan=True)
     )
     states = study.model.dynamics.states(study.model.dynamics.variant(study.parameters))
     return replace(
         result,
         same_bits=same,
-        differing=tuple(unlike(outline.attrs, "numpy_version", "processor")),
-        apart="" if same else _apart(result.trace, states, np.asarray(point["final_state"])),
+        differing=tuple(unlike(attrs, "numpy_version", "processor")),
+        apart="" if same else _apart(result.trace, states, final),
     )
+
+
+def _stored_point(source: Results | str | os.PathLike[str], experiment: Experiment, number: int) -> dict[str, Any]:
+    """The status and the states of a point of the sweep; InputError where it was not
+    run."""
+    plan = experiment.plan
+    place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
+    if isinstance(source, Results):
+        path, point = IN_MEMORY, {name: source[name][place] for name in _STORED}
+    else:
+        path, point = os.fspath(source), read_point(source, *place)
+    if point["status"] == PENDING:
+        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run {option('resume')}.")
+    if point["status"] == INFERRED:
+        status = (source if isinstance(source, Results) else read_results(source, ["status"]))["status"]
+        raise InputError(f"{path}: {_not_run(status, plan, number, units_of(experiment.study))}")
+    return point
 
 
 def _apart(trace: Trace, names: tuple[str, ...], stored: Array) -> str:
@@ -223,22 +232,32 @@ def _apart(trace: Trace, names: tuple[str, ...], stored: Array) -> str:
 
 
 def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int:
-    """The number of the start, 0 where there is one start; InputError where ``start``
-    is not a number of one of the ``starts``."""
-    if start is None:
-        if starts:
-            raise InputError(
-                f"{where}: every operating point has {starts} starts. Say which one with "
-                f"{option('start')}, 0 to {starts - 1}."
-            )
-        return 0
-    if not starts:
+    """The number of the start, 0 where there is one start."""
+    return _member(where, start, starts, "start", "starts", "every operating point has one start")
+
+
+def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -> int:
+    """The number of the sample, 0 where no number is uncertain."""
+    return _member(where, sample, samples, SAMPLE, "samples of uncertain numbers", "no number is uncertain")
+
+
+def _member(
+    where: str | os.PathLike[str], number: float | None, count: int, name: str, several: str, single: str
+) -> int:
+    """``number``, 0 where there are not ``several``; InputError where it is not the number
+    of one of ``count``."""
+    if number is None and count:
+        which = option("at", f"{SAMPLE}=...") if name == SAMPLE else option(name)
         raise InputError(
-            f"{where}: {option('start')}: found {start}; allowed: nothing, as every operating point has one start."
+            f"{where}: every operating point has {count} {several}. Say which one with {which}, 0 to {count - 1}."
         )
-    if not 0 <= start < starts:
-        raise InputError(f"{where}: {option('start')}: found {start}; allowed: 0 to {starts - 1}.")
-    return start
+    if number is None:
+        return 0
+    if number not in range(count):
+        allowed = f"0 to {count - 1}" if count else f"nothing, as {single}"
+        which = f"{option('at')} {SAMPLE}" if name == SAMPLE else option(name)
+        raise InputError(f"{where}: {which}: found {number:g}; allowed: {allowed}.")
+    return int(number)
 
 
 def _of_sample(study: Study, number: int) -> Study:
@@ -247,25 +266,6 @@ def _of_sample(study: Study, number: int) -> Study:
     here = values_at(study.parameters, study.initial, {**vars(study.operation), **sample})
     operation = Operation(*here.operation)
     return replace(study, parameters=here.parameters, initial=here.initial, operation=operation, drawn={}, unknowns=())
-
-
-def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -> int:
-    """The number of the sample, 0 where no number is uncertain; InputError where
-    ``sample`` is not a number of one of the ``samples``."""
-    if sample is None:
-        if samples:
-            raise InputError(
-                f"{where}: every operating point has {samples} samples of uncertain numbers. Say "
-                f"which one with {option('at', f'{SAMPLE}=...')}, 0 to {samples - 1}."
-            )
-        return 0
-    if not samples:
-        raise InputError(
-            f"{where}: {option('at')} {SAMPLE}: found {sample:g}; allowed: nothing, as no number is uncertain."
-        )
-    if sample != int(sample) or not 0 <= sample < samples:
-        raise InputError(f"{where}: {option('at')} {SAMPLE}: found {sample:g}; allowed: 0 to {samples - 1}.")
-    return int(sample)
 
 
 def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -> str:
@@ -298,13 +298,6 @@ def units_of(study: Study) -> dict[str, str]:
     return {"depth": "m", "wob": "N", "rotary_speed": "rad/s", **{axis.key: axis.units for axis in study.more}}
 
 
-def select_states(study: Study, names: Array, state: Array) -> Array:
-    """The states that the string of ``study``, that of one point, has, from ``state``
-    with the states ``names`` of a file."""
-    needed = study.model.states(study.parameters)
-    return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in needed]]
-
-
 def option_of(key: str, value: str = "") -> str:
     """The argument for a value of the axis ``key``."""
     return option(key, value or None) if key in OPERATION else option("at", f"{key}={value or '...'}")
@@ -313,6 +306,25 @@ def option_of(key: str, value: str = "") -> str:
 def _seconds(value: float) -> str:
     """A time in the unit of the request, else in seconds."""
     return readable(value, "s") if isinstance(value, WithUnit) else f"{value:g} s"
+
+
+def _on_axes(path: str | os.PathLike[str], experiment: Experiment, requested: Mapping[str, float]) -> dict[str, float]:
+    """The ``requested`` values of the axes by key, with those of axes that have a single
+    value; InputError for others than the axes, or beyond their ends."""
+    plan, units = experiment.plan, units_of(experiment.study)
+    if unknown := [key for key in requested if key not in plan.axes or key in plan.drawn]:
+        allowed = ", ".join(key for key in plan.axes if key not in plan.drawn)
+        samples = f", and {SAMPLE}, as its uncertain numbers go together" if plan.samples else ""
+        raise InputError(f"{path}: {option('at')}: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}.")
+    if missing := [name for name, values in plan.axes.items() if name not in requested and len(values) > 1]:
+        name = missing[0]
+        raise InputError(
+            f"{path}: the sweep has {len(plan.axes[name])} values of {name}. Say which one with {option_of(name)}."
+        )
+    return {
+        name: _on_axis(path, name, requested.get(name, float(values[0])), values, units[name])
+        for name, values in plan.axes.items()
+    }
 
 
 def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str) -> float:
@@ -348,30 +360,17 @@ def _trace(
 ) -> Trajectory:
     """The run with its trace. ``implicit`` is the method; None: that of the study."""
     total = simulation.transient + simulation.observe
-    if not 0 < sample <= total:
-        allowed = f"at most the {total:g} s of the run" if sample > 0 else "more than 0 s"
-        raise Refusal("sample", _seconds(sample), allowed)
-    sample = float(sample)
-    samples = int(np.floor(total / sample * (1 + 1e-12))) + 1
-    if samples > MAX_SAMPLES:
-        raise Refusal(
-            "sample",
-            f"{samples} samples of {total:g} s",
-            f"at most {MAX_SAMPLES} of them",
-            "Sample more coarsely, or shorten the run.",
-        )
+    samples, sample = _samples(total, sample), float(sample)
     if implicit is None:
         implicit = _implicit(study, schedule)
     method = METHODS[1] if implicit else METHODS[0]
     simulation = replace(simulation, method=method)
     study = replace(study, simulation=replace(study.simulation, method=method))
-    run = (
-        run_schedule(study, schedule, total, initial, samples, sample)
-        if schedule.ramps
-        else run_at(study, schedule.operation, simulation, initial, samples, sample)
-    )
-    states, status, accepted, rejected, final = run
-    time = np.arange(len(states)) * sample
+    if schedule.ramps:
+        run = run_schedule(study, schedule, total, initial, samples, sample)
+    else:
+        run = run_at(study, schedule.operation, simulation, initial, samples, sample)
+    time = np.arange(len(run.states)) * sample
     if schedule.ramps:
         knots = {name: [ramp.times, ramp.values] for name, ramp in schedule.ramps.items()}
         extra = {**extra, "ramps": json_text(knots)}
@@ -385,93 +384,42 @@ def _trace(
         "observe": simulation.observe,
         "rtol": simulation.rtol,
         "method": method,
-        "status": (BY_NAME["status"].flag_meanings or "").split()[status],
-        "steps": accepted,
-        "rejected": rejected,
+        "status": BY_NAME["status"].words(run.status),
+        "steps": run.accepted,
+        "rejected": run.rejected,
         "initial_state": initial,
-        "final_state": final,
+        "final_state": run.final,
         **extra,
     }
-    remedy = advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
-    return Trajectory(
-        Trace(time, sampled_variables(study, schedule, initial, time, states), attrs), status, advice=remedy
-    )
+    remedy = advice(method, study.model, _knots(study, schedule)) if run.status == STEP_LIMIT else ""
+    variables = sampled_variables(study, schedule, initial, time, run.states)
+    return Trajectory(Trace(time, variables, attrs), run.status, advice=remedy)
 
 
-def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
-    """The variables of a trace from the ``states`` [samples, states] at ``time``
-    [s] of a run from ``initial``."""
-    model = study.model.dynamics
-    names = model.states(model.variant(study.parameters))
-    state = {name: states[:, i].copy() for i, name in enumerate(names)}
-    state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
-    history = schedule.at(time)
-    scheduled = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
-    point = history if schedule.ramps else schedule.start
-    known = {variable.name for variable in study.model.trace}
-    shown = {name: values for name, values in state.items() if name in known}
-    return {**shown, **model.outputs(study.parameters, point, state), **scheduled}
+def _samples(total: float, sample: float) -> int:
+    """The number of samples of a run of ``total`` [s]; a Refusal where there is none, or
+    where there are too many."""
+    if not 0 < sample <= total:
+        allowed = f"at most the {total:g} s of the run" if sample > 0 else "more than 0 s"
+        raise Refusal("sample", _seconds(sample), allowed)
+    samples = int(np.floor(total / float(sample) * (1 + 1e-12))) + 1
+    if samples > MAX_SAMPLES:
+        found, hint = f"{samples} samples of {total:g} s", "Sample more coarsely, or shorten the run."
+        raise Refusal("sample", found, f"at most {MAX_SAMPLES} of them", hint)
+    return samples
 
 
 def _implicit(study: Study, schedule: Schedule) -> bool:
     """Whether a run is integrated implicitly: by the method of the study, or with the
     method auto where friction is steep at a knot of its ramps."""
-    check_method(study)
-    return bool(implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any())
+    prepare(study).check_method()
+    return bool(implicit_points(study.simulation.method, study.model, _knots(study, schedule)).any())
 
 
-def _points_of(study: Study, schedule: Schedule) -> Values:
+def _knots(study: Study, schedule: Schedule) -> Values:
     """The values of a run at the knots of its ramps."""
     times = np.unique([0.0, *(time for ramp in schedule.ramps.values() for time in ramp.times)])
-    point = schedule.at(times)
-    return Values(study.parameters, study.initial, (point.depth, point.wob, point.rotary_speed))
-
-
-def _points(study: Study, operation: Operation) -> Values:
-    return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
-
-
-def run_at(
-    study: Study,
-    operation: Operation,
-    simulation: Simulation,
-    initial: np.ndarray,
-    samples: int,
-    interval: float,
-    begin: float = 0.0,
-) -> tuple[np.ndarray, int, int, int, np.ndarray]:
-    """As :func:`nsdrill.app.ramped.run_schedule`, at one operating point and with the
-    marks of ``simulation``. Samples begin at ``begin`` [s], which does not affect the
-    run."""
-    model = study.model.dynamics
-    fixed = model.variant(study.parameters)
-    if simulation.method == "implicit":
-        fixed = model.implicit(fixed)
-    # in the layout of sweeps, so that their compiled step is used
-    points, rows, lanes = (_points(study, operation), model.rows(fixed, model.observed), choose_lanes(1))
-    store = trace_store(samples, interval, len(model.states(fixed)))
-    parts = Compiled(model.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
-    stages = [(model.pack(points, study.thresholds), simulation)]
-    total, switch = simulation.transient + simulation.observe, model.switches(study.parameters)
-    if switch is not None and switch > 0.0:
-        stages.insert(0, (model.pack_before(points, study.thresholds), _lasting(simulation, min(switch, total))))
-        stages[1:] = [(stages[1][0], _lasting(simulation, total - switch))] if switch < total else []
-    state, accepted, rejected = initial, 0, 0
-    for number, (table, stage) in enumerate(stages):
-        store[BEGAN] = (0.0 if number == 0 or switch is None else switch) - begin
-        batch = Batch(lanes, 1, rows, store, 0, replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)))
-        batch.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
-        done = batch.run_alone(parts)
-        state, status = done.final[0], int(done.status[0])
-        accepted, rejected = accepted + int(done.accepted[0]), rejected + int(done.rejected[0])
-        if status != OK:
-            break
-    return samples_of(store, len(model.states(fixed))), status, accepted, rejected, state
-
-
-def _lasting(simulation: Simulation, duration: float) -> Simulation:
-    """One observation of this ``duration`` [s], without a transient."""
-    return replace(simulation, transient=0.0, observe=duration)
+    return points_of(study, schedule.at(times))
 
 
 __all__ = ["DEFAULT_SAMPLE", "OK", "Trajectory", "replay", "simulate"]

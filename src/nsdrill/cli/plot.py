@@ -146,7 +146,7 @@ def _film(file: str, output: str, given: Given, overwrite: bool) -> int:
 def _overlaid(figure: Figure, field: str, file: str, given: Given) -> str:
     """Draw the measurements in the file ``field`` over the figure; how many there are,
     in words."""
-    from nsdrill.plot.overlay import overlay
+    from nsdrill.plot.measured import overlay
 
     data = _cut(file, given)
     if not isinstance(data, forms.Results) or "study_resolved" not in data.attrs:

@@ -82,7 +82,7 @@ def command(
 def _drawn(data: list[Any], names: list[str], units: str, chosen: dict[str, Any]) -> Figure:
     """The picture of one window, or of two side by side."""
     from nsdrill.plot import draw
-    from nsdrill.plot.two_windows import draw_two
+    from nsdrill.plot.kinds.window import draw_two
 
     if len(data) == 1:
         return draw(data[0], "window", units=units, **chosen)

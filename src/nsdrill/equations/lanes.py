@@ -374,19 +374,20 @@ class _Writer:
         self.known[node] = self.calls[key][node.extra[1]]
 
     def _operation(self, node: Node) -> str:
-        a = [self._name(arg) for arg in node.args]
-        if node.op in INFIX:
-            return f"{a[0]} {INFIX[node.op]} {a[1]}"
-        if node.op in ("select", "join"):
-            return f"{a[1]} if {a[0]} else {a[2]}"
-        return FORMS[node.op].format(*a)
+        return written(node.op, [self._name(arg) for arg in node.args])
 
 
 # How operations are written.
 INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", "lt": "<", "le": "<=", "gt": ">",
           "ge": ">=", "eq": "==", "and": "and", "or": "or"}  # fmt: skip
 FORMS = {"neg": "-{0}", "fixed": "{0}", "not": "not {0}", "abs": "abs({0})", "sqrt": "np.sqrt({0})",
-          "fma": "fma({0}, {1}, {2})", "max": "max({0}, {1})", "min": "min({0}, {1})"}  # fmt: skip
+          "fma": "fma({0}, {1}, {2})", "max": "max({0}, {1})", "min": "min({0}, {1})",
+          "select": "{1} if {0} else {2}", "join": "{1} if {0} else {2}"}  # fmt: skip
+
+
+def written(op: str, a: list[str]) -> str:
+    """The text of an operation on the values that ``a`` names."""
+    return f"{a[0]} {INFIX[op]} {a[1]}" if op in INFIX else FORMS[op].format(*a)
 
 
 def _flag(condition: Node) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from nsdrill.compiler.functions import inlined
 from nsdrill.compiler.words import fma
 from nsdrill.equations.graph import Node
-from nsdrill.equations.lanes import FORMS, INFIX
+from nsdrill.equations.lanes import written
 from nsdrill.generate import define
 
 
@@ -35,12 +35,8 @@ def written_out(name: str, wanted: Sequence[Node], arguments: Mapping[Node, str]
                 calls[call] = [f"r{len(calls)}_{k}" for k in range(function.results)]
                 lines.append(f"    {', '.join(calls[call])} = {call}")
             known[node] = calls[call][number]
-        elif node.op in INFIX:
-            lines.append(f"    {known[node]} = {a[0]} {INFIX[node.op]} {a[1]}")
-        elif node.op in ("select", "join"):
-            lines.append(f"    {known[node]} = {a[1]} if {a[0]} else {a[2]}")
         else:
-            lines.append(f"    {known[node]} = {FORMS[node.op].format(*a)}")
+            lines.append(f"    {known[node]} = {written(node.op, a)}")
     returned = ", ".join(known[node] for node in wanted)
     text = f"def {name}({', '.join(arguments.values())}):\n" + "\n".join(lines)
     return inlined(define(name, f"{text}\n    return {returned}\n", **space))

@@ -20,6 +20,8 @@ whose bits therefore do not depend on its neighbours.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
+from operator import or_
 from typing import Any
 
 from nsdrill.equations.contacts import Friction, SteepLaw
@@ -91,7 +93,6 @@ class Stage:
     def __init__(
         self, graph: Graph, values: Mapping[str, Node], pushed: Sequence[str], sides: Sequence[str] = (), quick: int = 2
     ) -> None:
-        self.quick = quick
         self.graph, self.pushed, self.sides = graph, tuple(pushed), tuple(sides)
         self.instead: list[tuple[Node, Node]] = []  # residuals, and how they change
         self.zero = graph.node(0.0)
@@ -102,6 +103,8 @@ class Stage:
             begin = sum(map(len, self.own))
             self.own.append(list(range(begin, begin + len(contact.loads))))
         self.count = sum(map(len, self.own))
+        # Whether two tangents of Newton's method are not enough.
+        self.turns = self.count > quick or any(isinstance(contact.law, SteepLaw) for contact in self.contacts)
         self.loads = [graph.input(f"load.{k}") for k in range(self.count)]
         every = [load for contact in self.contacts for load in contact.loads]
         given: dict[Node, Any] = dict(zip(every, self.loads, strict=True))
@@ -237,11 +240,8 @@ class Stage:
             change = change - self._dot((graph.fixed(self.relaxed[k, i]), loads[i]) for i in these)
             self.instead.append((r, change))
         steep = {i: abs(loads[i]) for i in these if isinstance(self._contact(i).law, SteepLaw)}
-        excess: Any = None
-        for row, k in enumerate(these):
-            over = abs(residual[row]) - bounds[k] - self._share(k, steep)
-            excess = over if excess is None else graph.make("max", excess, over)
-        return steps, after, excess
+        over = [abs(r) - bounds[k] - self._share(k, steep) for k, r in zip(these, residual, strict=True)]
+        return steps, after, reduce(lambda a, b: graph.make("max", a, b), over)
 
     def _number(self, k: int) -> int:
         return next(number for number, own in enumerate(self.own) if k in own)
@@ -355,11 +355,6 @@ class Stage:
                 (values[node],) = graph.substituted([part], given | values, here)
         return values
 
-    @property
-    def turns(self) -> bool:
-        """Whether two tangents of Newton's method are not enough."""
-        return self.count > self.quick or any(isinstance(c.law, SteepLaw) for c in self.contacts)
-
     def run(self, further: Further = lambda *_: {}) -> dict[str, Node]:
         """The values at the solution, pushes, moved velocities and ``falling`` by name; what
         ``further(stage, slips, steps)`` makes of the last tangent, at these slips and
@@ -369,20 +364,20 @@ class Stage:
         if len(always) == self.count:
             found = self.solve(always, further)
         else:
-            conditions = dict.fromkeys(graph.condition[contact.region] for contact in self.contacts if contact.region)
-            some: Any = None
-            conditions |= {graph.input(closed(side)) > 0.0: None for side in self.sides}
-            for condition in conditions:
-                some = condition if some is None else some | condition
+            closing = (graph.condition[contact.region] for contact in self.contacts if contact.region)
+            conditions: list[Any] = list(
+                dict.fromkeys([*closing, *(graph.input(closed(side)) > 0.0 for side in self.sides)])
+            )
+            some = reduce(or_, conditions)
             region, other = graph.new_region(some), graph.new_region(None)
             graph.otherwise[region] = other
             with graph.inside(region):
                 self._couple([k for k in every if k not in always])
                 touching = self.solve(every, further)
-                touching |= self._leaving(list(conditions), touching)
+                touching |= self._leaving(conditions, touching)
             with graph.inside(other):
                 alone = self.solve(always, further) if always else {}
-                alone |= self._leaving(list(conditions), alone, outside=True)
+                alone |= self._leaving(conditions, alone, outside=True)
             found = {
                 name: graph.make("either", value, alone.get(name, self.zero), extra=region)
                 for name, value in touching.items()

@@ -1,4 +1,29 @@
-"""The additive Runge-Kutta pair ARK4(3)7L[2]SA as data.
+"""Additive Runge-Kutta pairs, in which friction is implicit and all else explicit, and
+the pair ARK4(3)7L[2]SA as data.
+
+The acceleration of a velocity is the sum of a part without friction and a *push*, the
+part of the friction at contacts. Only friction that is steep in the slip speed makes an
+explicit method slow. A stage of the implicit part is
+
+    V = V* + h g push(X, V)
+
+with V* and the positions X known from the stages before (positions are explicit), so
+the right-hand side solves for the slip speeds alone, one or two of them
+(:class:`nsdrill.abi.Rows`, ``relax`` = h g). Three points make it work:
+
+- The loads that the right-hand side returns agree with the velocities to rounding, so
+  steepness amplifies no error.
+- The end of the step is solved once more, y = y0 + h sum b_j f_j + h g (push(y) -
+  push_last): the end of an additive pair does not satisfy the balance of friction, and
+  the next step would begin with noise. The difference of the two pushes belongs to the
+  error.
+- Positions take pushes through the implicit matrix: h^2 A_E A_I. With A_E A_E in its
+  place the order is the same and the error in rolling a hundred times larger.
+
+Source of the method: Kennedy & Carpenter 2003, Additive Runge-Kutta schemes for
+convection-diffusion-reaction equations, Appl. Numer. Math. 44:139-181. A slope row has
+the whole slope and a push row its push, so that a sum over stages has the explicit
+weights of slopes and the difference of the two matrices as weights of pushes.
 
 Kennedy & Carpenter 2019, Higher-order additive Runge-Kutta schemes for ordinary
 differential equations, Appl. Numer. Math. 136:183-205; the numbers as SUNDIALS 7
@@ -12,7 +37,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-Matrix = tuple[tuple[float, ...], ...]
+from nsdrill.kernel.tableau import Matrix
 
 
 @dataclass(frozen=True)
@@ -42,21 +67,30 @@ class Additive:
         )
 
     @property
+    def times(self) -> tuple[float, ...]:
+        """The nodes of the stages after the first, and the end of the step."""
+        return (*self.nodes[1:], 1.0)
+
+    @property
+    def rates(self) -> Matrix:
+        """The weights of the whole slopes in velocities at these times."""
+        return (*self.explicit, self.weights)
+
+    @property
     def pushes(self) -> Matrix:
-        """The implicit matrix minus the explicit one, without the diagonal: the weights
-        of the implicit part of a slope, added to the explicit weights of the whole
-        slope."""
-        return tuple(
+        """The weights of the pushes in addition: the implicit matrix minus the explicit
+        one, without the diagonal; at the end that of the last stage."""
+        rows = (
             tuple(float(Fraction(a) - Fraction(b)) for a, b in zip(implicit[:-1], explicit, strict=True))
             for implicit, explicit in zip(self.implicit, self.explicit, strict=True)
         )
+        return (*rows, (*(0.0,) * (len(self.nodes) - 1), -self.diagonal))
 
     @property
     def positions(self) -> Matrix:
-        """The weights of the slopes in positions at the stages 2 to the last and at the
-        end: the explicit weights times the explicit matrix, without the last column,
-        which is zero."""
-        return tuple(self._through(row, self.explicit) for row in (*self.explicit, self.weights))
+        """The weights of the slopes in positions at these times: the explicit weights
+        times the explicit matrix, without the last column, which is zero."""
+        return tuple(self._through(row, self.explicit) for row in self.rates)
 
     @property
     def position_pushes(self) -> Matrix:
@@ -68,7 +102,7 @@ class Additive:
                 float(a - b)
                 for a, b in zip(self._exact(row, self.implicit), self._exact(row, self.explicit), strict=True)
             )
-            for row in (*self.explicit, self.weights)
+            for row in self.rates
         )
 
     @property

@@ -10,8 +10,9 @@ rare and scalar.
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -31,109 +32,222 @@ QUEUE_NEXT, QUEUE_END, FINISHED, PACKED_STEPS, LANE_STEPS, COUNTERS = range(6)
 TWO_PI = 2.0 * math.pi
 
 
-@inlined
-def commit_step(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # type: ignore[no-untyped-def]
-    """Commit the accepted step of lane i now: the stepper would do it at the beginning
-    of the next step. ``W`` lanes, ``N`` states, ``A`` slopes and pushes; then the
-    offsets of rows in the buffer."""
-    if b[moves_ + i] != 0.0:
-        b[moves_ + i] = 0.0
-        b[t_ + i] = b[t_ + i] + b[h_ + i]
-        for j in range(N):
-            b[y_ + j * W + i] = b[stage_ + j * W + i]
-        for j in range(A):
-            b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
-
-
 _RATE, _FIRST, _LEAST, _PER_RTOL, _LIMIT, _OPENS = (
     SETTINGS.index(name) for name in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens")
 )
+_STATE = len(RUN_COLUMNS)  # the first column of the outbox with the final state
 
-
-class Places(NamedTuple):
-    """Where a run is in the lane buffer and in the tables of the slots: counts, offsets
-    of rows (names that end in ``_``), and columns.
-
-    The loop is compiled once for all layouts, as its work for a lane is rare, unlike
-    that of the stepper.
-    """
-
-    lanes: int
-    states: int
-    slopes: int
-    slopes_and_pushes: int  # which are adjacent
-    parameters: int
-    carried: int  # states that are carried along a chain
-    stage_: int
-    acceleration_: int
-    t_stage_: int
-    phase_: int
-    parameter_: int
-    y_: int
-    a1_: int
-    t_: int
-    h_: int
-    moves_: int
-    observing_: int
-    scale_: int
-    frame_rate_: int
-    relax_: int  # -1 without implicit friction
-    proposed_: int
-    mark_time_: int
-    last_error_: int
-    growth_: int
-    per_rtol_: int
-    least_step_: int
-    accepted_: int
-    rejected_: int
-    limit_: int
-    running_: int
-    attention_: int
-    setting: int  # the column of the first of SETTINGS
-    table_columns: int
-    outbox_columns: int
-
-
+# Where a run is in the lane buffer and in the tables of the slots: counts, offsets of
+# rows (names that end in ``_``), and columns. The loop is compiled once for all layouts,
+# as its work for a lane is rare, unlike that of the stepper.
+# ``slopes_and_pushes`` are adjacent; ``carried`` are the states that are carried along a
+# chain; ``relax_`` is -1 without implicit friction; ``setting`` is the first of SETTINGS.
+Places = namedtuple("Places", (
+    "lanes", "states", "slopes", "slopes_and_pushes", "parameters", "carried",
+    "stage_", "acceleration_", "stage_time_", "phase_", "parameter_", "start_", "start_acceleration_", "time_",
+    "step_", "moves_", "observing_", "scale_", "frame_rate_", "relax_",
+    "proposed_", "mark_time_", "last_error_", "growth_", "per_rtol_", "least_step_", "accepted_", "rejected_",
+    "limit_", "running_", "attention_",
+    "setting", "table_columns", "outbox_columns",
+))  # fmt: skip
 AT = Places(*range(len(Places._fields)))  # where each of them is in the loop's argument
 
 
 @lru_cache
 def places_of(lanes: int, rows: Rows, outbox_columns: int) -> np.ndarray:
     """The places for a number of lanes and a row layout, in an array."""
-    offsets = {
-        name: lanes * row
-        for name, row in {
-            "stage_": rows.stage,
-            "acceleration_": rows.acceleration,
-            "t_stage_": rows.stage_time,
-            "phase_": rows.phase,
-            "parameter_": rows.parameter,
-            "y_": rows.start,
-            "a1_": rows.start_acceleration,
-            "t_": rows.time,
-            "h_": rows.step,
-            "moves_": rows.moves,
-            "observing_": rows.observing,
-            "scale_": rows.scale,
-            "frame_rate_": rows.frame_rate,
-            **{f"{name}_": rows.control + i for i, name in enumerate(CONTROL) if f"{name}_" in Places._fields},
-        }.items()
-    }
     setting = rows.parameters + rows.states + rows.slopes
-    places = Places(
-        lanes=lanes,
-        states=rows.states,
-        slopes=rows.slopes,
-        slopes_and_pushes=rows.slopes + len(rows.pushed),
-        parameters=rows.parameters,
-        carried=rows.own,
-        relax_=lanes * rows.relax if rows.implicit else -1,
-        setting=setting,
-        table_columns=setting + len(SETTINGS),
-        outbox_columns=outbox_columns,
-        **offsets,
-    )
-    return np.array(places, dtype=np.int64)
+    known = {
+        "lanes": lanes,
+        "states": rows.states,
+        "slopes": rows.slopes,
+        "slopes_and_pushes": rows.slopes + len(rows.pushed),
+        "parameters": rows.parameters,
+        "carried": rows.own,
+        "relax_": lanes * rows.relax if rows.implicit else -1,
+        "setting": setting,
+        "table_columns": setting + len(SETTINGS),
+        "outbox_columns": outbox_columns,
+        **{f"{name}_": lanes * (rows.control + i) for i, name in enumerate(CONTROL)},
+    }
+    places = (known[name] if name in known else lanes * getattr(rows, name[:-1]) for name in Places._fields)
+    return np.array([*places], dtype=np.int64)
+
+
+@inlined
+def commit_step(places, b, i):  # type: ignore[no-untyped-def]
+    """Commit the accepted step of lane i now: the stepper would do it at the beginning
+    of the next step."""
+    W = places[AT.lanes]
+    if b[places[AT.moves_] + i] != 0.0:
+        b[places[AT.moves_] + i] = 0.0
+        b[places[AT.time_] + i] += b[places[AT.step_] + i]
+        for j in range(places[AT.states]):
+            b[places[AT.start_] + j * W + i] = b[places[AT.stage_] + j * W + i]
+        for j in range(places[AT.slopes_and_pushes]):
+            b[places[AT.start_acceleration_] + j * W + i] = b[places[AT.acceleration_] + j * W + i]
+
+
+@inlined
+def fill_lanes(places, lane, queue, counters):  # type: ignore[no-untyped-def]
+    """Give the idle lanes slots of the queue. Returns how many stay idle, and whether
+    some lane has a run that is to be loaded."""
+    W, idle, any_new = places[AT.lanes], 0, False
+    for i in range(W):
+        if lane[i] < 0 and counters[QUEUE_NEXT] < counters[QUEUE_END]:
+            lane[i] = queue[counters[QUEUE_NEXT] % len(queue)]
+            counters[QUEUE_NEXT] += 1
+            lane[2 * W + i] = 1
+        if lane[i] < 0:
+            idle += 1
+        elif lane[2 * W + i] == 1:
+            any_new = True
+    return idle, any_new
+
+
+@inlined
+def load_run(places, lane, b, table, state, i):  # type: ignore[no-untyped-def]
+    """Load the run in the slot of lane i into the lane."""
+    W, N, P = places[AT.lanes], places[AT.states], places[AT.parameters]
+    row, start = lane[i] * places[AT.table_columns], lane[i] * (N + 1)
+    setting = row + places[AT.setting]
+    for j in range(P):
+        b[places[AT.parameter_] + j * W + i] = table[row + j]
+    b[places[AT.phase_] + i] = np.fmod(state[start + N], TWO_PI)
+    for j in range(N):
+        b[places[AT.start_] + j * W + i] = state[start + j]
+        b[places[AT.scale_] + j * W + i] = table[row + P + j]
+    for j in range(places[AT.slopes]):
+        b[places[AT.frame_rate_] + j * W + i] = table[row + P + N + j]
+    for place in (AT.time_, AT.moves_, AT.observing_, AT.last_error_, AT.growth_, AT.accepted_, AT.rejected_):
+        b[places[place] + i] = 0.0
+    b[places[AT.proposed_] + i] = table[setting + _FIRST]
+    b[places[AT.least_step_] + i] = table[setting + _LEAST]
+    b[places[AT.per_rtol_] + i] = table[setting + _PER_RTOL]
+    b[places[AT.limit_] + i] = table[setting + _LIMIT]
+    b[places[AT.mark_time_] + i] = table[setting + _OPENS]
+    b[places[AT.running_] + i] = 1.0
+    lane[W + i] = OPENS
+
+
+@inlined
+def pass_mark(places, lane, b, store, table, outbox, marker, i):  # type: ignore[no-untyped-def]
+    """Call the marker at the next mark of lane i. Returns which it was."""
+    W, slot, mark = places[AT.lanes], lane[i], lane[places[AT.lanes] + i]
+    columns = places[AT.outbox_columns]
+    out = outbox[slot * columns : (slot + 1) * columns]
+    call(marker, b, store, i, mark, out, _STATE + places[AT.states] + 1)
+    if mark != CLOSES:
+        b[places[AT.observing_] + i] = 1.0
+        lane[W + i] = mark + 1
+        setting = slot * places[AT.table_columns] + places[AT.setting]
+        b[places[AT.mark_time_] + i] = table[setting + _OPENS + mark + 1]
+    return mark
+
+
+@inlined
+def begin_runs(  # type: ignore[no-untyped-def]
+    places, lane, b, store, table, outbox, right_hand_side, observer, marker
+):
+    """Compute the slopes at the start of the runs just loaded, and show it to the
+    observer. They are computed for all lanes and stored for the loaded ones."""
+    W, moves_ = places[AT.lanes], places[AT.moves_]
+    for i in range(W):
+        commit_step(places, b, i)
+    for j in range(places[AT.states] * W):
+        b[places[AT.stage_] + j] = b[places[AT.start_] + j]
+    for i in range(W):
+        b[places[AT.stage_time_] + i] = b[places[AT.time_] + i]
+        if places[AT.relax_] >= 0:
+            b[places[AT.relax_] + i] = 0.0
+    call(right_hand_side, b)
+    for i in range(W):
+        b[moves_ + i] = float(lane[2 * W + i])
+        b[places[AT.step_] + i] = 0.0
+    # A step of length zero: the start of the loaded runs, before their observation.
+    call(observer, b, store)
+    for i in range(W):
+        b[moves_ + i] = 0.0
+        if lane[2 * W + i] == 1:
+            lane[2 * W + i] = 0
+            for j in range(places[AT.slopes_and_pushes]):
+                b[places[AT.start_acceleration_] + j * W + i] = b[places[AT.acceleration_] + j * W + i]
+            # without a transient the observation begins at once
+            if b[places[AT.mark_time_] + i] <= 0.0:
+                pass_mark(places, lane, b, store, table, outbox, marker, i)
+
+
+@inlined
+def end_run(  # type: ignore[no-untyped-def]
+    places, lane, successor, finished, counters, b, table, state, outbox, i, status
+):
+    """Fill the row of the outbox of the run in lane i, which is over, and continue its
+    chain."""
+    W, N, slot = places[AT.lanes], places[AT.states], lane[i]
+    setting, out = slot * places[AT.table_columns] + places[AT.setting], slot * places[AT.outbox_columns]
+    accepted, rejected = b[places[AT.accepted_] + i], b[places[AT.rejected_] + i]
+    outbox[out], outbox[out + 1], outbox[out + 2] = float(status), accepted, rejected
+    for j in range(N):
+        outbox[out + _STATE + j] = b[places[AT.start_] + j * W + i]
+    phase = state[slot * (N + 1) + N] + table[setting + _RATE] * b[places[AT.time_] + i]
+    outbox[out + _STATE + N] = phase
+    finished[counters[FINISHED]] = slot
+    counters[FINISHED] += 1
+    counters[LANE_STEPS] += int(accepted + rejected)
+    b[places[AT.observing_] + i] = 0.0
+    next_slot = successor[slot]
+    lane[i] = next_slot
+    if next_slot >= 0:
+        lane[2 * W + i] = 1
+        # after a failure the next run starts from the state in its own slot
+        if status == OK:
+            start = next_slot * (N + 1)
+            for j in range(places[AT.carried]):
+                state[start + j] = b[places[AT.start_] + j * W + i]
+            state[start + N] = phase
+    else:
+        b[places[AT.running_] + i] = 0.0
+        # an idle lane makes steps of length zero
+        b[places[AT.mark_time_] + i] = b[places[AT.time_] + i]
+
+
+def _advance(  # type: ignore[no-untyped-def]
+    places, lane, successor, queue, finished, counters, b, store, table, state, outbox, drain, budget,
+    right_hand_side, observer, marker, stepper,
+):  # fmt: skip
+    W = places[AT.lanes]
+    refill, idle_at_first = True, -1
+    for _ in range(budget):
+        if refill:
+            refill = False
+            idle, any_new = fill_lanes(places, lane, queue, counters)
+            if any_new:
+                for i in range(W):
+                    if lane[i] >= 0 and lane[2 * W + i] == 1:
+                        load_run(places, lane, b, table, state, i)
+                begin_runs(places, lane, b, store, table, outbox, right_hand_side, observer, marker)
+            if idle_at_first < 0:
+                idle_at_first = idle
+            if idle == W or (idle > idle_at_first and drain == 0):
+                break
+        counters[PACKED_STEPS] += 1
+        if call(stepper, b, right_hand_side, observer, store) == 0:
+            continue
+        refill = True
+        for i in range(W):
+            attention = b[places[AT.attention_] + i]
+            if attention == 0.0:
+                continue
+            commit_step(places, b, i)
+            status = DIVERGED if attention == NONFINITE else STEP_UNDERFLOW
+            if attention == LIMIT:
+                status = STEP_LIMIT
+            if attention == MARK:
+                b[places[AT.time_] + i] = b[places[AT.mark_time_] + i]
+                if pass_mark(places, lane, b, store, table, outbox, marker, i) != CLOSES:
+                    continue
+                status = OK
+            end_run(places, lane, successor, finished, counters, b, table, state, outbox, i, status)
 
 
 @lru_cache
@@ -157,184 +271,4 @@ def make_advance() -> Any:
     ``outbox``            [slots, columns]: RUN_COLUMNS, final state, phase, observer
     ====================  ==========================================================
     """
-    state_column = len(RUN_COLUMNS)
-
-    @compiled(*[INTEGERS] * 6, *[BUFFER] * 5, INTEGER, INTEGER, *[FUNCTION] * 4)
-    def advance(  # type: ignore[no-untyped-def]
-        places,
-        lane,
-        successor,
-        queue,
-        finished,
-        counters,
-        b,
-        store,
-        table,
-        state,
-        outbox,
-        drain,
-        budget,
-        right_hand_side,
-        observer,
-        marker,
-        stepper,
-    ):
-        W, N, M, A, P, carried = (
-            places[AT.lanes],
-            places[AT.states],
-            places[AT.slopes],
-            places[AT.slopes_and_pushes],
-            places[AT.parameters],
-            places[AT.carried],
-        )
-        stage_, acceleration_, t_stage_, phase_, parameter_ = (
-            places[AT.stage_],
-            places[AT.acceleration_],
-            places[AT.t_stage_],
-            places[AT.phase_],
-            places[AT.parameter_],
-        )
-        y_, a1_, t_, h_, moves_, observing_ = (
-            places[AT.y_],
-            places[AT.a1_],
-            places[AT.t_],
-            places[AT.h_],
-            places[AT.moves_],
-            places[AT.observing_],
-        )
-        table_columns, outbox_columns = places[AT.table_columns], places[AT.outbox_columns]
-        setting_column, observer_column = places[AT.setting], state_column + N + 1
-        refill = True
-        idle_at_first = -1
-        for _ in range(budget):
-            if refill:
-                refill = False
-                idle = 0
-                any_loaded = False
-                for i in range(W):
-                    if lane[i] < 0 and counters[QUEUE_NEXT] < counters[QUEUE_END]:
-                        lane[i] = queue[counters[QUEUE_NEXT] % len(queue)]
-                        counters[QUEUE_NEXT] += 1
-                        lane[2 * W + i] = 1
-                    slot = lane[i]
-                    if slot < 0:
-                        idle += 1
-                    elif lane[2 * W + i] == 1:
-                        any_loaded = True
-                        row, start = slot * table_columns, slot * (N + 1)
-                        setting = row + setting_column
-                        for j in range(P):
-                            b[parameter_ + j * W + i] = table[row + j]
-                        b[phase_ + i] = np.fmod(state[start + N], TWO_PI)
-                        for j in range(N):
-                            b[y_ + j * W + i] = state[start + j]
-                            b[places[AT.scale_] + j * W + i] = table[row + P + j]
-                        for j in range(M):
-                            b[places[AT.frame_rate_] + j * W + i] = table[row + P + N + j]
-                        b[t_ + i] = 0.0
-                        b[moves_ + i] = 0.0
-                        b[observing_ + i] = 0.0
-                        b[places[AT.proposed_] + i] = table[setting + _FIRST]
-                        b[places[AT.least_step_] + i] = table[setting + _LEAST]
-                        b[places[AT.per_rtol_] + i] = table[setting + _PER_RTOL]
-                        b[places[AT.limit_] + i] = table[setting + _LIMIT]
-                        b[places[AT.last_error_] + i] = 0.0
-                        b[places[AT.growth_] + i] = 0.0
-                        b[places[AT.accepted_] + i] = 0.0
-                        b[places[AT.rejected_] + i] = 0.0
-                        b[places[AT.running_] + i] = 1.0
-                        lane[W + i] = OPENS
-                        b[places[AT.mark_time_] + i] = table[setting + _OPENS]
-                if any_loaded:
-                    for i in range(W):
-                        commit_step(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
-                    # Slopes at the start of the loaded runs. They are computed for all
-                    # lanes and stored for the loaded ones.
-                    for j in range(N * W):
-                        b[stage_ + j] = b[y_ + j]
-                    for i in range(W):
-                        b[t_stage_ + i] = b[t_ + i]
-                        if places[AT.relax_] >= 0:
-                            b[places[AT.relax_] + i] = 0.0
-                    call(right_hand_side, b)
-                    for i in range(W):
-                        b[moves_ + i] = float(lane[2 * W + i])
-                        b[h_ + i] = 0.0
-                    # A step of length zero: the start of the loaded runs, before their
-                    # observation.
-                    call(observer, b, store)
-                    for i in range(W):
-                        b[moves_ + i] = 0.0
-                        if lane[2 * W + i] == 1:
-                            lane[2 * W + i] = 0
-                            slot = lane[i]
-                            for j in range(A):
-                                b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
-                            # without a transient the observation begins at once
-                            if b[places[AT.mark_time_] + i] <= 0.0:
-                                out = outbox[slot * outbox_columns : (slot + 1) * outbox_columns]
-                                call(marker, b, store, i, OPENS, out, observer_column)
-                                b[observing_ + i] = 1.0
-                                lane[W + i] = OPENS + 1
-                                setting = slot * table_columns + setting_column
-                                b[places[AT.mark_time_] + i] = table[setting + _OPENS + 1]
-                if idle_at_first < 0:
-                    idle_at_first = idle
-                if idle == W or (idle > idle_at_first and drain == 0):
-                    break
-            counters[PACKED_STEPS] += 1
-            if call(stepper, b, right_hand_side, observer, store) == 0:
-                continue
-            refill = True
-            for i in range(W):
-                attention = b[places[AT.attention_] + i]
-                if attention == 0.0:
-                    continue
-                slot = lane[i]
-                setting = slot * table_columns + setting_column
-                out = outbox[slot * outbox_columns : (slot + 1) * outbox_columns]
-                commit_step(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
-                if attention == MARK:
-                    b[t_ + i] = b[places[AT.mark_time_] + i]
-                    mark = lane[W + i]
-                    call(marker, b, store, i, mark, out, observer_column)
-                    if mark != CLOSES:
-                        b[observing_ + i] = 1.0
-                        lane[W + i] = mark + 1
-                        b[places[AT.mark_time_] + i] = table[setting + _OPENS + mark + 1]
-                        continue
-                    status = OK
-                elif attention == LIMIT:
-                    status = STEP_LIMIT
-                elif attention == NONFINITE:
-                    status = DIVERGED
-                else:
-                    status = STEP_UNDERFLOW
-                # The run is over: fill its row of the outbox, then continue the chain.
-                accepted, rejected = b[places[AT.accepted_] + i], b[places[AT.rejected_] + i]
-                out[0], out[1], out[2] = float(status), accepted, rejected
-                for j in range(N):
-                    out[state_column + j] = b[y_ + j * W + i]
-                phase = state[slot * (N + 1) + N] + table[setting + _RATE] * b[t_ + i]
-                out[state_column + N] = phase
-                finished[counters[FINISHED]] = slot
-                counters[FINISHED] += 1
-                counters[LANE_STEPS] += int(accepted + rejected)
-                b[observing_ + i] = 0.0
-                next_slot = successor[slot]
-                if next_slot >= 0:
-                    # after a failure the next run starts from the state in its own slot
-                    if status == OK:
-                        start = next_slot * (N + 1)
-                        for j in range(carried):
-                            state[start + j] = b[y_ + j * W + i]
-                        state[start + N] = phase
-                    lane[i] = next_slot
-                    lane[2 * W + i] = 1
-                else:
-                    lane[i] = -1
-                    b[places[AT.running_] + i] = 0.0
-                    # an idle lane makes steps of length zero
-                    b[places[AT.mark_time_] + i] = b[t_ + i]
-
-    return advance
+    return compiled(*[INTEGERS] * 6, *[BUFFER] * 5, INTEGER, INTEGER, *[FUNCTION] * 4)(_advance)

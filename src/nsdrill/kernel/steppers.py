@@ -1,21 +1,26 @@
-"""The steppers by their names in a study. A new one is a file beside these and a line
-here."""
+"""The steppers by their names in a study. A new one is a file of numbers beside these
+and a line here."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
 
-from nsdrill.abi import Rows
-from nsdrill.kernel.additive import AdditivePair
+from nsdrill.abi import STEPPER, Rows
+from nsdrill.compiler.functions import compiled
+from nsdrill.compiler.words import fma
+from nsdrill.generate import define
+from nsdrill.kernel.controller import decide
 from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
-from nsdrill.kernel.explicit import ExplicitPair
 from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
-from nsdrill.kernel.scheme import Scheme
+from nsdrill.kernel.step import Pair, private_rows, step_text
 from nsdrill.kernel.tableau import TSITOURAS
 
 
-class Stepper(Protocol):
-    """What the kernel requires of a method.
+@dataclass(frozen=True)
+class Stepper:
+    """A method, from the numbers of a pair.
 
     Its compiled function ``step(buffer, right_hand_side, observer, store)``
 
@@ -27,31 +32,36 @@ class Stepper(Protocol):
     5. returns whether some lane needs attention.
     """
 
-    @property
-    def name(self) -> str: ...
+    tableau: Pair
 
     @property
-    def order(self) -> int: ...
+    def name(self) -> str:
+        return self.tableau.name
+
+    @property
+    def order(self) -> int:
+        return self.tableau.order
 
     def rows(self, rows: Rows) -> Rows:
         """The row layout with the stepper's rows added."""
-        ...
-
-    def scheme(self, rows: Rows) -> Scheme:
-        """The numbers of a step, in a buffer with these rows."""
-        ...
+        return replace(rows, private=private_rows(self.tableau, rows))
 
     def make(self, lanes: int, rows: Rows) -> Any:
         """The compiled function for a number of lanes and a row layout returned by
         :meth:`rows`."""
-        ...
+        return _make(self.tableau, lanes, rows)
+
+
+@lru_cache
+def _make(pair: Pair, lanes: int, rows: Rows) -> Any:
+    return compiled(STEPPER)(define("step", step_text(pair, lanes, rows), fma=fma, decide=decide))
 
 
 IMPLICIT = "kennedy_carpenter"
 """The name of the stepper for right-hand sides with implicit friction."""
 
-STEPPERS: dict[str, ExplicitPair | AdditivePair] = {
-    "tsitouras": ExplicitPair(TSITOURAS),
-    "dormand_prince": ExplicitPair(DORMAND_PRINCE),
-    IMPLICIT: AdditivePair(KENNEDY_CARPENTER),
+STEPPERS = {
+    "tsitouras": Stepper(TSITOURAS),
+    "dormand_prince": Stepper(DORMAND_PRINCE),
+    IMPLICIT: Stepper(KENNEDY_CARPENTER),
 }

@@ -11,6 +11,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
+
+Matrix = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -21,11 +24,30 @@ class Tableau:
     name: str
     order: int
     nodes: tuple[float, ...]
-    matrix: tuple[tuple[float, ...], ...]
+    matrix: Matrix
     error: tuple[float, ...]
 
+    diagonal: ClassVar = 0.0  # of an implicit part, which it does not have
+
     @property
-    def positions(self) -> tuple[tuple[float, ...], ...]:
+    def times(self) -> tuple[float, ...]:
+        """The nodes of the stages after the first, the end of the step included."""
+        return self.nodes[1:]
+
+    @property
+    def rates(self) -> Matrix:
+        """The weights of the slopes in velocities at these times."""
+        return self.matrix
+
+    @property
+    def pushes(self) -> Matrix:
+        """The weights of the pushes in addition: there are none."""
+        return ((),) * len(self.matrix)
+
+    position_pushes = pushes
+
+    @property
+    def positions(self) -> Matrix:
         """The matrix for positions, which need no slopes of their own: the rate of a
         position at a stage is its rate at the start plus h ``matrix`` times the
         accelerations, so its stage value is x + c h x' + h^2 ``matrix``^2 times the
@@ -33,10 +55,10 @@ class Tableau:
         return tuple(self._through_stages(row) for row in self.matrix)
 
     @property
-    def position_error(self) -> tuple[float, ...]:
+    def position_error(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """The weights of the accelerations (all but the last) in the error of
-        positions, which is h^2 times the weighted sum."""
-        return self._through_stages(self.error)
+        positions, which is h^2 times the weighted sum; and those of pushes."""
+        return self._through_stages(self.error), ()
 
     def _through_stages(self, weights: tuple[float, ...]) -> tuple[float, ...]:
         """``weights`` times ``matrix``: weights of the slopes as weights of the

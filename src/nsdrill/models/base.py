@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -59,6 +59,12 @@ class Level:
     parameter: int
 
 
+class Plain(NamedTuple):
+    """What is compiled in of a model without options of its own."""
+
+    implicit: int = 0
+
+
 class Model(ABC):
     """A model made from its equations (:mod:`nsdrill.equations.motion`) and a declaration
     of what is observed; everything else follows, and may be replaced.
@@ -75,23 +81,32 @@ class Model(ABC):
 
     singles: ClassVar[int] = 0
     """How many states of first order follow the pairs."""
-    frames: ClassVar[Mapping[str, str]] = {}
-    """Position -> lane parameter by which its rate is less than the velocity: a twist
-    relative to the drive has {"twist": "drive_speed"}."""
+    set_speed: ClassVar[str] = "drive_speed"
+    """The lane parameter that is the speed of the drive, the rate of its angle."""
+    sticking: ClassVar[str] = ""
+    """The lane parameter that is the bit speed below which the bit counts as stuck, where
+    continuation is to find the threshold."""
+    relative: ClassVar[tuple[str, ...]] = ()
+    """The positions that are measured from the angle of the drive, as a twist is: their
+    rates are less than the velocities by the set speed."""
+    options: ClassVar[Callable[..., Any]] = Plain
+    """A NamedTuple of whole numbers, all with defaults, which are compiled in and which
+    the equations read as ``o``; the last one is ``implicit``, whether friction is. A
+    variant is one of these or a tuple that begins like it."""
     equations: ClassVar[Callable[..., Any]]
     """The equations of motion, as a static method: slopes, and outputs for the observer,
     from ``(t, phase, s, p, o)``."""
     quick: ClassVar[int] = 2
     """For how many slips two tangents of Newton's method are enough in an implicit stage;
     of more of them it goes on until the loads are exact."""
-    fixed: ClassVar[int] = 0
-    """The length of :meth:`variant`; one number more means implicit friction."""
+    rows_named: ClassVar[Names]
+    declared: ClassVar[Declaration]
+    """The :meth:`names` and the :meth:`declaration` of a model that has one variant."""
+    solved: ClassVar[Any] = None
+    """Further outputs for the observer where friction is solved for
+    (:mod:`nsdrill.equations.stage`), as a static method."""
 
     # What a model declares, besides names, declaration and outputs
-
-    def options(self, variant: Variant) -> Any:
-        """The options ``o`` of the equations: hashable, and all that they are."""
-        return variant
 
     def pushed(self, variant: Variant) -> tuple[str, ...]:
         """The velocities in whose slopes friction acts, where it can be implicit; the
@@ -102,11 +117,12 @@ class Model(ABC):
         """The lane parameters by name, numbers or arrays over the points."""
         raise NotImplementedError
 
-    def natural_scales(self, table: Mapping[str, Array]) -> Sequence[Any]:
-        """The natural scale of each state, from the lane parameters by name."""
+    def natural_scales(self, table: Mapping[str, Array], o: Any) -> Sequence[Any]:
+        """The natural scale of each state, from the lane parameters by name, with these
+        options."""
         raise NotImplementedError
 
-    def fastest(self, table: Mapping[str, Array]) -> Array:
+    def fastest(self, table: Mapping[str, Array], o: Any) -> Array:
         """The greatest natural frequency [rad/s], shape (n,): the first step is a
         hundredth of its inverse."""
         raise NotImplementedError
@@ -133,7 +149,7 @@ class Model(ABC):
         return start
 
     def is_implicit(self, variant: Variant) -> bool:
-        return len(variant) > self.fixed
+        return bool(self.options(*variant).implicit)
 
     def slope_names(self, variant: Variant) -> tuple[str, ...]:
         """The states of which the equations give the slopes: velocities, then those of
@@ -162,7 +178,9 @@ class Model(ABC):
         steady, initial = self.steady(points), points.initial
         return {name: steady[name] if getattr(initial, name) is None else getattr(initial, name) for name in names}
 
-    def _by_name(self, table: Array, variant: Variant) -> dict[str, Array]:
+    def by_name(self, table: Array, variant: Variant = ()) -> dict[str, Array]:
+        """The lane parameters of a table by their names; without a variant those are
+        right that every string has."""
         # Along a ramp the table has more columns than names.
         return dict(zip(self.names(variant).parameters, table.T, strict=False))
 
@@ -243,7 +261,10 @@ class Model(ABC):
 
     def levels(self, variant: Variant) -> tuple[Level, ...]:
         """The thresholds that continuation records, beside contacts."""
-        return ()
+        names = self.names(variant)
+        if not self.sticking:
+            return ()
+        return (Level("bit", names.states.index("bit_speed"), names.parameters.index(self.sticking)),)
 
     def symmetry(self, points: Values) -> Symmetry:
         """The rotational symmetry of the equations of these points. NotImplementedError
@@ -253,7 +274,8 @@ class Model(ABC):
     def implicit(self, variant: Variant) -> Variant:
         """The variant with implicit friction (:class:`nsdrill.abi.Rows`), where
         friction can be integrated implicitly (``explicit_only`` of the description)."""
-        return (*variant, 1)
+        changed: Variant = self.options(*variant)._replace(implicit=1)
+        return changed
 
     # What differs from run to run
 
@@ -306,26 +328,23 @@ class Model(ABC):
     def state_scales(self, table: Array, variant: Variant) -> Array:
         """The natural scale of each state, shape (n, states): the absolute tolerance is
         ``rtol`` times this."""
-        state_scales = (
-            np.broadcast_to(scale, len(table)) for scale in self.natural_scales(self._by_name(table, variant))
-        )
-        return np.stack([np.asarray(scale, dtype=float) for scale in state_scales], axis=1)
+        scales = self.natural_scales(self.by_name(table, variant), self.options(*variant))
+        return np.stack([np.broadcast_to(np.asarray(scale, dtype=float), len(table)) for scale in scales], axis=1)
 
     def frame_rates(self, table: Array, variant: Variant) -> Array:
         """The rate of each position less its velocity, shape (n, slopes)."""
-        names, rows = self.names(variant), self.rows(variant)
-        frame_rate = np.zeros((len(table), rows.own_slopes))
-        for position, column in self.frames.items():
-            frame_rate[:, names.states.index(position) // 2] = -table[:, names.parameters.index(column)]
+        states, frame_rate = self.states(variant), np.zeros((len(table), self.rows(variant).own_slopes))
+        for position in self.turning(variant):
+            frame_rate[:, states.index(position) // 2] = -self.phase_rate(table)
         return frame_rate
 
     def phase_rate(self, table: Array) -> Array:
         """The rate of the phase [rad/s], shape (n,)."""
-        return self._by_name(table, ())["drive_speed"]
+        return self.by_name(table)[self.set_speed]
 
     def first_step(self, table: Array, variant: Variant) -> Array:
         """A first step [s], shape (n,)."""
-        return np.asarray(0.01 / self.fastest(self._by_name(table, variant)))
+        return np.asarray(0.01 / self.fastest(self.by_name(table, variant), self.options(*variant)))
 
     def runs(self, table: Array, variant: Variant, initial: Array) -> Runs:
         """Runs with these lane parameters from these states."""
@@ -345,14 +364,14 @@ class Model(ABC):
     widest: ClassVar[Variant] = ()
     """The variant whose observer has the most rows."""
 
-    @abstractmethod
     def names(self, variant: Variant) -> Names:
         """The names of the states (without the phase), the slopes, the lane parameters
-        and auxiliary outputs, for the declaration."""
+        and auxiliary outputs, for equations and declaration."""
+        return self.rows_named
 
-    @abstractmethod
     def declaration(self, variant: Variant) -> Declaration:
         """The channels and features that are observed."""
+        return self.declared
 
     @property
     def observed(self) -> int:
@@ -452,14 +471,19 @@ class Model(ABC):
         from nsdrill.variables import OK
 
         response = self.responses(features, thresholds)
-        settled = features["half_difference"] <= thresholds.settled.tolerance
-        labels = {"response": response, **severities(features, response, thresholds), "settled": settled}
+        labels = {"response": response, **self.labels(features, response, thresholds)}
+        labels |= severities(features, response, thresholds)
+        labels["settled"] = features["half_difference"] <= thresholds.settled.tolerance
         labels = {name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()}
         if any(name.startswith("section_") for name in features):
             still, scales = (self.still(features, state_scales, thresholds.motion.absolute), self.seen(state_scales))
             returns = self.returns(features)
             labels |= motions(features, status, labels["settled"], returns, scales, still, thresholds)
         return labels
+
+    def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
+        """Further labels of runs with these features and critical responses."""
+        return {}
 
     def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
         """The critical responses as a sum of bits, from the features that define
@@ -471,7 +495,7 @@ class Model(ABC):
     def scales(self, table: Array) -> dict[str, Array]:
         """The units in which differences of features are measured, by name, arrays
         [n]."""
-        columns = self._by_name(table, ())
+        columns = self.by_name(table)
         return {name: columns[name] for name in described(self.name).compared.values() if name}
 
     def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
@@ -500,9 +524,6 @@ class Model(ABC):
 
     # One trajectory
 
-    set_speed: ClassVar[str] = "drive_speed"
-    """The lane parameter that is the speed of the drive."""
-
     def motion(self, variant: Variant) -> Motion:
         """The equations with the names of what they read and give."""
         from nsdrill.equations.motion import Motion
@@ -510,23 +531,21 @@ class Model(ABC):
         names = self.names(variant)
         return Motion(
             self.equations,
-            self.options(variant),
+            self.options(*variant),
             names.states,
             names.parameters,
             self.slope_names(variant),
             names.aux,
             self.pushed(variant) if self.is_implicit(variant) else (),
             self.contacts,
-            quick=self.quick,
+            self.solved if self.is_implicit(variant) else None,
+            self.quick,
         )
 
     def turning(self, variant: Variant) -> tuple[str, ...]:
         """The positions that are measured from the angle of the drive."""
-        return tuple(self.frames)
-
-    def parameter_names(self, variant: Variant) -> tuple[str, ...]:
-        """The lane parameters, as the equations call them."""
-        return self.motion(variant).parameters
+        states = self.states(variant)
+        return tuple(name for name in self.relative if name in states)
 
     @property
     def ramps(self) -> Ramps:

@@ -23,28 +23,21 @@ with one damping: J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)^2 without bit da
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from nsdrill.errors import Fault, InputError
-from nsdrill.models.numbers import DriveCard
+from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import DriveCard, FormatValue
+from nsdrill.models.reads import Reads
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
 DIGITS = 9  # of numbers that come from LAPACK, whose last digits depend on the processor
 
-# The keys of a study that tune each kind; and the kinds whose motor may have a limit,
-# as their inertia is the machine's.
-TUNING: dict[str, tuple[str, ...]] = {
-    "ideal": (),
-    "stiff": (),
-    "soft_torque": ("matching", "frequency", "compensated_inertia"),
-    "equal_damping": (),
-    "z_torque": ("a", "high_pass"),
-    "pi": ("stiffness", "damping", "twist_gain", "speed_gain"),
-}
-LIMITED = ("stiff", "soft_torque", "equal_damping", "pi")
+# The kinds of drive: those of LAWS, an ideal one, and those of each model.
+Kind = Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"]
 
 
 class Gains(NamedTuple):
@@ -154,13 +147,57 @@ def pi(drive: Any, string: Seen) -> Gains:
     return Gains(string.top, drive.stiffness, drive.damping, drive.twist_gain, drive.speed_gain)
 
 
-LAWS: dict[str, Callable[[Any, Seen], Gains]] = {
-    "stiff": stiff,
-    "soft_torque": soft_torque,
-    "equal_damping": equal_damping,
-    "z_torque": z_torque,
-    "pi": pi,
+class Controller(NamedTuple):
+    """A drive by torque: its ``gains`` from the numbers of the drive and of the string,
+    the ``keys`` of a study that tune it, and whether its torque may be ``limited``, as
+    its inertia is the machine's."""
+
+    gains: Callable[[Any, Seen], Gains]
+    keys: tuple[str, ...] = ()
+    limited: bool = True
+
+
+LAWS = {
+    "stiff": Controller(stiff),
+    "soft_torque": Controller(soft_torque, ("matching", "frequency", "compensated_inertia")),
+    "equal_damping": Controller(equal_damping),
+    "z_torque": Controller(z_torque, ("a", "high_pass"), limited=False),
+    "pi": Controller(pi, ("stiffness", "damping", "twist_gain", "speed_gain")),
 }
+
+
+def kinds(common: tuple[str, ...], **others: tuple[str, ...]) -> Reads:
+    """The keys that each kind of drive reads: ``common`` ones and those of its tuning,
+    and what ``others`` of the model read."""
+    by_torque = {kind: (*common, *(("torque_limit",) if law.limited else ()), *law.keys) for kind, law in LAWS.items()}
+    return Reads("drive.kind", "the drive", "a drive of the kind", {"ideal": (), **by_torque, **others})
+
+
+def by_rows(function: Callable[[list[float]], Any], *columns: Any) -> np.ndarray:
+    """A ``function`` of the numbers of each operating point, called once for points that
+    have the same: the shape is that of the ``columns`` together, then that of its
+    result."""
+    numbers = np.broadcast_arrays(*(np.asarray(column, dtype=float) for column in columns))
+    table = np.stack([column.ravel() for column in numbers], axis=1)
+    distinct, row_of = np.unique(table, axis=0, return_inverse=True)
+    results = np.array([function(row) for row in distinct.tolist()])
+    return results[row_of.ravel()].reshape((*numbers[0].shape, *results.shape[1:]))
+
+
+def regulated(system: Any, force: Any, weights: Sequence[float], effort: float, about: str, change: str) -> list[float]:
+    """The gains of the linear-quadratic regulator of a ``system`` [n, n] with one
+    ``force`` [n, 1], which minimise the integral of the squares of the states with these
+    ``weights`` and of the force with its ``effort``. InputError where there are none."""
+    from scipy.linalg import solve_continuous_are
+
+    try:
+        cost = solve_continuous_are(system, force, np.diag(weights), np.array([[effort]]))
+    except (np.linalg.LinAlgError, ValueError) as error:
+        raise InputError(
+            f"drive.kind: lqr finds no gains{about}: the Riccati equation cannot be solved to any use. "
+            f"Change {change}, or take another kind."
+        ) from error
+    return [float(f"{value:.{DIGITS}g}") for value in (force.T @ cost / effort)[0]]
 
 
 def check_inertia(drive: Any) -> None:
@@ -199,10 +236,11 @@ def inertia_faults(check: Any) -> Iterator[Fault]:
         )
 
 
-def overloaded(pairs: Sequence[tuple[float, float]], format_value: Any) -> str | None:
-    """The warning of a motor whose limit is below the steady torque, for the worst of
-    ``pairs`` (torque, limit) [N m], None where there is none; ``format_value`` gives
-    the text of a value."""
+def overloaded(corners: Iterable[Values], steady: Callable[[Values], float], format_value: FormatValue) -> str | None:
+    """The warning of a motor whose limit is below the ``steady`` torque [N m], for the
+    worst of the ``corners`` of a study, None where there is none."""
+    limits = [(corner, corner.parameters.drive.torque_limit) for corner in corners]
+    pairs = [(steady(corner), float(limit)) for corner, limit in limits if limit is not None]
     torque, limit = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
     if torque <= limit:
         return None
@@ -214,15 +252,19 @@ def overloaded(pairs: Sequence[tuple[float, float]], format_value: Any) -> str |
     )
 
 
-def swinging(growing: Sequence[tuple[complex, float, str]], several: bool, format_value: Any) -> str | None:
-    """The warning of a drive that makes the string oscillate by itself, for the worst
-    of ``growing`` (eigenvalue [1/s], depth [m], kind), None where there is none; with
-    the depth where there are ``several``."""
+def swinging(
+    study: Any, corners: Iterable[Values], growth: Callable[[Values], complex | None], format_value: FormatValue
+) -> str | None:
+    """The warning of a drive that makes the string oscillate by itself, as gains of the
+    wrong sign do, for the worst of the ``corners`` of a study, None where there is none;
+    ``growth`` is the eigenvalue [1/s] of what grows fastest, if anything does."""
+    growing = [(root, corner) for corner in corners if (root := growth(corner)) is not None]
     if not growing:
         return None
-    root, depth, kind = max(growing, key=lambda entry: entry[0].real)
+    root, corner = max(growing, key=lambda entry: entry[0].real)
+    depth, kind = corner.operation[0], corner.parameters.drive.kind
     swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
-    where = f" at {format_value(depth, 'm', 'm')}" if several else ""
+    where = f" at {format_value(depth, 'm', 'm')}" if "depth" in study.swept else ""
     return (
         f"Unstable: without any friction at the bit the string and its drive{where} do not come "
         f"to rest: an eigenvalue "

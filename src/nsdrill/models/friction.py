@@ -1,4 +1,5 @@
-"""The friction laws, each once: the coefficient, with its sign, at a slip.
+"""The friction laws, each once: the coefficient, with its sign, at a slip, and what a
+study gives of it.
 
 With the smoothed direction g(v) = (2/pi) atan(smoothing v) and the four ``numbers`` of
 a law (smoothing, decay, rise, dynamic):
@@ -10,13 +11,23 @@ a law (smoothing, decay, rise, dynamic):
 
 Sources: hyperbolic in the form of Leine 1998; linear Dawson, Lin & Spanos 1987, SPE
 16660; exponential and rational as public codes of drill-string models have them.
+
+A law of a bit gives its torque over its force, an arm [m]. With the arms of friction
+(two thirds of the bit's radius) and of the cutting torque, which share g, rise and
+dynamic are those of one law. The key ``dynamic_from`` of the linear law is V0, its
+decay 1/V0. The rational law is that of the whole torque, b0 [tanh(b1 v) + b2 v / (1 +
+b3 v^2)], without the arm of cutting.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
 
 from nsdrill.equations import plain
 from nsdrill.equations.contacts import Law
@@ -24,6 +35,53 @@ from nsdrill.equations.derivative import Tangents
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import direction, expm1, flat, slip_factors, tanh
 from nsdrill.equations.trace import Inputs, Named, part
+
+# The words of the laws, which are those of LAWS in its order.
+LawOfBit = Literal["hyperbolic", "linear", "exponential", "rational"]
+
+
+class Numbers(NamedTuple):
+    """The four numbers of a law, or arrays over operating points."""
+
+    smoothing: Any
+    decay: Any
+    rise: Any
+    dynamic: Any
+
+    def columns(self, contact: str) -> dict[str, Any]:
+        """The lane parameters of a contact with this law."""
+        return {f"{contact}_{name}": value for name, value in self._asdict().items()}
+
+
+def columns_of(contact: str) -> tuple[str, ...]:
+    """The names of the lane parameters of a contact with friction."""
+    return tuple(f"{contact}_{name}" for name in Numbers._fields)
+
+
+def numbers_of(p: Any, contact: str) -> Named:
+    """The numbers of the law of a contact, among the lane parameters ``p``."""
+    return Named(**{name: getattr(p, f"{contact}_{name}") for name in Numbers._fields})
+
+
+def stribeck(section: Any, arm: Any = 1.0, cutting: Any = 0.0, decay: Any = None) -> Numbers:
+    """The numbers of a law that falls from ``static`` to ``dynamic``, those of a
+    ``section`` of the study, times an ``arm``, with what does not fall added."""
+    rise, dynamic = arm * (section.static - section.dynamic), arm * section.dynamic + cutting
+    return Numbers(section.smoothing, section.decay if decay is None else decay, rise, dynamic)
+
+
+@dataclass(frozen=True, eq=False)
+class KeyedLaw(Law):
+    """A law that a study may give the bit: the ``keys`` of its section that it reads,
+    with the one that makes it ``steep``; and functions of that section and the arms of
+    friction and of cutting [m]: its ``numbers``, and the greatest arm ``at_rest``."""
+
+    keys: tuple[str, ...] = ("static", "dynamic", "smoothing", "decay")
+    steep: str = "smoothing"
+    cuts: bool = True
+    """Whether the torque of cutting is added to that of the law."""
+    numbers: Callable[[Any, Any, Any], Numbers] = stribeck
+    at_rest: Callable[[Any, Any, Any], Any] = lambda section, arm, cutting: arm * section.static + cutting
 
 
 def _hyperbolic(v: Any, numbers: Any) -> tuple[Any, Any]:
@@ -63,21 +121,47 @@ def _fall(numbers: Any) -> Any:
     return numbers.rise * numbers.decay
 
 
-hyperbolic = Law(_hyperbolic, _falling, _fall)
+hyperbolic = KeyedLaw(_hyperbolic, _falling, _fall)
 LAWS = {
     "hyperbolic": hyperbolic,
-    "linear": Law(_linear, _falling, _fall),
-    "exponential": Law(_exponential, _falling, _fall),
-    "rational": Law(_rational, _humped, lambda n: 0.125 * n.rise, _without_hump),
+    "linear": KeyedLaw(
+        _linear,
+        _falling,
+        _fall,
+        keys=("static", "dynamic", "smoothing", "dynamic_from"),
+        numbers=lambda section, arm, cutting: stribeck(section, arm, cutting, 1 / section.dynamic_from),
+    ),
+    "exponential": KeyedLaw(_exponential, _falling, _fall),
+    "rational": KeyedLaw(
+        _rational,
+        _humped,
+        lambda n: 0.125 * n.rise,
+        _without_hump,
+        keys=("b0", "b1", "b2", "b3"),
+        steep="b1",
+        cuts=False,
+        numbers=lambda section, arm, cutting: Numbers(section.b1, section.b3, section.b0 * section.b2, section.b0),
+        # a bound: the sum of the greatest values of its terms
+        at_rest=lambda section, arm, cutting: section.b0 * (1 + section.b2 / (2 * np.sqrt(section.b3))),
+    ),
 }
 
 
-def numbers_of(p: Any, contact: str) -> Named:
-    """The numbers of the law of a contact, among the lane parameters ``p``."""
-    return Named(**{name: getattr(p, f"{contact}_{name}") for name in NUMBERS})
+def laws_that_read(key: str) -> str:
+    """In words which laws read a key of the bit's friction, "" where all do."""
+    words = [word for word, law in LAWS.items() if key in law.keys]
+    others = [word for word in LAWS if word not in words]
+    if not others:
+        return ""
+    if len(others) == 1:
+        return f"all laws but {others[0]}"
+    return f"law{'s' if len(words) > 1 else ''} {' and '.join(words)}"
 
 
-NUMBERS = ("smoothing", "decay", "rise", "dynamic")
+def rate_at_rest(section: Any, normal: Any, per_mass: Any) -> Any:
+    """The rate [1/s] at which friction of a ``section`` at rest decelerates a slip: (2/pi)
+    eps mu N over the mass."""
+    return 2 / math.pi * section.smoothing * section.static * normal * per_mass
 
 
 @lru_cache
@@ -86,7 +170,7 @@ def _graph_of(law: Law) -> tuple[Node, Named, tuple[Node, Node], dict[str, Node]
     ``unsmoothed``, as it is at positive slips without smoothing, with the ``fall`` of
     that."""
     graph = Graph(with_slopes=True)
-    v, numbers = graph.input("v"), Inputs(graph, NUMBERS, "n")
+    v, numbers = graph.input("v"), Inputs(graph, Numbers._fields, "n")
     factors = law.factors(v, numbers)
     values = {"coefficient": law.coefficient(v, factors, numbers)}
     direction = graph.node(1.0) if law.coefficient is _falling else factors[0]
@@ -96,11 +180,10 @@ def _graph_of(law: Law) -> tuple[Node, Named, tuple[Node, Node], dict[str, Node]
     return v, numbers, factors, values
 
 
-def values(law: Law, which: str, v: Any, numbers: Sequence[Any]) -> Any:
+def values(law: Law, which: str, v: Any, numbers: Numbers) -> Any:
     """The ``coefficient`` of a law at slips, its ``slope``, the ``unsmoothed``
-    coefficient at positive slips or its ``fall``, on numbers or arrays; ``numbers`` in
-    the order of NUMBERS."""
-    given = {"v": v} | {f"n.{name}": n for name, n in zip(NUMBERS, numbers, strict=True)}
+    coefficient at positive slips or its ``fall``, on numbers or arrays."""
+    given = {"v": v} | {f"n.{name}": n for name, n in numbers._asdict().items()}
     return plain.values({"": _graph_of(law)[3][which]}, given)[""]
 
 
@@ -108,7 +191,7 @@ def with_slope(law: Law) -> Any:
     """The function (slip, *numbers) -> (coefficient, slope), to be written out in lane
     code."""
     v, numbers, _, found = _graph_of(law)
-    arguments = {v: "v"} | {getattr(numbers, name): name for name in NUMBERS}
+    arguments = {v: "v"} | {getattr(numbers, name): name for name in Numbers._fields}
     return plain.written_out("law", [found["coefficient"], found["slope"]], arguments)
 
 
@@ -119,5 +202,5 @@ def with_slope_from_factors(law: Law) -> Any:
     if law is hyperbolic:  # comes with the factors
         per_flat = factors[0].graph.make("result", *factors[0].args, extra=(factors[0].extra[0], 2))
     arguments = {v: "v", factors[0]: "direction", factors[1]: "weakened", per_flat: "per_flat"}
-    arguments |= {getattr(numbers, name): name for name in NUMBERS}
+    arguments |= {getattr(numbers, name): name for name in Numbers._fields}
     return plain.written_out("law", [found["coefficient"], found["slope"]], arguments)

@@ -75,8 +75,8 @@ class Ramps:
         self.model = model
 
     def _course(self, variant: Variant) -> Course:
-        names, model = self.model.parameter_names(variant), self.model
-        moving = tuple(name for name in names if name != model.set_speed)
+        model = self.model
+        moving = tuple(name for name in model.names(variant).parameters if name != model.set_speed)
         return Course(moving, model.set_speed, model.turning(variant))
 
     def columns(self, variant: Variant) -> tuple[str, ...]:
@@ -84,7 +84,7 @@ class Ramps:
         in time."""
         moving = self._course(variant).names
         ends = (f"{name}_{word}" for word in ("start", "slope") for name in moving)
-        return (*self.model.parameter_names(variant), *ends, *AHEAD)
+        return (*self.model.names(variant).parameters, *ends, *AHEAD)
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         """The compiled right-hand side."""
@@ -99,7 +99,7 @@ class Ramps:
         operation = (point.depth, point.wob, point.rotary_speed)
         initial = described(self.model.name).initial()
         ends = self.model.pack(Values(parameters, initial, operation), thresholds)
-        names, course = self.model.parameter_names(variant), self._course(variant)
+        names, course = self.model.names(variant).parameters, self._course(variant)
         moving, speed = [names.index(name) for name in course.names], names.index(course.speed)
         length = np.diff(cuts)
         slope = np.diff(ends, axis=0) / length[:, np.newaxis]

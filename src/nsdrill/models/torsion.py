@@ -14,20 +14,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from nsdrill.equations.contacts import friction
-from nsdrill.models.base import Level, Model, Symmetry, Variant
+from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
-from nsdrill.models.friction import hyperbolic, numbers_of
+from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
+from nsdrill.models.sections import HyperbolicFriction, Tubular
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Names, Section, TimeAbove
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.ranges import Checked, parameter
+from nsdrill.ranges import Checked, like, parameter
 
 
 @dataclass(frozen=True)
@@ -38,20 +39,9 @@ class Drillstring(Checked):
         415.7, "kg m^2", "9 in by 3 in, 200 m", low=1e-6, high=1e7, meaning="Rotary inertia of the collars"
     )
     collar_length: float = parameter(200.0, "m", "J, B", high=1e4, meaning="Length of the collars, which do not twist")
-    outer_diameter: float = parameter(0.127, "m", "J", low=1e-4, high=10.0, meaning="Outer diameter of the pipe")
-    inner_diameter: float = parameter(0.1086, "m", "J", high=10.0, meaning="Inner diameter of the pipe")
+    outer_diameter: float = like(Tubular, "outer_diameter", meaning="Outer diameter of the pipe")
+    inner_diameter: float = like(Tubular, "inner_diameter", meaning="Inner diameter of the pipe")
     damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping")
-
-
-@dataclass(frozen=True)
-class Friction(Checked):
-    """Coefficients at rest and at high speed, the steepness eps of the sign change, and
-    the rate tau of the fall."""
-
-    static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
-    dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
-    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
-    decay: float = parameter(3.0, "s/rad", "R", "low", high=1e6, usual="0 to 20 s/rad")
 
 
 @dataclass(frozen=True)
@@ -59,7 +49,7 @@ class Bit(Checked):
     """A disc that rubs on the rock."""
 
     radius: float = parameter(0.1905, "m", "P (15 in)", "certain", low=1e-4, high=5.0, meaning="Radius of the bit")
-    friction: Friction = field(default_factory=Friction)
+    friction: HyperbolicFriction = field(default_factory=HyperbolicFriction)
 
 
 @dataclass(frozen=True)
@@ -81,20 +71,9 @@ class Initial(Starts):
 
 STATES = ("twist", "bit_speed", "drive_angle")
 NAMES = Names(
-    states=STATES[:2],
+    STATES[:2],
     slopes=("bit_acceleration",),
-    parameters=(
-        "inertia",
-        "stiffness",
-        "damping",
-        "drive_speed",
-        "torque",
-        "bit_smoothing",
-        "bit_decay",
-        "bit_rise",
-        "bit_dynamic",
-        "stuck",
-    ),
+    parameters=("inertia", "stiffness", "damping", "drive_speed", "torque", *columns_of("bit"), "stuck"),
 )
 DECLARATION = Declaration(
     channels=(
@@ -156,34 +135,33 @@ class Torsion(Model):
 
     name = "torsion"
     equations = staticmethod(equations)
-    frames: ClassVar = {"twist": "drive_speed"}
-
-    def names(self, variant: Any) -> Names:
-        return NAMES
-
-    def declaration(self, variant: Any) -> Declaration:
-        return DECLARATION
+    rows_named, declared = NAMES, DECLARATION
+    relative, sticking = ("twist",), "stuck"
 
     def pushed(self, variant: Any) -> tuple[str, ...]:
         return ("bit_speed",)
-
-    def levels(self, variant: Variant) -> tuple[Level, ...]:
-        return (Level("bit", NAMES.states.index("bit_speed"), NAMES.parameters.index("stuck")),)
 
     def symmetry(self, points: Values) -> Symmetry:
         return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
-        string, bit, (depth, wob, speed) = (points.parameters.drillstring, points.parameters.bit, points.operation)
-        law, stuck, (inertia, stiffness) = (bit.friction, thresholds.stuck_below, pipe(string, depth))
-        others = (string.damping, speed, wob * 2 / 3 * bit.radius * law.static, law.smoothing, law.decay)
-        inertia, share = string.collar_inertia + inertia / 3, law.dynamic / law.static
-        return dict(zip(NAMES.parameters, (inertia, stiffness, *others, 1 - share, share, stuck), strict=True))
+        string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
+        law, (inertia, stiffness) = bit.friction, pipe(string, depth)
+        share = law.dynamic / law.static
+        return {
+            "inertia": string.collar_inertia + inertia / 3,
+            "stiffness": stiffness,
+            "damping": string.damping,
+            "drive_speed": speed,
+            "torque": wob * 2 / 3 * bit.radius * law.static,
+            **Numbers(law.smoothing, law.decay, 1 - share, share).columns("bit"),
+            "stuck": thresholds.stuck_below,
+        }
 
-    def natural_scales(self, table: Mapping[str, Any]) -> Any:
+    def natural_scales(self, table: Mapping[str, Any], o: Any) -> Any:
         return 0.1, 0.1 * table["drive_speed"]
 
-    def fastest(self, table: Mapping[str, Any]) -> Any:
+    def fastest(self, table: Mapping[str, Any], o: Any) -> Any:
         return np.maximum(np.sqrt(table["stiffness"] / table["inertia"]), table["drive_speed"])
 
     def steady(self, points: Values) -> Mapping[str, Any]:

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import MARKER, OBSERVER, Rows
+from nsdrill.abi import OBSERVER, Rows
 from nsdrill.compiler.functions import compiled
 from nsdrill.compiler.words import fma
-from nsdrill.observe.interpolant import quintic, slope, value
+from nsdrill.kernel.batch import unobserved
+from nsdrill.observe.interpolant import position_and_velocity
 
 # The store: number of the next sample, interval [s], capacity, time at which the run
 # began [s], then the samples, each with all states.
@@ -32,13 +33,9 @@ def samples_of(store: np.ndarray, states: int) -> np.ndarray:
     return store[HEADER : HEADER + count * states].reshape(count, states)
 
 
+@lru_cache
 def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
     """The compiled (observer, marker) that sample lane 0."""
-    return _make(lanes, rows)
-
-
-@lru_cache
-def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
     W, N, pairs = lanes, rows.own, rows.pairs
     start_, start_rate_, end_, end_rate_, frame_rate_ = (
         W * r for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.frame_rate)
@@ -58,18 +55,13 @@ def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
             theta = max(min(theta, 1.0), 0.0)
             sample = HEADER + N * int(store[NEXT])
             for p in range(pairs):  # positions and velocities alternate
-                j, m, a = 2 * p * W, (2 * p + 1) * W, p * W
-                frame_rate = b[frame_rate_ + a]
-                p0, p1, p2, p3, p4, p5 = quintic(
-                    b[start_ + j],
-                    h * (b[start_ + m] + frame_rate),
-                    h * h * b[start_rate_ + a],
-                    b[end_ + j],
-                    h * (b[end_ + m] + frame_rate),
-                    h * h * b[end_rate_ + a],
-                )
-                store[sample + 2 * p] = value(p0, p1, p2, p3, p4, p5, theta)
-                store[sample + 2 * p + 1] = slope(p1, p2, p3, p4, p5, theta) / h - frame_rate
+                x, v, a = 2 * p * W, (2 * p + 1) * W, p * W
+                position, velocity = position_and_velocity(
+                    b, 0, theta, h, b[frame_rate_ + a],
+                    start_ + x, start_ + v, start_rate_ + a, end_ + x, end_ + v, end_rate_ + a,
+                )  # fmt: skip
+                store[sample + 2 * p] = position
+                store[sample + 2 * p + 1] = velocity
             for k in range(2 * pairs, N):  # states of first order: the cubic through both ends
                 j, a = k * W, (k - pairs) * W
                 rise, d0, d1 = (b[end_ + j] - b[start_ + j], h * b[start_rate_ + a], h * b[end_rate_ + a])
@@ -78,8 +70,4 @@ def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
                 store[sample + k] = fma(theta, fma(theta, fma(theta, cube, square), d0), b[start_ + j])
             store[NEXT] += 1.0
 
-    @compiled(MARKER)
-    def trace_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
-        pass
-
-    return tracer, trace_marker
+    return tracer, unobserved(lanes)[1]

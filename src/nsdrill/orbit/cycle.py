@@ -9,17 +9,17 @@ flow there. One multiplier is 1, along the flow.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from nsdrill.orbit.arclength import Evaluation, Task
-from nsdrill.orbit.flow import DIFFERENCE_STEP, Flow, Legs
+from nsdrill.orbit.flow import DIFFERENCE_STEP, Ends, Flow, Legs
 from nsdrill.orbit.frame import rotated, rotation_derivative
-from nsdrill.orbit.periodic import Orbit, combined_touches, monodromy_product, shooting_jacobian
+from nsdrill.orbit.lockstep import Task
+from nsdrill.orbit.newton import Evaluation
+from nsdrill.orbit.shooting import Array, Shooting, shooting_jacobian
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 SEGMENTS = 6  # of a cycle, unless more are given
 
 
@@ -32,142 +32,118 @@ def corotating_rates(flow: Flow, state: Array, values: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Cycle:
-    """Limit cycles. The unknowns are the free states at the start of each of the
-    ``segments``, over ``state_scales`` [free]; the period over ``time_scale`` [s]; and
-    the last of ``values``, over its scale. The other states are those of ``fixed``
-    [states]. ``reference`` and ``normal`` [free], in natural scales, define the plane
-    of the phase condition."""
+class Cycle(Shooting):
+    """Limit cycles. The further unknowns are the period over ``time_scale`` [s] and the
+    continuation parameter. ``reference`` and ``normal`` [free], in natural scales,
+    define the plane of the phase condition."""
 
-    flow: Flow
-    segments: int
-    state_scales: Array
     time_scale: float
-    values: Array
-    fixed: Array
     reference: Array
     normal: Array
-    tolerance_factor = 1.0
+    lobes = 1
+    trivial = 1
 
     @classmethod
     def at(cls, flow: Flow, period: float, values: Array, state: Array, segments: int = SEGMENTS) -> Cycle:
         """The problem near the cycle of this ``period`` [s] through ``state``
         [states]."""
-        free = list(flow.symmetry.free)
-        state_scales = flow.state_scales(values)[0][free]
-        problem = cls(
-            flow,
-            segments,
-            state_scales,
-            period,
-            np.array(values),
-            state.copy(),
-            state[free] / state_scales,
-            np.zeros(len(free)),
-        )
+        scales = flow.state_scales(values)[0][list(flow.symmetry.free)]
+        zeros = np.zeros(len(scales))
+        problem = cls(flow, segments, scales, np.array(values), state.copy(), period, zeros, zeros)
         return problem.with_phase_condition(state, values)
 
     def with_phase_condition(self, state: Array, values: Array) -> Cycle:
-        """The same problem with its phase condition at ``state`` [states]."""
-        free = list(self.flow.symmetry.free)
-        normal = corotating_rates(self.flow, state[None], values)[0][free] / self.state_scales
-        length = np.linalg.norm(normal)
-        return replace(self, reference=state[free] / self.state_scales, normal=normal / max(length, 1e-300))
+        return self.with_normal(
+            state, corotating_rates(self.flow, state[None], values)[0][self.free] / self.state_scales
+        )
+
+    def with_normal(self, state: Array, normal: Array) -> Cycle:
+        """The same problem with the plane of its phase condition through ``state``
+        [states]; ``normal`` [free] has any length."""
+        reference = state[self.free] / self.state_scales
+        return replace(self, reference=reference, normal=normal / max(float(np.linalg.norm(normal)), 1e-300))
 
     def unknowns(self, states: Array, period: float, parameter: float) -> Array:
         """``x`` from the states at the starts of the segments [segments, states], the
         period [s] and the continuation parameter."""
-        free = list(self.flow.symmetry.free)
-        scaled = states[:, free] / (self.state_scales * math.sqrt(self.segments))
-        return np.concatenate([scaled.ravel(), [period / self.time_scale, parameter / self.flow.scales[-1]]])
+        return self.packed(states, period / self.time_scale, parameter / self.flow.scales[-1])
 
-    def states(self, x: Array) -> Array:
-        """The states at the starts of the segments, shape (segments, states)."""
-        states = np.tile(self.fixed, (self.segments, 1))
-        scaled = x[:-2].reshape(self.segments, -1)
-        states[:, list(self.flow.symmetry.free)] = scaled * (self.state_scales * math.sqrt(self.segments))
-        return states
+    def legs(self, states: Array, values: Array, periods: Array, tangent: Sequence[bool] | Array) -> Legs:
+        """The segments of several cases: ``states`` [cases, segments, states], ``values``
+        [cases, parameters], ``periods`` [cases] [s], and whether their monodromies are
+        computed, ``tangent`` [cases]."""
+        J = self.segments
+        all_values, durations = np.repeat(values, J, axis=0), np.repeat(periods / J, J)
+        return Legs(states.reshape(len(all_values), -1), 0.0, durations, all_values, np.repeat(tangent, J))
 
-    def values_at(self, x: Array) -> Array:
-        """The values of the continuation parameters, the last from ``x``."""
-        return np.concatenate([self.values[:-1], [x[-1] * self.flow.scales[-1]]])
+    def shots(self, ends: Ends, values: Array, periods: Array) -> tuple[Array, Array]:
+        """The ends and monodromies of :meth:`legs` in the frame of the drive, as of
+        :meth:`.Shooting.rotated_back`."""
+        return self.rotated_back(ends, np.repeat(self.flow.phase_rate(values) * periods / self.segments, self.segments))
 
     def evaluate(self, x: Array) -> Task[Evaluation | None]:
-        flow, J, states = self.flow, self.segments, self.states(x)
-        period, values = float(x[-2] * self.time_scale), self.values_at(x)
+        J, free, scale, states = self.segments, self.free, self.scale, self.states(x)
+        period, values = float(x[-2] * self.time_scale), self.values_around(x, DIFFERENCE_STEP)
         if not period > 0.0:
             return None
-        shift = np.zeros(len(values))
-        shift[-1] = h = DIFFERENCE_STEP * flow.scales[-1]
-        stencil = np.repeat(np.stack([values, values + shift, values - shift]), J, axis=0)
-        n_legs = 3 * J
-        ends = yield Legs(
-            np.tile(states, (3, 1)), np.zeros(n_legs), np.full(n_legs, period / J), stencil, np.arange(n_legs) < J
-        )
+        periods = np.full(3, period)
+        ends = yield self.legs(np.stack([states] * 3), values, periods, (True, False, False))
         if not ends.ok.all():
             return None
-        free = list(flow.symmetry.free)
-        weight, n = math.sqrt(J), len(free)
-        scale = self.state_scales * weight
-        angles = -flow.phase_rate(stencil) * period / J
-        end = rotated(flow.symmetry, ends.state, angles)
-        transposed = rotated(flow.symmetry, np.swapaxes(ends.monodromy[:J], 1, 2), angles[:J, None])
-        monodromies = np.swapaxes(transposed, 1, 2)
-        by_period = corotating_rates(flow, end[:J], values)[:, free] / scale * (self.time_scale / J)
-        residual = np.zeros(J * n + 1)
-        jacobian = np.zeros((J * n + 1, J * n + 2))
-        residual[:-1] = ((end[:J] - np.roll(states, -1, axis=0))[:, free] / scale).ravel()
-        residual[-1] = self.normal @ (states[0][free] / self.state_scales - self.reference)
-        blocks = monodromies[:, free][:, :, free] * (scale / scale[:, None])
-        jacobian[:-1, :-2] = shooting_jacobian(blocks)
-        monodromy = monodromy_product(blocks)
-        jacobian[-1, :n] = self.normal * weight
-        jacobian[:-1, -2] = by_period.ravel()
-        by_parameter = (end[J : 2 * J] - end[2 * J :])[:, free] / scale * (flow.scales[-1] / (2.0 * h))
-        jacobian[:-1, -1] = by_parameter.ravel()
+        end, monodromies = self.shots(ends, values, periods)
+        blocks = monodromies[0] * self.ratios
+        by_period = corotating_rates(self.flow, end[0], values[0])[:, free] / scale * (self.time_scale / J)
+        parameter_scale = self.flow.scales[-1]
+        per_step = parameter_scale / (2.0 * (DIFFERENCE_STEP * parameter_scale))
+        by_parameter = (end[1] - end[2])[:, free] / scale * per_step
+        phase_error, phase_row = self.phase_condition(states)
+        jacobian = np.zeros((len(x) - 1, len(x)))
+        jacobian[:-1] = np.column_stack([shooting_jacobian(blocks), by_period.ravel(), by_parameter.ravel()])
+        jacobian[-1, : len(free)] = phase_row
         if not np.isfinite(jacobian).all():
             return None
-        multipliers = np.linalg.eigvals(monodromy)
-        touches = combined_touches(ends.touches[:J])
-        orbit = Orbit(states[0], values, period, multipliers, touches, 1, monodromy, math.nan, states, tuple(free))
-        return Evaluation(residual, jacobian, lambda: orbit)
+        residual = np.concatenate([self.misses(end[0], states), phase_error])
+        found = states, values[0], period, blocks, ends.touches[:J]
+        return Evaluation(residual, jacobian, lambda: self.orbit(*found))
 
-    def updated(self, x: Array) -> Cycle:
-        return self.with_phase_condition(self.states(x)[0], self.values_at(x))
+    def phase_condition(self, states: Array) -> tuple[Array, Array]:
+        """The residual [1] and the derivative by the first segment [1, free] of the
+        phase condition."""
+        error = self.normal @ (states[0][self.free] / self.state_scales - self.reference)
+        return np.array([error]), self.normal[None] * math.sqrt(self.segments)
+
+    def critical_matrix(self, multiplier: float, monodromy: Array, state: Array, values: Array) -> Array:
+        """The matrix that is singular where a cycle through ``state`` has this
+        multiplier beside the trivial one: the shifted monodromy bordered by the flow and
+        by the normal of the phase condition [free + 1, free + 1]."""
+        rates = corotating_rates(self.flow, state[None], values)[0][self.free] / self.state_scales
+        shifted = monodromy - multiplier * np.eye(len(monodromy))
+        corner = [[shifted, rates[:, None] * self.time_scale], [self.normal[None], np.zeros((1, 1))]]
+        return np.block(corner)
 
 
 def sampled_cycle(
-    flow: Flow, state: Array, values: Array, interval: float, max_samples: int, segments: int = SEGMENTS
+    flow: Flow, state: Array, values: Array, interval: float, max_samples: int
 ) -> Task[tuple[Array, float] | None]:
-    """The states at the starts of the segments [segments, states] and the period [s] of
-    a settled motion through ``state`` [states], sampled every ``interval`` [s]. None
+    """The states at the starts of the ``SEGMENTS`` [segments, states] and the period [s]
+    of a settled motion through ``state`` [states], sampled every ``interval`` [s]. None
     where it does not return to its start within ``max_samples``, or stands still."""
     free = list(flow.symmetry.free)
     state_scales = flow.state_scales(values)[0][free]
-    all_values = np.atleast_2d(values)
-    phase_rate = float(flow.phase_rate(all_values)[0])
-    samples, max_distance, has_left = [state], 0.0, False
+    phase_rate = float(flow.phase_rate(values)[0])
+    samples, distances, has_left = [state], [0.0], False
     for k in range(1, max_samples + 1):
-        ends = yield Legs(samples[-1][None], np.zeros(1), np.array([interval]), all_values, np.zeros(1, dtype=bool))
+        ends = yield Legs(samples[-1][None], 0.0, interval, values)
         if not ends.ok[0]:
             return None
         samples.append(rotated(flow.symmetry, ends.state, -phase_rate * interval)[0])
-        distances = [float(np.linalg.norm(((sample - state)[free]) / state_scales)) for sample in samples[-3:]]
-        max_distance = max(max_distance, distances[-1])
-        has_left = has_left or distances[-1] > 0.5 * max_distance > 1e-3
-        if (
-            k > 3
-            and has_left
-            and distances[1] < distances[0]
-            and distances[1] <= distances[2]
-            and distances[1] < 0.1 * max_distance
-        ):
+        distances.append(float(np.linalg.norm((samples[-1] - state)[free] / state_scales)))
+        has_left = has_left or distances[-1] > 0.5 * max(distances) > 1e-3
+        before, least, after = distances[-3:] if k > 3 else (0.0, 0.0, 0.0)
+        if has_left and least < before and least <= after and least < 0.1 * max(distances):
             closest = samples[-2]
-            closest_rate = corotating_rates(flow, closest[None], values)[0][free] / state_scales
-            overshoot = float(((closest - state)[free] / state_scales) @ closest_rate) / float(
-                closest_rate @ closest_rate
-            )
-            period = (k - 1) * interval - overshoot
-            starts = [samples[round(j * (k - 1) / segments)] for j in range(segments)]
-            return np.stack(starts), period
+            rate = corotating_rates(flow, closest[None], values)[0][free] / state_scales
+            overshoot = float(((closest - state)[free] / state_scales) @ rate) / float(rate @ rate)
+            starts = [samples[round(j * (k - 1) / SEGMENTS)] for j in range(SEGMENTS)]
+            return np.stack(starts), (k - 1) * interval - overshoot
     return None

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any
 
@@ -24,7 +24,6 @@ from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes, unobs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model, Symmetry, Variant
-from nsdrill.models.registry import NAMES
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.touches import TOUCHES, make_levels, make_touches, touch_rows
 from nsdrill.variables import OK
@@ -40,25 +39,32 @@ TANGENT_TOLERANCE_FACTOR = 100.0  # the tolerance of a deviation over that of th
 DIFFERENCE_STEP = 1e-5  # of central differences by a parameter, in its natural scale
 
 
-@dataclass(frozen=True)
+@dataclass
 class Legs:
-    """Pieces of trajectories, as arrays over n of them:
+    """Pieces of trajectories, as arrays over n of them; what is one number for all is
+    made an array:
 
     - ``state`` [n, states] at the start, at the drive angle ``phase`` [n] [rad];
     - ``duration`` [n] [s], or, where ``angular``, the angle by which the drive advances
       [rad];
     - ``values`` [n, parameters] of the continuation parameters;
     - ``tangent`` [n], whether the monodromy is computed;
-    - ``tolerance_factor``, by which the tolerance of the flow is multiplied.
+    - ``tolerance_factor`` [n], by which the tolerance of the flow is multiplied.
     """
 
     state: Array
-    phase: Array
-    duration: Array
+    phase: Any
+    duration: Any
     values: Array
-    tangent: Array
-    tolerance_factor: float | Array = 1.0
-    angular: bool | Array = False
+    tangent: Any = False
+    tolerance_factor: Any = 1.0
+    angular: Any = False
+
+    def __post_init__(self) -> None:
+        n = len(self.state)
+        self.values = np.broadcast_to(self.values, (n, self.values.shape[-1]))
+        for name in ("phase", "duration", "tangent", "tolerance_factor", "angular"):
+            setattr(self, name, np.broadcast_to(getattr(self, name), n))
 
     def __len__(self) -> int:
         return len(self.state)
@@ -87,22 +93,8 @@ class Ends:
 
 
 def joined(parts: list[Legs]) -> Legs:
-    """The legs of all ``parts`` in order, with a ``tolerance_factor`` [n] of each."""
-
-    def column(name: str) -> Array:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    tolerance_factor = np.concatenate([np.broadcast_to(part.tolerance_factor, len(part)) for part in parts])
-    angular = np.concatenate([np.broadcast_to(part.angular, len(part)) for part in parts])
-    return Legs(
-        column("state"),
-        column("phase"),
-        column("duration"),
-        column("values"),
-        column("tangent"),
-        tolerance_factor,
-        angular,
-    )
+    """The legs of all ``parts`` in order."""
+    return Legs(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Legs)))
 
 
 @dataclass(frozen=True)
@@ -205,7 +197,7 @@ class Flow:
         expanded = Runs(
             runs.parameters[leg],
             np.concatenate([state_scales, TANGENT_TOLERANCE_FACTOR * state_scales], axis=1)[leg]
-            * np.broadcast_to(legs.tolerance_factor, n)[leg, None],
+            * legs.tolerance_factor[leg, None],
             frame_rates[leg],
             runs.phase_rate[leg],
             np.minimum(runs.first_step, duration)[leg],
@@ -228,25 +220,21 @@ class Flow:
         """The final states and outcomes of all ``n`` runs, and whether each ended well,
         on as many threads as the runs fill."""
         threads = max(1, min(self.workers, n // (RUNS_PER_LANE * self.lanes)))
-        if threads == 1:
-            return self._run_batch(runs, np.arange(n))
-        if self._pool is None:
+        if threads > 1 and self._pool is None:
             self._pool = ThreadPoolExecutor(self.workers - 1)
         # Interleaved, as neighbouring runs take about the same time.
         parts = [np.arange(first, n, threads) for first in range(threads)]
-        futures = [self._pool.submit(self._run_batch, runs, part) for part in parts[1:]]
+        futures = [self._pool.submit(self._run_batch, runs, part) for part in parts[1:]] if self._pool else []
         results = [self._run_batch(runs, parts[0]), *(future.result() for future in futures)]
-        merged = tuple(np.zeros((n, *array.shape[1:]), array.dtype) for array in results[0])
-        for part, arrays in zip(parts, results, strict=True):
-            for target, array in zip(merged, arrays, strict=True):
-                target[part] = array
-        return merged[0], merged[1], merged[2]
+        order = np.argsort(np.concatenate(parts))
+        final_state, outcome, ok = (np.concatenate(arrays)[order] for arrays in zip(*results, strict=True))
+        return final_state, outcome, ok
 
     def _run_batch(self, runs: Runs, part: Array) -> tuple[Array, Array, Array]:
         """The final states and outcomes of the runs ``part``, and whether each ended
         well."""
         rows, columns = self.equations.rows, self.equations.columns
-        part_runs = Runs(*(getattr(runs, name)[part] for name in Runs.__dataclass_fields__))
+        part_runs = Runs(*(getattr(runs, one.name)[part] for one in fields(Runs)))
         batch = Batch(self.lanes, len(part), rows, self.equations.store(), columns, self._settings)
         batch.add_many(np.arange(len(part)), part_runs)
         functions = self.equations.parts(self.lanes)
@@ -303,7 +291,6 @@ def equations_of(
 def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     contacts = len(model.contacts)
     levels = tuple((level.velocity, level.parameter) for level in model.levels(fixed))
-    identity = (NAMES.index(model.name), *fixed, list(STEPPERS).index(PAIR))
     right_hand_side = model.tangent(lanes, fixed, 0)
     touch_row = landing_rows(contacts)
     observe_levels, levels_marker = (
@@ -312,9 +299,7 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     if not contacts:
         return Compiled(right_hand_side, observe_levels, levels_marker)
     contact_functions = model.contact_functions(lanes, fixed, RATES * contacts)
-    land = make_landing(
-        lanes, rows, STEPPERS[PAIR].scheme(rows), 0, contact_functions, model.tangent(1, fixed, 0), contacts, identity
-    )
+    land = make_landing(lanes, rows, STEPPERS[PAIR].tableau, 0, contact_functions, model.tangent(1, fixed, 0), contacts)
     observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
     level_column = touch_rows(contacts)
 

@@ -22,9 +22,9 @@ def rotated(symmetry: Symmetry, state: Array, angle: Any) -> Array:
     return rotated_state
 
 
-def rotation_matrix(symmetry: Symmetry, states: int, angle: float) -> Array:
-    """The matrix of :func:`rotated`."""
-    return rotated(symmetry, np.eye(states), angle).T
+def rotation_matrices(symmetry: Symmetry, states: int, angles: Array) -> Array:
+    """The matrices [n, states, states] of :func:`rotated` for ``angles`` [n]."""
+    return np.swapaxes(rotated(symmetry, np.tile(np.eye(states), (len(angles), 1, 1)), angles[:, None]), 1, 2)
 
 
 def rotation_derivative(symmetry: Symmetry, state: Array) -> Array:

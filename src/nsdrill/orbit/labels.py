@@ -17,15 +17,20 @@ bifurcation.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import BIFURCATIONS, BRANCH, DOUBLING, FOLD, HOPF, TORUS
-from nsdrill.orbit.arclength import LabelledPoint, Point, Stability, TestFunction
-from nsdrill.orbit.periodic import UNSTABLE_TOLERANCE, Orbit
+from nsdrill.analysis.bifurcations import BIFURCATIONS, BRANCH, CIRCLE, DOUBLING, EQUILIBRIUM, FOLD, HOPF, OWN, TORUS
+from nsdrill.orbit.circle import Circle
+from nsdrill.orbit.lockstep import Task
+from nsdrill.orbit.newton import Point, corrected_at_parameter
+from nsdrill.orbit.shooting import UNSTABLE_TOLERANCE, Orbit
+from nsdrill.orbit.special import LabelledPoint, Stability, TestFunction, TestFunctions, special_points
 
 REAL_TOLERANCE = 1e-7  # of the imaginary part of a real multiplier, over its modulus
+FINEST = 41  # points of the circles on which touches are located
+TOUCH_TOLERANCE = 1e-3  # of their arclength there
 
 
 @dataclass(frozen=True)
@@ -87,12 +92,12 @@ def _pair_margin(rank: int) -> Callable[[Point], float]:
     return value
 
 
-def orbit_test_functions(
-    grazes: Mapping[int, Graze], *, equilibrium: bool
-) -> Callable[[Point, Point], list[TestFunction]]:
+def test_functions_of(grazes: Mapping[int, Graze], motion: str) -> TestFunctions:
     """The function that gives the test functions of the special points between two
-    points of a branch. ``grazes`` has the grazing events of the contacts, by place;
-    with ``equilibrium`` a pair that crosses the unit circle is a Hopf bifurcation."""
+    points of a branch of a kind of ``motion``. ``grazes`` has the grazing events of the
+    contacts, by place. Of a circle neither the multipliers nor the numbers of touches
+    are exact enough to tell a special point."""
+    is_circle = motion == CIRCLE
 
     def test_functions(previous: Point, current: Point) -> list[TestFunction]:
         functions = []
@@ -100,38 +105,47 @@ def orbit_test_functions(
         is_fold = (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0)
         if is_fold:
             functions.append(TestFunction(FOLD, lambda point: float(point.tangent[-1])))
-        (above1, below1, out1), (above2, below2, out2) = (multiplier_counts(before), multiplier_counts(after))
-        if below1 != below2 and (below1 + below2) % 2:
-            functions.append(TestFunction(DOUBLING, _signed_distance(-1.0)))
-        if above1 != above2 and (above1 + above2) % 2 and not is_fold:
-            functions.append(TestFunction(BRANCH, _signed_distance(1.0)))
-        if out1 != out2 and above1 == above2 and below1 == below2:
-            functions.append(TestFunction(HOPF if equilibrium else TORUS, _pair_margin(min(out1, out2))))
+        if not is_circle:
+            pair = HOPF if motion == EQUILIBRIUM else TORUS
+            functions += _bifurcations(multiplier_counts(before), multiplier_counts(after), is_fold, pair)
         for contact, graze in grazes.items():
-            if (function := _grazing(before, after, contact, graze)) is not None:
-                functions.append(function)
+            counted = graze.counted and not is_circle
+            functions += _grazing(before.touches[contact], after.touches[contact], contact, graze, counted)
         return functions
 
     return test_functions
 
 
-def _grazing(before: Orbit, after: Orbit, contact: int, graze: Graze) -> TestFunction | None:
-    """The test function of grazing of one contact between two points; None where they
-    have none between them."""
-    (low1, high1, n1), (low2, high2, n2) = before.touches[contact], after.touches[contact]
+def _bifurcations(
+    before: tuple[int, int, int], after: tuple[int, int, int], is_fold: bool, pair: int
+) -> list[TestFunction]:
+    """The test functions of multipliers between two points, from their counts there;
+    ``pair`` is the label where a complex pair crosses the unit circle."""
+    (above1, below1, out1), (above2, below2, out2) = before, after
+    functions = []
+    if (below1 + below2) % 2:
+        functions.append(TestFunction(DOUBLING, _signed_distance(-1.0)))
+    if (above1 + above2) % 2 and not is_fold:
+        functions.append(TestFunction(BRANCH, _signed_distance(1.0)))
+    if out1 != out2 and above1 == above2 and below1 == below2:
+        functions.append(TestFunction(pair, _pair_margin(min(out1, out2))))
+    return functions
+
+
+def _grazing(before: np.ndarray, after: np.ndarray, contact: int, graze: Graze, counted: bool) -> list[TestFunction]:
+    """The test function of grazing of one contact between two points, from its touches
+    there; none where they have no such event between them."""
+    (low1, high1, n1), (low2, high2, n2) = before, after
     never1, never2, always1, always2 = high1 <= 0.0, high2 <= 0.0, low1 > 0.0, low2 > 0.0
     if never1 != never2 and graze.reached is not None:
-        return TestFunction(graze.reached, lambda point: float(point.found.touches[contact, 1]))
+        return [TestFunction(graze.reached, lambda point: float(point.found.touches[contact, 1]))]
     if always1 != always2 and graze.lost is not None:
-        return TestFunction(graze.lost, lambda point: float(point.found.touches[contact, 0]))
+        return [TestFunction(graze.lost, lambda point: float(point.found.touches[contact, 0]))]
     code = graze.reached if graze.reached is not None else graze.lost
-    if graze.counted and n1 != n2 and not (never1 or never2 or always1 or always2) and code is not None:
-        level = 0.5 * (n1 + n2)
-        words = f"{int(n1)} to {int(n2)} touches a period"
-        return TestFunction(
-            code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words, jumps=True
-        )
-    return None
+    if not counted or n1 == n2 or never1 or never2 or always1 or always2 or code is None:
+        return []
+    level, words = 0.5 * (n1 + n2), f"{int(n1)} to {int(n2)} touches a period"
+    return [TestFunction(code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words, True)]
 
 
 def kink_predicate(contacts: int) -> Callable[[Orbit, Orbit], bool]:
@@ -166,3 +180,47 @@ def critical_vector(orbit: Orbit, multiplier: float) -> np.ndarray:
     assert orbit.monodromy is not None
     _, _, right = np.linalg.svd(orbit.monodromy - multiplier * np.eye(len(orbit.monodromy)))
     return np.asarray(right[-1])
+
+
+def with_located_touches(
+    problem: Circle, marked: list[LabelledPoint], test_functions: TestFunctions
+) -> Task[list[LabelledPoint]]:
+    """The points of one side of a branch, with its touches located on circles of
+    ``FINEST`` points: a coarse circle passes by the wall at another speed than the
+    motion on it. A touch that is not found there keeps its place, and says so."""
+    result = list[LabelledPoint]()
+    for k, entry in enumerate(marked):
+        if entry.label >= OWN:
+            for reach in (1, 2):
+                sides = [marked[max(k - reach, 0)].point, marked[min(k + reach, len(marked) - 1)].point]
+                found = yield from _finer_touch(problem, sides, entry.label, test_functions)
+                if found is not None:
+                    break
+            entry = replace(entry, words="only on a coarse circle") if found is None else found
+        result.append(entry)
+    return sorted(result, key=lambda entry: entry.point.s)
+
+
+def _finer_touch(
+    problem: Circle, sides: list[Point], code: int, test_functions: TestFunctions
+) -> Task[LabelledPoint | None]:
+    """The touch with the label ``code`` between circles at two points, of ``FINEST``
+    points; None where it is not found."""
+    low, high = sorted(sides, key=lambda point: float(point.x[-1]))
+    fine = list[Point]()
+    for side in (low, high):
+        finer, x = problem.with_points(side.x, FINEST)
+        point = yield from corrected_at_parameter(finer, x)
+        fine += [] if point is None else [point]
+    if len(fine) < 2 or not fine[0].x[-1] < fine[1].x[-1]:
+        return None
+
+    def sought(a: Point, b: Point) -> list[TestFunction]:
+        return [test for test in test_functions(a, b) if test.code == code]
+
+    found = yield from special_points(finer, fine[0], fine[1], sought, TOUCH_TOLERANCE)
+    if not found:
+        return None
+    point = found[0].point
+    share = (point.x[-1] - low.x[-1]) / (high.x[-1] - low.x[-1])
+    return replace(found[0], point=replace(point, s=float(low.s + share * (high.s - low.s))))

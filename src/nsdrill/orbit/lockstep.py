@@ -9,63 +9,52 @@ from nsdrill.orbit.flow import Ends, Flow, Legs, joined
 
 K = TypeVar("K", bound=Hashable)
 T = TypeVar("T")
+Task = Generator[Legs, Ends, T]
 
 
-def advance(
-    flow: Flow,
-    tasks: Mapping[K, Generator[Any, Any, Any]],
-    poll: Callable[[], None] = lambda: None,
-    watch: Callable[[Collection[K]], None] = lambda pending: None,
-) -> dict[K, Any]:
-    """Run generators that yield legs and are sent their ends until all have returned.
-    Their return values, by key. ``poll`` is called once a round, and may raise to stop;
-    ``watch`` with the keys of those that have not returned."""
-    results: dict[K, Any] = {}
-    pending = {}
+def gather(
+    tasks: Mapping[K, Task[T]], watch: Callable[[Collection[K]], None] = lambda pending: None
+) -> Task[dict[K, T]]:
+    """One task that advances ``tasks``, generators that yield legs and are sent their
+    ends, side by side, and returns their return values, by key. ``watch`` is called once
+    a round, with the keys of those that have not returned."""
+    results: dict[K, T] = {}
+    pending: dict[K, Legs] = {}
 
-    def resume(key: K, task: Generator[Any, Any, Any], value: Any) -> None:
+    def resume(key: K, ends: Ends | None) -> None:
         try:
-            pending[key] = (task, task.send(value))
+            pending[key] = tasks[key].send(ends)  # type: ignore[arg-type]
         except StopIteration as stop:
             pending.pop(key, None)
             results[key] = stop.value
 
-    for key, task in tasks.items():
-        resume(key, task, None)
+    for key in tasks:
+        resume(key, None)
     while pending:
-        poll()
         watch(pending)
-        requests = list(pending.items())
-        ends = flow.run(joined([legs for _, (_, legs) in requests]))
-        first = 0
-        for key, (task, legs) in requests:
-            rows = slice(first, first + len(legs))
-            first = rows.stop
-            resume(key, task, ends[rows])
-    return results
-
-
-def gather(tasks: list[Generator[Legs, Ends, T]]) -> Generator[Legs, Ends, list[T]]:
-    """One generator that advances ``tasks`` side by side and returns their return
-    values."""
-    results: dict[int, T] = {}
-    pending: dict[int, Legs] = {}
-
-    def resume(number: int, ends: Ends | None) -> None:
-        try:
-            pending[number] = tasks[number].send(ends)  # type: ignore[arg-type]
-        except StopIteration as stop:
-            pending.pop(number, None)
-            results[number] = stop.value
-
-    for number in range(len(tasks)):
-        resume(number, None)
-    while pending:
         requests = list(pending.items())
         ends = yield joined([legs for _, legs in requests])
         first = 0
-        for number, legs in requests:
+        for key, legs in requests:
             rows = slice(first, first + len(legs))
             first = rows.stop
-            resume(number, ends[rows])
-    return [results[number] for number in range(len(tasks))]
+            resume(key, ends[rows])
+    return results
+
+
+def advance(
+    flow: Flow,
+    tasks: Mapping[K, Task[Any]],
+    poll: Callable[[], None] = lambda: None,
+    watch: Callable[[Collection[K]], None] = lambda pending: None,
+) -> dict[K, Any]:
+    """The return values of ``tasks``, by key, as of :func:`gather`, their legs run by
+    ``flow``. ``poll`` is called once a round, and may raise to stop."""
+    every = gather(tasks, watch)
+    try:
+        legs = next(every)
+        while True:
+            poll()
+            legs = every.send(flow.run(legs))
+    except StopIteration as stop:
+        return dict(stop.value)

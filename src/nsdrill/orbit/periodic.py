@@ -1,227 +1,105 @@
-"""Periodic orbits as fixed points of the lobe map, by multiple shooting. Steady
-drilling and bounces are such fixed points.
+"""Periodic orbits as fixed points of the lobe map. Steady drilling and bounces are such
+fixed points.
 
 The lobe map P_m is the flow over m folds of a revolution of the drive, followed by the
 rotation back by the same angle (``models.base.Symmetry``). An orbit of period m is a
-fixed point of P_m; each of its ``segments`` ends where the next one begins. Where the
-equations are the same at every drive angle, a fixed point of the map over any angle is
-an equilibrium in the frame of the drive.
+fixed point of P_m. Where the equations are the same at every drive angle, a fixed point
+of the map over any angle is an equilibrium in the frame of the drive.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from nsdrill.orbit.arclength import Evaluation, Problem, Task
-from nsdrill.orbit.flow import DIFFERENCE_STEP, Flow, Legs
-from nsdrill.orbit.frame import rotated, rotation_matrix
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
-# folds of a revolution in the map of an equilibrium, where every drive angle is alike
-EQUILIBRIUM_FOLDS = 8
-UNSTABLE_TOLERANCE = 1e-9  # of the modulus of a multiplier on the unit circle
+from nsdrill.orbit.flow import DIFFERENCE_STEP, Ends, Flow, Legs
+from nsdrill.orbit.frame import rotated
+from nsdrill.orbit.lockstep import Task
+from nsdrill.orbit.newton import Evaluation
+from nsdrill.orbit.shooting import Array, Orbit, Shooting, map_angle, shooting_jacobian
 
 
 @dataclass(frozen=True)
-class Orbit:
-    """A motion that repeats: a periodic orbit, an equilibrium, a cycle or a circle.
+class Periodic(Shooting):
+    """Fixed points of P_m, m being ``lobes``. The only further unknown is the
+    continuation parameter."""
 
-    - ``state`` [states] at its start, at the drive angle 0;
-    - ``values`` [parameters] of the continuation parameters;
-    - ``period`` [s];
-    - ``multipliers`` [free], the complex Floquet multipliers over one period, of which
-      ``trivial`` are 1 for every such motion;
-    - ``touches`` [contacts and levels, 3], as of :class:`.flow.Ends`;
-    - ``monodromy`` [free, free] in natural scales;
-    - ``rotation`` of a circle over one period [rad];
-    - ``mesh_states`` [mesh points, states] at the starts of the segments; of a circle
-      w at its points (:mod:`.circle`);
-    - ``free``, the places of the free states.
-    """
-
-    state: Array
-    values: Array
-    period: float
-    multipliers: np.ndarray[Any, np.dtype[Any]]
-    touches: Array
-    trivial: int = 0
-    monodromy: Array | None = None
-    rotation: float = math.nan
-    mesh_states: Array | None = None
-    free: tuple[int, ...] = ()
-
-    @property
-    def nontrivial(self) -> np.ndarray[Any, np.dtype[Any]]:
-        """The multipliers that decide on stability."""
-        if not self.trivial:
-            return self.multipliers
-        return np.delete(self.multipliers, np.argsort(np.abs(self.multipliers - 1.0))[: self.trivial])
-
-    @property
-    def unstable(self) -> int:
-        """How many multipliers lie outside the unit circle."""
-        return int(np.sum(np.abs(self.nontrivial) > 1.0 + UNSTABLE_TOLERANCE))
-
-
-def combined_touches(touches: Array) -> Array:
-    """The touches of a whole motion [contacts, 3] from those of its segments
-    [segments, contacts, 3]."""
-    return np.stack([touches[..., 0].min(axis=0), touches[..., 1].max(axis=0), touches[..., 2].sum(axis=0)], axis=-1)
-
-
-def shooting_jacobian(blocks: Array) -> Array:
-    """The Jacobian of multiple shooting, [segments n, segments n]: the derivative by
-    all starts of the end of each segment less the start of the next. ``blocks``
-    [segments, n, n] are the monodromies of the segments."""
-    J, n = len(blocks), blocks.shape[-1]
-    matrix = np.zeros((J, n, J, n))
-    for j, block in enumerate(blocks):
-        matrix[j, :, j] += block
-        matrix[j, :, (j + 1) % J] -= np.eye(n)
-    return matrix.reshape(J * n, J * n)
-
-
-def monodromy_product(blocks: Array) -> Array:
-    """The monodromy of a motion, [n, n], from those of its segments in order."""
-    monodromy = np.eye(blocks.shape[-1])
-    for block in blocks:
-        monodromy = block @ monodromy
-    return monodromy
-
-
-@dataclass(frozen=True)
-class Periodic:
-    """Fixed points of P_m. The unknowns are the free states at the start of each of the
-    ``segments``, over ``state_scales`` [free], then the last of ``values``, over its
-    scale. The other states are those of ``fixed`` [states]."""
-
-    flow: Flow
     lobes: int
-    segments: int
-    state_scales: Array
-    values: Array
-    fixed: Array
-    tolerance_factor = 1.0
+    rotation = 0.0
 
     @classmethod
     def at(cls, flow: Flow, lobes: int, values: Array, state: Array, segments: int | None = None) -> Periodic:
         """The problem near ``state`` [states] at ``values`` [parameters]."""
-        free = list(flow.symmetry.free)
-        return cls(
-            flow, lobes, segments or max(1, lobes), flow.state_scales(values)[0][free], np.array(values), state.copy()
-        )
-
-    @property
-    def folds(self) -> int:
-        return self.flow.symmetry.folds or EQUILIBRIUM_FOLDS
+        scales = flow.state_scales(values)[0][list(flow.symmetry.free)]
+        return cls(flow, segments or max(1, lobes), scales, np.array(values), state.copy(), lobes)
 
     @property
     def angle(self) -> float:
         """The angle by which the drive advances in one period [rad]."""
-        return 2.0 * math.pi * self.lobes / self.folds
+        return map_angle(self.flow, self.lobes)
 
     def unknowns(self, states: Array, parameter: float) -> Array:
         """``x`` from the states at the starts of the segments [segments, states] and
         the continuation parameter."""
-        free = list(self.flow.symmetry.free)
-        weight = math.sqrt(self.segments)
-        scaled = states[:, free] / (self.state_scales * weight)
-        return np.concatenate([scaled.ravel(), [parameter / self.flow.scales[-1]]])
+        return self.packed(states, parameter / self.flow.scales[-1])
 
-    def states(self, x: Array) -> Array:
-        """The states at the starts of the segments, shape (segments, states)."""
-        free = list(self.flow.symmetry.free)
-        states = np.tile(self.fixed, (self.segments, 1))
-        states[:, free] = x[:-1].reshape(self.segments, -1) * (self.state_scales * math.sqrt(self.segments))
-        return states
+    def legs(self, states: Array, values: Array, periods: Array, tangent: Sequence[bool] | Array) -> Legs:
+        """The segments of several cases: ``states`` [cases, segments, states], ``values``
+        [cases, parameters], and whether their monodromies are computed, ``tangent``
+        [cases]. The period is that of the drive."""
+        J, cases = self.segments, len(values)
+        phases = np.tile(np.arange(J) * self.angle / J, cases)
+        all_values, all_tangent = np.repeat(values, J, axis=0), np.repeat(tangent, J)
+        return Legs(states.reshape(cases * J, -1), phases, self.angle / J, all_values, all_tangent, 1.0, True)
 
-    def values_at(self, x: Array) -> Array:
-        """The values of the continuation parameters, the last from ``x``."""
-        return np.concatenate([self.values[:-1], [x[-1] * self.flow.scales[-1]]])
-
-    def legs(self, x: Array, *, tangent: bool = True) -> Legs:
-        """The segments at ``x``; with ``tangent`` also, without monodromies, at a
-        slightly greater and a slightly smaller continuation parameter."""
-        states, values = self.states(x), self.values_at(x)
-        h = DIFFERENCE_STEP * self.flow.scales[-1]
-        shift = np.zeros(len(values))
-        shift[-1] = h
-        stencil = np.stack([values, values + shift, values - shift])[: 3 if tangent else 1]
-        J, k = self.segments, len(stencil)
-        return Legs(
-            np.tile(states, (k, 1)),
-            np.tile(np.arange(J) * self.angle / J, k),
-            np.full(k * J, self.angle / J),
-            np.repeat(stencil, J, axis=0),
-            np.arange(k * J) < J if tangent else np.zeros(J, dtype=bool),
-            angular=True,
-        )
+    def shots(self, ends: Ends, values: Array, periods: Array) -> tuple[Array, Array]:
+        """The ends and monodromies of :meth:`legs`, in the frame of the drive at its
+        angle 0, as of :meth:`.Shooting.rotated_back`."""
+        last = np.arange(self.segments) == self.segments - 1
+        return self.rotated_back(ends, np.tile(np.where(last, self.angle, 0.0), len(values)))
 
     def evaluate(self, x: Array) -> Task[Evaluation | None]:
-        ends = yield self.legs(x)
+        J, states, values = self.segments, self.states(x), self.values_around(x, DIFFERENCE_STEP)
+        nothing = np.zeros(0)
+        ends = yield self.legs(np.stack([states] * 3), values, nothing, (True, False, False))
         if not ends.ok.all():
             return None
-        flow, J, states = self.flow, self.segments, self.states(x)
-        free = list(flow.symmetry.free)
-        weight = math.sqrt(J)
-        scale, n = self.state_scales * weight, len(free)
-        end = ends.state.reshape(3, J, -1)
-        end[:, -1] = rotated(flow.symmetry, end[:, -1], -self.angle)
-        rotate_back = rotation_matrix(flow.symmetry, flow.states, -self.angle)
-        monodromies = ends.monodromy[:J].copy()
-        monodromies[-1] = rotate_back @ monodromies[-1]
-        residual = (end[0] - np.roll(states, -1, axis=0))[:, free] / scale
-        blocks = monodromies[:, free][:, :, free] * (scale / scale[:, None])
-        jacobian = np.zeros((J * n, J * n + 1))
-        jacobian[:, :-1] = shooting_jacobian(blocks)
-        monodromy = monodromy_product(blocks)
-        by_parameter = (end[1] - end[2])[:, free] / scale / (2.0 * DIFFERENCE_STEP)
-        jacobian[:, -1] = by_parameter.ravel()
+        end, monodromies = self.shots(ends, values, nothing)
+        blocks = monodromies[0] * self.ratios
+        by_parameter = (end[1] - end[2])[:, self.free] / self.scale / (2.0 * DIFFERENCE_STEP)
+        jacobian = np.column_stack([shooting_jacobian(blocks), by_parameter.ravel()])
         if not np.isfinite(jacobian).all():
             return None
-        values = self.values_at(x)
-        period = float(ends.duration[:J].sum())
-        orbit = Orbit(
-            states[0],
-            values,
-            period,
-            np.linalg.eigvals(monodromy),
-            combined_touches(ends.touches[:J]),
-            0,
-            monodromy,
-            0.0,
-            states,
-            tuple(free),
-        )
-        return Evaluation(residual.ravel(), jacobian, lambda: orbit)
+        found = states, values[0], float(ends.duration[:J].sum()), blocks, ends.touches[:J]
+        return Evaluation(self.misses(end[0], states), jacobian, lambda: self.orbit(*found))
 
-    def updated(self, x: Array) -> Problem:
-        return self
+    def phase_condition(self, states: Array) -> tuple[Array, Array]:
+        """The residual and the derivative by the first segment of the phase condition:
+        there is none."""
+        return np.zeros(0), np.zeros((0, len(self.free)))
+
+    def critical_matrix(self, multiplier: float, monodromy: Array, state: Array, values: Array) -> Array:
+        """The matrix that is singular where a motion through ``state`` has this
+        multiplier."""
+        return monodromy - multiplier * np.eye(len(monodromy))
 
 
 def lobe_starts(orbit: Orbit, flow: Flow, lobes: int) -> list[Array]:
     """The free states at the start of each of the ``lobes`` of an orbit, rotated back
     to the drive angle 0: those at which it may begin."""
-    assert orbit.mesh_states is not None
-    step = len(orbit.mesh_states) // lobes
-    fold_angle = 2.0 * math.pi / (flow.symmetry.folds or EQUILIBRIUM_FOLDS)
-    states = orbit.mesh_states[:: max(step, 1)][:lobes]
-    return [rotated(flow.symmetry, state, -k * fold_angle)[list(orbit.free)] for k, state in enumerate(states)]
+    states = orbit.mesh_states[:: max(len(orbit.mesh_states) // lobes, 1)][:lobes]
+    angle = map_angle(flow)
+    return [rotated(flow.symmetry, state, -k * angle)[list(orbit.free)] for k, state in enumerate(states)]
 
 
 def segment_starts(problem: Periodic, state: Array, values: Array) -> Task[Array | None]:
     """The states at the starts of the segments of ``problem`` [segments, states] on the
     motion from ``state`` at ``values``; None where a run fails."""
-    starts, J = [state], problem.segments
-    angle = np.array([problem.angle / J])
-    for j in range(J - 1):
-        ends = yield Legs(
-            starts[-1][None], j * angle, angle, np.atleast_2d(values), np.zeros(1, dtype=bool), angular=True
-        )
+    starts, angle = [state], problem.angle / problem.segments
+    for j in range(problem.segments - 1):
+        ends = yield Legs(starts[-1][None], j * angle, angle, values, angular=True)
         if not ends.ok[0]:
             return None
         starts.append(ends.state[0])

@@ -1,4 +1,4 @@
-"""The answer of a operating window in words: where to run, what bounds it and why, and what
+"""The answer of an operating window in words: where to run, what bounds it and why, and what
 one must know before relying on it.
 
 The text of ``nsdrill window``, its picture and the report have the same words. The data
@@ -162,7 +162,9 @@ def _side_verb(side: Mapping[str, Any], where: str) -> str:
     """``below it sticks``, ``above the map ends``."""
     if side["why"] == "edge":
         return f"{where} the map ends"
-    if side["why"] in ("failed", "unknown", "distrusted"):
+    if side["why"] == "distrusted":
+        return f"{where} the checks disagree"
+    if side["why"] in ("failed", "unknown"):
         return f"{where} nothing is known"
     depends = side["why"] == "rim"
     verbs = [VERBS[name] + ("" if depends else "s") for name in side["responses"]]
@@ -197,7 +199,7 @@ def limit(axis: str, side: Mapping[str, Any], fmt: Formatter) -> str:
     coming down``."""
     if side["why"] == "edge":
         return "the edge of the map, nothing is known beyond"
-    what = {"failed": "a run failed", "distrusted": "not to be trusted", "unknown": "no severity is known"}.get(
+    what = {"failed": "a run failed", "distrusted": "the checks disagree", "unknown": "no severity is known"}.get(
         side["why"], "critical"
     )
     if side["responses"] and side["why"] not in ("failed", "unknown"):

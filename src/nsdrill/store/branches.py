@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.errors import FileError
 from nsdrill.files import MAKE_ROOM, reason
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import get_attributes
+from nsdrill.store.attributes import plain_attributes
 from nsdrill.store.layout import root_attributes
 
 KIND = "branches"
@@ -40,30 +40,15 @@ def write_branches(
 ) -> None:
     """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError, with
     ``remedy``, if the disk refuses."""
-    import h5py
-
     with hdf5.writing(path, remedy, overwrite=overwrite) as file:
         hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
         for name in data.dims:
-            values = data.coords[name].values if name in data.coords else np.arange(data.sizes[name])
-            attrs = data.coords[name].attrs if name in data.coords else {}
-            hdf5.add_coordinate(file, str(name), values, attrs)
+            # without a coordinate xarray counts
+            hdf5.add_array(file, str(name), (name,), data[name].values, data[name].attrs)
         for name in [*data.coords, *data.data_vars]:
-            if name in data.dims:
-                continue
-            variable = data[name]
-            values = variable.values
-            if values.dtype.kind in "OU":
-                values = values.astype(object)
-                dataset = file.create_dataset(name, data=values, dtype=h5py.string_dtype())
-            else:
-                dataset = file.create_dataset(name, data=values, **hdf5.storage_of(values))
-            for key, value in variable.attrs.items():
-                dataset.attrs[key] = value
-            if values.dtype.kind == "f":
-                dataset.attrs["_FillValue"] = np.nan
-            for axis, dim in enumerate(variable.dims):
-                dataset.dims[axis].attach_scale(file[dim])
+            if name not in data.dims:
+                fill = {"_FillValue": np.nan} if data[name].dtype.kind == "f" else {}
+                hdf5.add_array(file, name, data[name].dims, data[name].values, {**data[name].attrs, **fill})
 
 
 def open_branches(path: str | os.PathLike[str]) -> Any:
@@ -71,11 +56,8 @@ def open_branches(path: str | os.PathLike[str]) -> Any:
     read as one."""
     import xarray
 
-    with hdf5.opened(path) as file:
-        kind = file.attrs["nsdrill_kind"]
-        if kind != KIND:
-            raise FileError(f"{path}: this is a {kind} file; a file of branches, of nsdrill continue, is needed.")
-        attrs = get_attributes(path, file)
+    with hdf5.opened(path, KIND) as file:
+        attrs = plain_attributes(path, file.attrs)
     try:
         with xarray.open_dataset(path, engine="h5netcdf", decode_cf=False) as dataset:
             data = dataset.load()

@@ -1,5 +1,5 @@
-"""The layout of a file of format version 2: its dimensions, their order, and all
-attributes.
+"""The layout of a file of format version 2, which a Dataset of xarray shares: its
+dimensions, their order, and all attributes.
 
 In memory, results have every dimension of the grid: the procedure, all axes in a fixed
 order, the starts. A file has the dimensions that vary, in the order in which the study
@@ -9,7 +9,6 @@ names the axes; the others are scalar coordinates.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,73 +19,60 @@ from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
 from nsdrill.models.vocabulary import IN_TRACE
 from nsdrill.units import CF
-from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, POINT, Axis, Variable, dimension_of
+from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, Axis, Unknown, Variable, dimension_of
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
+Stored = tuple[tuple[str, ...], Any, dict[str, Any]]  # dimensions, values and attributes of an array
 
 
-@dataclass(frozen=True)
-class Layout:
-    """How arrays over the dimensions ``grid``, as in memory, are stored in a file: over
-    the dimensions ``order``, a subset of them. Further dimensions of a variable follow
-    in both."""
-
-    grid: tuple[str, ...]
-    order: tuple[str, ...]
-
-    def dims(self, variable: Variable) -> tuple[str, ...]:
-        """The dimensions of ``variable`` in the file."""
-        return (*self.order, *variable.dims[len(POINT) :])
-
-    def place(self, index: Sequence[Any]) -> tuple[Any, ...]:
-        """The place in the file of ``index``, one number or slice for each dimension of
-        the grid."""
-        return tuple(index[self.grid.index(name)] for name in self.order)
-
-    def to_file(self, values: Array) -> Array:
-        """``values`` [grid, ...] as in the file [order, ...]. Dimensions that the file
-        lacks have length 1."""
-        dropped = [axis for axis, name in enumerate(self.grid) if name not in self.order]
-        kept = [self.grid.index(name) for name in self.order]
-        transposed = np.transpose(values, (*dropped, *kept, *range(len(self.grid), values.ndim)))
-        return transposed.reshape(transposed.shape[len(dropped) :])
-
-    def to_memory(self, values: Array) -> Array:
-        """``values`` [order, ...] of the file as in memory [grid, ...], contiguous."""
-        kept = [self.order.index(name) for name in self.grid if name in self.order]
-        dropped = [axis for axis, name in enumerate(self.grid) if name not in self.order]
-        transposed = np.transpose(values, (*kept, *range(len(self.order), values.ndim)))
-        return np.asarray(np.expand_dims(transposed, dropped), order="C")
-
-
-def layout_of(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> Layout:
-    """The layout of a file with the root attributes ``attrs``. ``lengths`` has the
-    length of every dimension of the grid, in the order in memory.
-
-    The file has the dimensions with more than one value, in the order procedure, the
-    axes as the study names them, sample, start."""
-    named = [dimension_of(key) for key in _sweep(attrs)]
+def file_order(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> tuple[str, ...]:
+    """The dimensions of the grid in a file with the root attributes ``attrs``: those with
+    more than one value, in the order procedure, the axes as the study names them,
+    sample, start. ``lengths`` has the length of every dimension in memory."""
+    sweep = resolved_study(attrs).get("sweep")
+    named = map(dimension_of, sweep if isinstance(sweep, dict) else ())
     axes = [name for name in lengths if name not in ("procedure", "sample", "start")]
     ordered = ["procedure", *(name for name in dict.fromkeys([*named, *axes]) if name in axes), "sample", "start"]
-    return Layout(tuple(lengths), tuple(name for name in ordered if lengths.get(name, 1) > 1))
+    return tuple(name for name in ordered if lengths.get(name, 1) > 1)
 
 
-def _sweep(attrs: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The section ``sweep`` of the resolved study in ``attrs``, in its order; empty
-    where there is none."""
-    sweep = resolved_study(attrs).get("sweep")
-    return sweep if isinstance(sweep, dict) else {}
+def to_file(values: Array, grid: Sequence[str], order: Sequence[str]) -> Array:
+    """``values`` [grid, ...] as in a file, [order, ...]. Dimensions of the grid that
+    ``order`` lacks have one value."""
+    dropped = [axis for axis, name in enumerate(grid) if name not in order]
+    own = range(len(grid), values.ndim)
+    transposed = np.transpose(values, (*dropped, *(grid.index(name) for name in order), *own))
+    return transposed.reshape(transposed.shape[len(dropped) :])
 
 
-def coordinate_names(layout: Layout, kept: Kept) -> list[str]:
-    """The coordinates in the order of the file: the dimensions of the grid, the
-    scalars, then those that only some variables have."""
-    scalar = [name for name in layout.grid if name not in layout.order]
-    return [*layout.order, *scalar, *(name for name in ("peak", "crossing") if kept.length(name)), "state"]
+def to_memory(values: Array, dims: Sequence[str], grid: Sequence[str]) -> Array:
+    """``values`` [dims], in any order, as in memory: [grid, ...], contiguous."""
+    own = [name for name in dims if name not in grid]
+    order = [*(name for name in grid if name in dims), *own]
+    absent = [axis for axis, name in enumerate(grid) if name not in dims]
+    return np.asarray(np.expand_dims(np.transpose(values, [dims.index(name) for name in order]), absent), order="C")
 
 
-def stored_coordinate(name: str, values: Array) -> Array:
-    """The values of a coordinate in memory [n] as a file stores them: a choice as its
+def stored_coordinates(
+    coords: Mapping[str, Array], order: Sequence[str], kept: Kept, samples: Mapping[Unknown, Array]
+) -> dict[str, Stored]:
+    """The coordinates of results as a file has them, in its order: the dimensions
+    ``order`` of the grid, the scalars, those that only some variables have, and the
+    ``samples`` of the unknowns."""
+    axes = {axis.name: axis for axis in kept.axes}
+    own = (*(name for name in ("peak", "crossing") if kept.length(name)), "state")
+    scalars = [name for name in kept.grid if name not in order]
+    stored: dict[str, Stored] = {}
+    for name in (*order, *scalars, *own):
+        values, attributes = in_words(name, coords[name]), coordinate_attributes(name, axes.get(name))
+        stored[name] = ((), values[0], attributes) if name in scalars else ((name,), values, attributes)
+    for unknown, values in samples.items():
+        stored[unknown.name] = (("sample",), values, coordinate_attributes(unknown.name, unknown))
+    return stored
+
+
+def in_words(name: str, values: Array) -> Array:
+    """The values of a coordinate in memory [n] as a file has them: a choice as its
     words."""
     words = words_along(name)
     return np.array([words[int(value)] for value in values]) if words else values
@@ -138,7 +124,7 @@ def root_attributes(
         "format_version": FORMAT_VERSION,
         "axes": " ".join(axis.name for axis in axes) or None,
         "unknowns": " ".join(unknown.name for unknown in unknowns) or None,
-        "dimensions": None if lengths is None else " ".join(layout_of(lengths, attrs).order),
+        "dimensions": None if lengths is None else " ".join(file_order(lengths, attrs)),
     }
 
 

@@ -16,7 +16,7 @@ import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NoReturn, Self
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_
 from nsdrill.models.kept import Kept
 from nsdrill.store.log_header import first_slot, pack_header, read_header
 from nsdrill.store.records import check_write, intact, pack_slots, pending_records, raw_bytes, slot_dtype
-from nsdrill.store.sink import check_header
+from nsdrill.store.sink import Sink, check_header
 from nsdrill.variables import PENDING
 
 # of one read or write, so that memory does not grow with the sweep
@@ -39,7 +39,7 @@ def part_path(path: str | os.PathLike[str]) -> Path:
     return Path(f"{os.path.realpath(path) if os.path.islink(path) else os.fspath(path)}.part")
 
 
-class RunLog:
+class RunLog(Sink):
     """An open run log, from :meth:`create` or :meth:`open`.
 
     It is locked while it is open, so that two processes never write the same results.
@@ -59,10 +59,8 @@ class RunLog:
         *,
         writable: bool,
     ) -> None:
+        super().__init__(header, n_points, kept)
         self.path = path
-        self.header = header
-        self.n_points = n_points
-        self.kept = kept
         self._file = file
         self._fd = file.fileno()
         self._offset = offset
@@ -71,7 +69,6 @@ class RunLog:
         self._slot = slot_dtype(self.kept)
         self._block = max(1, _BLOCK_BYTES // self._slot.itemsize)
         self._sync_failed = False
-        self._status: Array = np.zeros(self.n_points, np.int8)
         for start in range(0, self.n_points, self._block):
             stop = min(start + self._block, self.n_points)
             if self._has_data(start, stop):
@@ -221,14 +218,6 @@ class RunLog:
             self._raise_write_error(error)
         self._synced_count = int(np.count_nonzero(self._status))
 
-    def status(self) -> Array:
-        """Status of every point: int8 [n_points]."""
-        return self._status.copy()
-
-    def done(self) -> Array:
-        """Which points have a result, successful or failed: bool [n_points]."""
-        return np.asarray(self._status != PENDING)
-
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start] of the points from ``start``; pending ones have status
         0 and NaN features."""
@@ -295,12 +284,6 @@ class RunLog:
         if self._fd >= 0 and self.is_in_place:
             # before the lock is released, so that no process opens it in between
             self.path.unlink(missing_ok=True)
-        self.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
         self.close()
 
     def _write_slots(self, places: Array, slots: Array) -> None:

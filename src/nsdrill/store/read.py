@@ -1,5 +1,9 @@
-"""Reading results: all of them, one point, or the points so far of an unfinished run;
-and replacing their labels."""
+"""Results from a file, a Dataset or the run log of an unfinished run, all of them or one
+point; and new labels in a file.
+
+A file and a Dataset are read alike: both have arrays by name, with dimensions, values
+and attributes.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +15,22 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.data import Array, Results
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, printable
 from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
+from nsdrill.models.leaves import words_along
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import check_attributes, get_attributes, plain_attribute, text_attribute
-from nsdrill.store.layout import Layout
+from nsdrill.store.attributes import LARGEST, plain_attribute, plain_attributes
+from nsdrill.store.layout import to_file, to_memory
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded
 from nsdrill.store.results import block_shape, blocks, columns, coordinates, points_in_block, unknown_samples
 from nsdrill.store.sink import Source, grid_shape
+from nsdrill.units import plain_units
 from nsdrill.variables import (
     AXES,
     COUNTED,
@@ -39,7 +45,7 @@ from nsdrill.variables import (
 )
 
 PathLike = str | os.PathLike[str]
-LATER_LABELS = ("bounce_severity", "whirl_severity")  # labels that the first files lack
+Arrays = Mapping[str, Any]  # datasets of a file, or variables of a Dataset, by name
 
 
 def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
@@ -48,23 +54,17 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
     wanted = None if names is None else set(names)
     if unknown := sorted(name for name in wanted or () if name not in BY_NAME):
         raise FileError(f"{path}: no variable is called {', '.join(unknown)}.")
-    with hdf5.opened(path) as file:
-        points = _Points.of(path, file)
-        variables = {
-            variable.name: validated(path, variable, points.layout.to_memory(points.dataset(variable)[()]))
-            for variable in points.present
-            if wanted is None or variable.name in wanted
-        }
-        return Results(points.coords, variables, get_attributes(path, file), points.kept.axes, points.samples)
+    with hdf5.opened(path, "results") as file:
+        return _points(path, file).results(wanted)
 
 
 def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
-    """The points so far in the run log ``path``, or only their variables ``names``;
+    """The points so far of the run log ``path``, or only their variables ``names``;
     also while the run is in progress. Pending points have status 0 and NaN."""
     with RunLog.open(path, writable=False) as log:
         results = collect(log, names)
     _check_axes(path, results.coords)
-    return replace(results, attrs=check_attributes(path, results.attrs))
+    return replace(results, attrs=plain_attributes(path, results.attrs))
 
 
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
@@ -83,14 +83,14 @@ def variables_in(path: PathLike) -> tuple[Variable, ...]:
     if kind_of(path) == "partial":
         with RunLog.open(path, writable=False) as log:
             return recorded(log.kept)
-    with hdf5.opened(path) as file:
-        return _Points.of(path, file).present
+    with hdf5.opened(path, "results") as file:
+        return _points(path, file).present
 
 
 def read_attributes(path: PathLike) -> dict[str, Any]:
     """Root attributes of a results or trace file."""
     with hdf5.opened(path) as file:
-        return get_attributes(path, file)
+        return plain_attributes(path, file.attrs)
 
 
 def read_point(path: PathLike, *index: int) -> dict[str, Any]:
@@ -100,37 +100,33 @@ def read_point(path: PathLike, *index: int) -> dict[str, Any]:
     The indices count procedures, depths, WOBs, rotary speeds, and starts where there
     are several, from 0; FileError if they lie outside.
     """
-    with hdf5.opened(path) as file:
-        points = _Points.of(path, file)
+    with hdf5.opened(path, "results") as file:
+        points = _points(path, file)
         shape, grid = points.shape, points.kept.grid
         if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
             raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
         point: dict[str, Any] = {name: points.coords[name][i] for name, i in zip(grid, index, strict=True)}
-        for variable in points.present:
-            values = points.dataset(variable)[points.layout.place(index)]
-            point[variable.name] = validated(path, variable, np.asarray(values))[()]
-        return point
+        here = tuple(slice(i, i + 1) for i in index)
+        return point | {v.name: points.values(v, here)[(0,) * len(grid)] for v in points.present}
 
 
 def log_from_results(path: PathLike, part: PathLike) -> RunLog:
     """Recreate the run log ``part`` from the finished file ``path``, to run its failed
     points again."""
-    with hdf5.opened(path) as file:
-        points = _Points.of(path, file)
-        kept, layout, shape = points.kept, points.layout, points.shape
-        # variables that the version of the file did not write stay NaN
-        datasets = {v.name: points.dataset(v) for v in points.present}
+    with hdf5.opened(path, "results") as file:
+        points = _points(path, file)
+        kept, shape = points.kept, points.shape
         coords = {name: points.coords[name] for name in kept.grid}
         coords |= {one.name: values for one, values in points.samples.items()}
-        header = {"coords": coords, "attrs": get_attributes(path, file)}
         log = None
         try:
-            log = RunLog.create(part, header, int(np.prod(shape)), kept)
+            log = RunLog.create(part, {"coords": coords, "attrs": points.attrs}, int(np.prod(shape)), kept)
             for place, start, stop in blocks(shape, block_shape(shape, points_in_block(kept))):
+                # variables that the version of the file did not write stay NaN
                 records = pending_records(stop - start, kept)
-                for name, dataset in datasets.items():
-                    values = layout.to_memory(dataset[layout.place(place)])
-                    records[name] = values.reshape(stop - start, *values.shape[len(shape) :])
+                for variable in points.present:
+                    values = points.values(variable, place)
+                    records[variable.name] = values.reshape(stop - start, *values.shape[len(shape) :])
                 # A log holds runs only, so inferred points become pending.
                 ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
                 log.write(start + ran, records[ran])
@@ -157,34 +153,22 @@ def rewrite_labels(
     ``attrs`` replaces root attributes. A copy is edited and renamed at the end, so a
     kill damages nothing. ValueError for unknown labels or other shapes.
     """
-    with hdf5.opened(path) as file:
-        points = _Points.of(path, file)
-        stored = {variable.name: variable for variable in points.present if variable.room == "label"}
-        unknown = sorted(set(labels) - set(stored))
-        for variable in stored.values():
-            points.dataset(variable)
-        old_attrs = get_attributes(path, file)
-        old_history = str(old_attrs.get("history", ""))
-    if unknown:
+    with hdf5.opened(path, "results") as file:
+        points = _points(path, file)
+        stored = {v.name: points.dims(v) for v in points.present if v.room == "label"}
+    if unknown := sorted(set(labels) - set(stored)):
         raise ValueError(f"not labels: {', '.join(unknown)}; labels are {', '.join(stored)}")
     for name, values in labels.items():
         if np.shape(values) != points.shape:
             raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
+    old_history = str(points.attrs.get("history", ""))
     with hdf5.writing(output or path, overwrite=overwrite, copy_of=path) as file:
         for name, values in labels.items():
-            file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
+            file[name][...] = to_file(np.asarray(values, file[name].dtype), points.kept.grid, stored[name])
         # HDF5 does not reuse the space of replaced text, so unchanged attributes
         # are not written.
-        changed = {name: value for name, value in (attrs or {}).items() if not _same(old_attrs.get(name), value)}
+        changed = {name: value for name, value in (attrs or {}).items() if points.attrs.get(name) != value}
         hdf5.put_attributes(file, {**changed, "history": f"{old_history}\n{history}" if old_history else history})
-
-
-def check_file(path: PathLike) -> int:
-    """The format version of the results file ``path``; FileError unless its coordinates
-    are valid."""
-    with hdf5.opened(path) as file:
-        _Points.of(path, file)
-        return int(plain_attribute(file.attrs, "format_version"))
 
 
 def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"]:
@@ -198,81 +182,106 @@ def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"
     except (OSError, ValueError):
         pass  # reported by hdf5.opened below
     with hdf5.opened(path) as file:
-        kind = file.attrs["nsdrill_kind"]
+        kind = plain_attribute(file.attrs, "nsdrill_kind")
     for known in ("results", "trace", "branches"):
         if kind == known:
             return known
     raise hdf5.damaged(path, f"its kind is {kind!r}")
 
 
-def _same(old: Any, new: Any) -> bool:
-    return isinstance(new, str | int | float) and type(old) is type(new) and bool(old == new)
+def dims_of(array: Any) -> tuple[str, ...]:
+    """The dimensions of a dataset of a file, as its scales name them, or of a variable of
+    a Dataset."""
+    return tuple(
+        # A scale whose link was removed has no name.
+        dim if isinstance(dim, str) else ((dim[0] if len(dim) else array).name or "").removeprefix("/")
+        for dim in array.dims
+    )
+
+
+def coordinate(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Array:
+    """The coordinate ``name``: array of float, int or str [n]; 0-D where it does not
+    vary. The words of a choice become their places in the list of all its words."""
+    array, choices = arrays.get(name), words_along(name)
+    if array is None or array.shape is None or dims_of(array) not in ((), (name,)):
+        raise FileError(f"{where}: the coordinate {name} is missing or no list of values. {remedy}")
+    values = np.asarray(array[()])
+    if name in ("procedure", "state") or choices:
+        words = np.array([_text(value) for value in values.ravel()], dtype=str).reshape(values.shape)
+        return _places_of_words(where, name, words) if choices else words
+    whole = name in COUNTED
+    if values.dtype.kind != ("i" if whole else "f") or not np.all(np.abs(values) <= LARGEST):
+        raise FileError(
+            f"{where}: the coordinate {name} should have {'whole' if whole else 'finite'} numbers. {remedy}"
+        )
+    return values
+
+
+def real_values(where: PathLike, array: Any, name: str, remedy: str) -> Array:
+    """The values of a variable of a trace; FileError unless they are finite or NaN."""
+    values = np.asarray(array[()])
+    if values.dtype.kind != "f" or np.any(np.abs(values) > LARGEST):
+        raise FileError(f"{where}: {name} has values that are no finite numbers. {remedy}")
+    return values
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _places_of_words(where: PathLike, name: str, words: Array) -> Array:
+    choices = words_along(name)
+    if unknown := sorted(set(words.ravel().tolist()) - {*choices}):
+        raise FileError(
+            f"{where}: {name} is {printable(str(unknown[0]))[:40]!r}; it should be of {', '.join(choices)}."
+        )
+    return np.vectorize(choices.index, otypes=[float])(words)
 
 
 @dataclass(frozen=True)
-class _Points:
-    """The points of an open results file: the record of each (``kept``) and the layout
-    of the file. ``coords`` are as in memory; ``samples`` [samples] are those of each
-    unknown."""
+class Points:
+    """The points of the results in ``arrays``, which ``where`` names in messages, and
+    what is kept of each. ``coords`` are as in memory, ``samples`` [samples] those of each
+    unknown; ``attrs`` are plain. ``remedy`` ends messages."""
 
-    path: PathLike
-    file: Any
+    where: PathLike
+    arrays: Arrays
+    attrs: dict[str, Any]
     coords: dict[str, Array]
     kept: Kept
-    layout: Layout
     samples: dict[Unknown, Array]
+    remedy: str
 
     @classmethod
-    def of(cls, path: PathLike, file: Any) -> _Points:
-        """The points of ``file``; FileError where its coordinates are invalid."""
-        if file.attrs["nsdrill_kind"] != "results":
-            raise FileError(
-                f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed "
-                f"here, which nsdrill "
-                "run makes."
-            )
-        is_version_1 = plain_attribute(file.attrs, "format_version") == 1
-        # in version 1 every coordinate is a dimension, and no attribute names them
-        looks_like_1 = "dimensions" not in file.attrs and all(getattr(file.get(name), "ndim", 0) for name in POINT)
-        if is_version_1 != looks_like_1:
-            raise FileError(
-                f"{path}: the attribute format_version is {1 if is_version_1 else 2}, and the file "
-                f"is laid out as one of format {2 if is_version_1 else 1}. {hdf5.EDITED}"
-            )
-        axes = hdf5.read_axes(path, file)
-        unknowns = tuple(Unknown(**vars(axis)) for axis in hdf5.read_axes(path, file, "unknowns"))
-        grid = (*POINT, *(axis.name for axis in axes), *(name for name in ("sample", "start") if name in file))
-        own = (*(name for name in ("peak", "crossing") if name in file), "state")
-        arrays = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
-        lists = (*grid, *own) if is_version_1 else own
-        for name in lists:
-            if not arrays[name].ndim:
-                raise FileError(f"{path}: the coordinate {name} is no list of values. {hdf5.EDITED}")
-        coords = {name: np.atleast_1d(values) for name, values in arrays.items()}
-        model = model_in(get_attributes(path, file))
-        check_coordinates(path, coords, model)
-        samples = {unknown: hdf5.read_coordinate(path, file, unknown.name) for unknown in unknowns}
-        for unknown, values in samples.items():
-            if values.shape != coords.get("sample", np.empty(())).shape:
-                raise FileError(
-                    f"{path}: {unknown.name} has {values.size} values, and not one of each sample. {hdf5.EDITED}"
-                )
-        kept = kept_of(coords, axes, file, model.name, unknowns)
-        order = kept.grid
-        if not is_version_1:
-            # The scales of a dataset have their order, too, but the library can crash
-            # on those of an invalid file.
-            named = text_attribute(path, file, "dimensions").split()
-            order = tuple(name for name in named if name in arrays and arrays[name].ndim)
-            varying = [name for name in kept.grid if arrays[name].ndim]
-            if sorted(order) != sorted(varying):
-                raise FileError(
-                    f"{path}: the attribute dimensions is {' '.join(named) or 'empty'}; it should "
-                    f"name "
-                    f"{', '.join(varying) or 'nothing'}, in the order of the variables. "
-                    f"{hdf5.EDITED}"
-                )
-        return cls(path, file, coords, kept, Layout(kept.grid, order), samples)
+    def of(cls, where: PathLike, arrays: Arrays, attrs: dict[str, Any], remedy: str, *, whole: bool) -> Points:
+        """The points in ``arrays``; FileError where their coordinates are invalid. Not
+        ``whole`` are those of a selection."""
+        model = model_in(attrs)
+        keys = {name: plain_attribute(array.attrs, "key") for name, array in arrays.items() if name not in POINT}
+        # An unknown is a coordinate along the samples, or a scalar where one sample is
+        # selected. Arithmetic with xarray drops the attributes that name axes and unknowns.
+        unknowns = attrs["unknowns"].split() if "unknowns" in attrs else []
+        unknowns = unknowns or [name for name, key in keys.items() if key and dims_of(arrays[name]) == ("sample",)]
+        axis_names = attrs["axes"].split() if "axes" in attrs else [name for name, key in keys.items() if key]
+        axes = tuple(_axis(where, arrays, name, remedy) for name in axis_names if name not in unknowns)
+        has_samples = "sample" in arrays and dims_of(arrays["sample"]) == ("sample",)
+        several = ("sample",) * has_samples + ("start",) * ("start" in arrays)
+        own = [name for name in ("peak", "crossing", "state") if name in arrays]
+        coords = {
+            name: np.atleast_1d(coordinate(where, arrays, name, remedy))
+            for name in (*POINT, *(axis.name for axis in axes), *several, *own)
+        }
+        if "state" not in coords:  # no variable with states was selected
+            coords["state"] = np.array(_states(model, arrays))
+        check_coordinates(where, coords, model, remedy, whole=whole)
+        samples = {}
+        for name in unknowns if has_samples else ():
+            values = np.asarray(arrays[name][()], dtype=float)
+            if values.shape != coords["sample"].shape:
+                raise FileError(f"{where}: {name} has {values.size} values, and not one of each sample. {remedy}")
+            samples[Unknown(**vars(_axis(where, arrays, name, remedy)))] = values
+        kept = kept_of(coords, axes, arrays, model.name, samples)
+        return cls(where, arrays, attrs, coords, kept, samples, remedy)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -281,20 +290,68 @@ class _Points:
 
     @property
     def present(self) -> tuple[Variable, ...]:
-        """The variables that the file should have. Variables that a sealed file lacks
-        are unknown to the version that wrote it, and are left out."""
-        every = recorded(self.kept)
-        lacking = {v.name for v in every if v.name not in self.file and v.name not in LATER_LABELS}
-        required = not lacking or not hdf5.is_sealed(self.path)
-        return tuple(v for v in every if v.name in self.file or (required and v.name in lacking))
+        """The variables that are there. Others are unknown to the version that wrote
+        them, or were not selected."""
+        return tuple(variable for variable in recorded(self.kept) if variable.name in self.arrays)
 
-    def dataset(self, variable: Variable) -> Any:
-        """The dataset of ``variable``; FileError where its shape or its type is
-        wrong."""
-        dims = self.layout.dims(variable)
-        shape = tuple(len(self.coords[name]) for name in dims)
-        kinds = "f" if variable.dtype.startswith("f") else "iu"
-        return hdf5.check_shape(self.path, self.file, variable.name, shape, kinds)
+    def results(self, names: Container[str] | None = None) -> Results:
+        """The results in memory, or only their variables ``names``."""
+        variables = {v.name: self.values(v) for v in self.present if names is None or v.name in names}
+        return Results(self.coords, variables, self.attrs, self.kept.axes, self.samples)
+
+    def dims(self, variable: Variable) -> tuple[str, ...]:
+        """The dimensions of ``variable``, in their order there; FileError where they, its
+        shape or its type are wrong."""
+        array = self.arrays[variable.name]
+        dims, own = dims_of(array), variable.dims[len(POINT) :]
+        varying = [name for name in self.kept.grid if len(self.coords[name]) > 1]
+        allowed = {*self.kept.grid, *own}
+        lengths = tuple(len(self.coords.get(name, ())) if name in self.arrays else 0 for name in dims)
+        if not {*varying, *own} <= set(dims) <= allowed or array.shape != lengths:
+            found = ", ".join(f"{name} ({length})" for name, length in zip(dims, array.shape, strict=True)) or "none"
+            wanted = ", ".join(f"{name} ({len(self.coords.get(name, ()))})" for name in (*varying, *own)) or "none"
+            raise FileError(
+                f"{self.where}: {variable.name} has the dimensions {found}; it should have {wanted}. {self.remedy}"
+            )
+        kinds, kind = ("f", "real") if variable.dtype.startswith("f") else ("iu", "whole")
+        if array.dtype.kind not in kinds:
+            raise FileError(
+                f"{self.where}: {variable.name} has the type {array.dtype}; it should have {kind} numbers. "
+                f"{self.remedy}"
+            )
+        return dims
+
+    def values(self, variable: Variable, place: tuple[slice, ...] | None = None) -> Array:
+        """The values of ``variable`` as in memory, or only those at this ``place`` of the
+        grid; FileError where a flag has an undefined value."""
+        dims = self.dims(variable)
+        at = dict(zip(self.kept.grid, place or (), strict=False))
+        index = tuple(at.get(name, slice(None)) for name in dims)
+        values = to_memory(np.asarray(self.arrays[variable.name][index]), dims, self.kept.grid)
+        known = range(sum(variable.flag_masks) + 1) if variable.flag_masks else variable.flag_values
+        if known and values.size and not (values.min() >= known[0] and values.max() <= known[-1]):
+            raise FileError(f"{self.where}: {variable.name} has values that mean nothing. {self.remedy}")
+        return np.asarray(values, variable.dtype)
+
+
+def _points(path: PathLike, file: Any) -> Points:
+    return Points.of(path, hdf5.arrays_in(file), plain_attributes(path, file.attrs), hdf5.EDITED, whole=True)
+
+
+def _states(model: Description, arrays: Arrays) -> tuple[str, ...]:
+    """The states of a string that has the variables of ``arrays``."""
+    needed = {v.only for v in model.variables if v.name in arrays} & {*model.all_states}
+    return next(states for states in model.state_sets if needed <= {*states})
+
+
+def _axis(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Axis:
+    attrs = arrays[name].attrs if name in arrays else {}
+    words = [plain_attribute(attrs, item) for item in ("key", "units", "long_name")]
+    words[1] = words[1] or ("1" if words_along(name) else None)
+    if not all(isinstance(word, str) and word for word in words):
+        raise FileError(f"{where}: the axis {name} is missing or does not say what it is. {remedy}")
+    key, units, long_name = words
+    return Axis(key, plain_units(units), long_name)
 
 
 def kept_of(
@@ -327,16 +384,17 @@ def kept_of(
     )
 
 
-def check_coordinates(where: PathLike, coords: Mapping[str, Array], model: Description, *, whole: bool = True) -> None:
+def check_coordinates(
+    where: PathLike, coords: Mapping[str, Array], model: Description, remedy: str, *, whole: bool
+) -> None:
     """FileError unless the coordinates, as in memory, are those that nsdrill writes for
-    this model, or, if not ``whole``, a part of them. ``where`` is the name of the file
-    for the message."""
-    procedures = coords["procedure"].tolist()
+    this model, or, if not ``whole``, a part of them."""
+    procedures, states = coords["procedure"].tolist(), coords["state"].tolist()
     if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
-        found = ", ".join(map(str, coords["procedure"]))
+        found = ", ".join(map(str, procedures))
         raise FileError(f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
-    if not model.may_have(tuple(coords["state"].tolist())):
-        found = ", ".join(map(str, coords["state"]))
+    if not model.may_have(tuple(states)):
+        found = ", ".join(map(str, states))
         raise FileError(f"{where}: the states are {found}; they should be {', '.join(model.state_sets[0])}.")
     if not whole:
         return
@@ -344,7 +402,7 @@ def check_coordinates(where: PathLike, coords: Mapping[str, Array], model: Descr
     for name in COUNTED:
         values = coords.get(name)
         if values is not None and (not len(values) or not np.array_equal(values, np.arange(len(values)))):
-            raise FileError(f"{where}: the coordinate {name} does not count from 0. {hdf5.EDITED}")
+            raise FileError(f"{where}: the coordinate {name} does not count from 0. {remedy}")
 
 
 def _check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
@@ -359,12 +417,3 @@ def _check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
                 Operation(**{name: float(end)})
         except ValueError as error:
             raise FileError(f"{where}: the coordinate {error}. {hdf5.EDITED}") from error
-
-
-def validated(where: PathLike, variable: Variable, values: Array) -> Array:
-    """``values`` in the type of ``variable``; FileError where a flag has an undefined
-    value."""
-    known = range(sum(variable.flag_masks) + 1) if variable.flag_masks else variable.flag_values
-    if known and values.size and not (values.min() >= known[0] and values.max() <= known[-1]):
-        raise FileError(f"{where}: {variable.name} has values that mean nothing. {hdf5.EDITED}")
-    return np.asarray(values, variable.dtype)

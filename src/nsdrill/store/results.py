@@ -5,19 +5,20 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.kept import Kept
 from nsdrill.store import hdf5
-from nsdrill.store.layout import coordinate_attributes, coordinate_names, layout_of, root_attributes, stored_coordinate
+from nsdrill.store.layout import file_order, root_attributes, stored_coordinates, to_file
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import POINT, Unknown
 
+T = TypeVar("T")
 _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096
 
@@ -33,30 +34,30 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
     kept, coords = log.kept, coordinates(log)
     lengths = {name: len(coords[name]) for name in kept.grid}
     root = root_attributes("results", {**log.header["attrs"], **(attrs or {})}, kept.axes, lengths, kept.unknowns)
-    layout = layout_of(lengths, root)
-    shape = grid_shape(log.header, kept)
-    block = block_shape(shape, points_in_block(kept))
-    variables, kind, axes = (recorded(kept), record_dtype(kept), {axis.name: axis for axis in kept.axes})
-    scalars = [name for name in layout.grid if name not in layout.order]
+    order, shape = file_order(lengths, root), grid_shape(log.header, kept)
+    block, kind = block_shape(shape, points_in_block(kept)), record_dtype(kept)
+    stored = stored_coordinates(coords, order, kept, unknown_samples(log))
+    others = [*(name for name in kept.grid if name not in order), *(unknown.name for unknown in kept.unknowns)]
     with hdf5.writing(path, recovery_text) as file:
         hdf5.put_attributes(file, root)
-        for name in coordinate_names(layout, kept):
-            values = stored_coordinate(name, coords[name])
-            values = values[0] if name in scalars else values
-            hdf5.add_coordinate(file, name, values, coordinate_attributes(name, axes.get(name)))
-        for unknown, samples in unknown_samples(log).items():
-            hdf5.add_samples(file, unknown.name, samples, coordinate_attributes(unknown.name, unknown))
-        scalar_coordinates = [*scalars, *(unknown.name for unknown in kept.unknowns)]
-        datasets = [
-            hdf5.add_variable(file, v, layout.dims(v), layout.place(block) + kind[v.name].shape, scalar_coordinates)
-            for v in variables
-        ]
+        for name, (dims, values, attributes) in stored.items():
+            hdf5.add_array(file, name, dims, values, attributes)
+        datasets = {
+            v.name: hdf5.add_variable(
+                file, v, (*order, *v.dims[len(POINT) :]), _in_order(block, kept, order) + kind[v.name].shape, others
+            )
+            for v in recorded(kept)
+        }
         for place, start, stop in blocks(shape, block):
-            records = log.read(start, stop)
-            for variable, dataset in zip(variables, datasets, strict=True):
-                values = records[variable.name]
-                values = values.reshape(*(s.stop - s.start for s in place), *values.shape[1:])
-                dataset[layout.place(place)] = layout.to_file(values)
+            records, here = log.read(start, stop), tuple(s.stop - s.start for s in place)
+            for name, dataset in datasets.items():
+                values = records[name].reshape(*here, *kind[name].shape)
+                dataset[_in_order(place, kept, order)] = to_file(values, kept.grid, order)
+
+
+def _in_order(place: Sequence[T], kept: Kept, order: Sequence[str]) -> tuple[T, ...]:
+    """What ``place`` has for each dimension of the grid, for those of a file."""
+    return tuple(place[kept.grid.index(name)] for name in order)
 
 
 def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:

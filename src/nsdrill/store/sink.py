@@ -1,4 +1,4 @@
-"""The protocols of run logs, in a file or in memory: reading and writing points.
+"""What run logs have in common, in a file or in memory: reading and writing points.
 
 Points are numbered in C order over the procedures and the axes, and over the samples or
 starts where there are several.
@@ -7,60 +7,76 @@ starts where there are several.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from typing import Any, Protocol, Self
+
+import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models.kept import Kept
+from nsdrill.variables import PENDING
 
 
 class Source(Protocol):
-    """A source of points, which are read in order."""
+    """A source of points, which are read in order.
 
-    @property
-    def header(self) -> dict[str, Any]:
-        """``coords``: the axes as lists [SI]; ``attrs``: the root attributes of the
-        results file."""
+    ``header`` has ``coords``, the axes as lists [SI], and ``attrs``, the root attributes
+    of the results file; ``n_points`` counts all points, pending ones included; ``kept``
+    says what the record of each has."""
 
-    @property
-    def n_points(self) -> int:
-        """Number of all points, pending ones included."""
-
-    @property
-    def kept(self) -> Kept:
-        """The contents of the record of each point."""
+    header: dict[str, Any]
+    n_points: int
+    kept: Kept
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start]; pending points have status 0 and NaN features."""
 
 
-class Sink(Source, Protocol):
-    """A store of points, which are written in any order."""
+class Sink(ABC):
+    """A store of points, which are written in any order. It is a :class:`Source`."""
 
+    def __init__(self, header: dict[str, Any], n_points: int, kept: Kept) -> None:
+        self.header, self.n_points, self.kept = header, n_points, kept
+        self._status: Array = np.zeros(n_points, np.int8)
+
+    @abstractmethod
+    def read(self, start: int, stop: int) -> Array:
+        """Records [stop - start]; pending points have status 0 and NaN features."""
+
+    @abstractmethod
     def write(self, indices: Any, records: Array) -> None:
         """Store ``records`` [n] of the points ``indices`` [n], in place of earlier
         ones."""
 
+    @abstractmethod
     def clear(self, indices: Any) -> None:
         """Make the points ``indices`` [n] pending, so that they run again."""
 
     def sync(self) -> None:
-        """Return when all written points would survive a crash."""
+        """Return when all written points would survive a crash, as far as they can."""
+        return
 
     def status(self) -> Array:
         """Status of every point: int8 [n_points]."""
+        return self._status.copy()
 
     def done(self) -> Array:
         """Which points have a result, successful or failed: bool [n_points]."""
+        return np.asarray(self._status != PENDING)
 
     def close(self) -> None:
         """Close the store; synced points stay."""
+        return
 
+    @abstractmethod
     def discard(self) -> None:
         """Close the store and remove it with all of its points."""
 
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> Self:
+        return self
 
-    def __exit__(self, *exc: object) -> None: ...
+    def __exit__(self, *exc: object) -> None:
+        self.close()
 
 
 def grid_shape(header: dict[str, Any], kept: Kept) -> tuple[int, ...]:

@@ -29,7 +29,6 @@ from nsdrill.models.leaves import (
     values_at,
     words_of,
 )
-from nsdrill.models.registry import NAMES
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import METHODS
 from nsdrill.observe.exponent import (
@@ -308,11 +307,10 @@ def make_observers(lanes: int, variant: Variant) -> tuple[Any, Any]:
     its deviation."""
     model, rows, stepper = variant.model.dynamics, variant.rows, STEPPERS[variant.stepper]
     place, contacts = _landing_place(model), len(model.contacts)
-    identity = (NAMES.index(variant.model.name), *variant.fixed, list(STEPPERS).index(variant.stepper))
     observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_deviation_rows(model))
     measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
     tangent = model.tangent(1, variant.fixed, place)
-    landing = make_landing(lanes, rows, stepper.scheme(rows), place, measure, tangent, contacts, identity)
+    landing = make_landing(lanes, rows, stepper.tableau, place, measure, tangent, contacts)
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
 

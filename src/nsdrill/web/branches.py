@@ -10,21 +10,19 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import END, REGULAR, meanings_of
 from nsdrill.analysis.equations import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.registry import drawn_in
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.plot.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.plot.labels import quantity
-from nsdrill.store import hdf5
-from nsdrill.store.attributes import get_attributes
+from nsdrill.store import hdf5, open_branches
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.shown import plain, quantity_data
-
-KIND = "branches"
-REGULAR, END_POINT = 0, 9  # labels of points that are not special
 
 
 @dataclass(frozen=True)
@@ -78,68 +76,39 @@ class Branches:
         branch, count = self.branch_of(point), int(self.unstable[point])
         directions = f"unstable in {count} direction{'s' if count > 1 else ''}"
         parts = [f"branch {branch}", self.names[branch], directions if count else "stable"]
-        if (label := int(self.label[point])) not in (REGULAR, END_POINT):
+        if (label := int(self.label[point])) not in (REGULAR, END):
             parts.append(self.meanings.get(label, str(label)))
         return ", ".join(parts)
-
-
-def is_branches(path: str | os.PathLike[str]) -> bool:
-    """Whether this is a file of branches. False for what is no file of nsdrill: its
-    reader raises the error."""
-    try:
-        with hdf5.opened(path) as file:
-            return str(file.attrs["nsdrill_kind"]) == KIND
-    except FileError:
-        return False
 
 
 def read_branches(path: str | os.PathLike[str]) -> Branches:
     """The branches in the file ``path``; FileError where it is another kind of file, or
     damaged."""
-    with hdf5.opened(path) as file:
-        if (kind := str(file.attrs["nsdrill_kind"])) != KIND:
-            raise FileError(f"{path}: this is a {kind} file; a file of branches, of nsdrill continue, is needed.")
-        attrs = get_attributes(path, file)
-        along = str(attrs.get("along", "rotary_speed"))
-        try:
-            count = len(file["point"])
-            sizes = np.asarray(file["row_size"][()], dtype=int)
-            words = str(_plain(file["label"].attrs["flag_meanings"])).split()
-            codes = np.atleast_1d(file["label"].attrs["flag_values"]).tolist()
-            features = {
-                name: np.asarray(file[name][()], dtype=float)
-                for name in file
-                if file[name].shape == (count,) and file[name].dtype.kind == "f" and (name in BY_NAME or name == along)
-            }
-            features |= {name: np.asarray(file[name][()], dtype=float) for name in AXES if name in file}
-            branches = Branches(
-                str(path),
-                attrs,
-                along,
-                str(attrs.get("along_key", along)),
-                sizes,
-                tuple(_name(m, n) for m, n in zip(file["motion"].asstr()[()], file["lobes"][()], strict=True)),
-                tuple(file["end_reason"].asstr()[()]),
-                features,
-                np.asarray(file["state"][()], dtype=float),
-                np.asarray(file["period"][()], dtype=float),
-                np.asarray(file["unstable"][()], dtype=int),
-                np.asarray(file["label"][()], dtype=int),
-                {int(code): word.replace("_", " ") for code, word in zip(codes, words, strict=False)},
-            )
-        except (KeyError, ValueError, TypeError, AttributeError, OSError) as error:
-            raise FileError(f"{path}: is damaged, or of another version ({type(error).__name__}: {error}).") from error
-    lengths = {
-        len(values)
-        for values in (*branches.features.values(), branches.state, branches.period, branches.unstable, branches.label)
+    data = open_branches(path)
+    attrs, point = data.attrs, ("point",)
+    along = str(attrs.get("along", "rotary_speed"))
+    features = {
+        str(name): array.values.astype(float)
+        for name, array in data.variables.items()
+        if array.dims == point and array.dtype.kind == "f" and (name in BY_NAME or name in (along, *AXES))
     }
-    if along not in branches.features or lengths != {int(sizes.sum())} or len(branches.ends) != len(sizes):
-        raise FileError(f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}")
-    return branches
-
-
-def _plain(value: Any) -> Any:
-    return value.decode() if isinstance(value, bytes) else value
+    if along not in features:
+        raise FileError(f"{path}: the variable {along} is missing. {hdf5.EDITED}")
+    return Branches(
+        str(path),
+        attrs,
+        along,
+        str(attrs.get("along_key", along)),
+        data["row_size"].values,
+        tuple(map(_name, data["motion"].values, data["lobes"].values)),
+        tuple(map(str, data["end_reason"].values)),
+        features,
+        data["state"].values,
+        data["period"].values,
+        data["unstable"].values,
+        data["label"].values,
+        {code: one.name.replace("_", " ") for code, one in meanings_of(model_in(attrs)).items()},
+    )
 
 
 def _name(motion: Any, lobes: Any) -> str:
@@ -153,7 +122,7 @@ def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], d
     ``kinds`` of motions with their colours, and the ``kind`` of each branch; and the
     ``special`` points, each with the number of its label among ``marks``."""
     x, y = quantity(branches.along, units), quantity(name, units)
-    points = np.flatnonzero(~np.isin(branches.label, (REGULAR, END_POINT)))
+    points = np.flatnonzero(~np.isin(branches.label, (REGULAR, END)))
     codes = list(dict.fromkeys(branches.label[points].tolist()))
     kinds = list(dict.fromkeys(branches.names))
     head = {
@@ -179,8 +148,6 @@ FURTHER_COLOURS = ("#332288", "#AA4499", "#882255", "#117733")
 def _colour(kind: str, kinds: list[str]) -> str:
     """The colour of a kind of motion: that of the pictures; of several periodic kinds
     one each."""
-    from nsdrill.plot.kinds.branches import COLOURS
-
     name = kind.partition(" over ")[0]
     periodic = [one for one in kinds if one.startswith("periodic over ")]
     if kind in periodic[1:]:
@@ -190,8 +157,6 @@ def _colour(kind: str, kinds: list[str]) -> str:
 
 def _mark(code: int, codes: list[int]) -> dict[str, str]:
     """The marker and the colour of a label, as in the pictures."""
-    from nsdrill.plot.kinds.branches import GRAZING_MARKERS, MARKERS
-
     grazing = sorted(set(codes) - MARKERS.keys())
     if code in MARKERS:
         marker, colour = MARKERS[code]

@@ -1,5 +1,6 @@
-"""The lane parameters, the natural scales and the start of a collar, from the
-parameters of a study."""
+"""What the equations of the elastic collar read and give: the names of lane parameters
+and auxiliary outputs, the values of the lane parameters, the natural scales that follow
+from them, and the start."""
 
 from __future__ import annotations
 
@@ -11,10 +12,10 @@ from typing import Any, cast
 
 import numpy as np
 
+from nsdrill.models import friction
 from nsdrill.models.beam.options import Options, options_of, unbalanced_modes
 from nsdrill.models.beam.parameters import Beam, Initial, Parameters
-from nsdrill.models.beam.rhs import columns_of
-from nsdrill.models.christoforou_yigit import rhs as lumped
+from nsdrill.models.christoforou_yigit import columns as lumped
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.leaves import Values
@@ -22,6 +23,56 @@ from nsdrill.models.leaves import Values
 NO_WALL = 1e6  # m, the gap of a station without one
 
 Array = np.ndarray[Any, np.dtype[Any]]
+# Auxiliary outputs for the observer: cosine and sine of the bit angle and torque of the
+# rock; the number of stations on the wall, and the sum of their slips; of each station,
+# its radius, and that times the radial velocity.
+AUX = ("cosine", "sine", "torque", "wall_contacts", "slip_sum")
+LOCAL_AUX = ("radius", "outward")
+PARAMETERS = (
+    "drive_speed",
+    "wob",
+    "per_lateral_mass",
+    "per_inertia",
+    "per_axial_mass",
+    "bending",
+    "softening_constant",
+    "softening_force",
+    "softening_torque",
+    "structural",
+    "axial_damping",
+    "axial_stiffness",
+    "torsional_damping",
+    "torsional_stiffness",
+    "gap",
+    "wall_stiffness",
+    "collar_radius",
+    *friction.columns_of("wall"),
+    "rock_stiffness",
+    "surface_amplitude",
+    *friction.columns_of("bit"),
+    "stuck_below",
+    "torque_scale",
+)
+# Lane parameters of each station: the gap, the stiffness of the wall, the drag, and the
+# factor from a penetration of this wall to that of the well's wall under the same
+# force, for comparing penetrations of different walls.
+STATION = ("gap", "wall_stiffness", "drag", "penetration_factor")
+
+
+def columns_of(options: Options) -> tuple[str, ...]:
+    """The names of the lane parameters: those of every collar, the arms of unbalanced
+    modes, the mode shapes at the watched place, the parameters of each station, and the
+    mode shapes there."""
+    modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
+    arms = (f"unbalance_arm_{n}" for n in options.eccentric)
+    of_stations = (f"{name}_{j}" for j in stations for name in STATION)
+    shapes = (f"phi_{j}_{n}" for j in stations for n in modes)
+    return (*PARAMETERS, *arms, *(f"watched_{n}" for n in modes), *of_stations, *shapes)
+
+
+def aux_of(options: Options) -> tuple[str, ...]:
+    """The names of the auxiliary outputs."""
+    return (*AUX, *(f"{name}_{j}" for j in range(1, options.stations + 1) for name in LOCAL_AUX))
 
 
 def coefficients(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any) -> Coefficients:
@@ -105,8 +156,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
     options = options_of(parameters)
     depth, wob, speed = points.operation
     k = coefficients(parameters, depth, wob, speed)
-    table = lumped.pack(as_lumped(parameters), depth, wob, speed, stuck_below)
-    values: dict[str, Any] = dict(zip(lumped.PARAMETERS, table.T, strict=True))
+    values: dict[str, Any] = lumped.values_of(as_lumped(parameters), depth, wob, speed, stuck_below)
     factor, span = beam.modal_mass_factor, string.collar.span
     mass, bending = factor * k.m_l, factor * k.k_bend
     eccentric = factor * k.m_e
@@ -119,6 +169,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
     station_places = places(beam)
     friction_arm = values["bit_rise"] + values["bit_dynamic"]
     values |= {
+        "drive_speed": speed,
         "per_lateral_mass": 1 / mass,
         "per_inertia": 1 / (k.J + unbalance),
         "bending": bending,
@@ -139,7 +190,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
     for n in range(1, options.modes + 1):
         values[f"watched_{n}"] = shape(watched(beam), n)
         values |= {f"phi_{j}_{n}": shape(place, n) for j, place in enumerate(station_places, start=1)}
-    return {name: values[name] for name in columns_of(options)}
+    return values
 
 
 def stiffnesses(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any) -> list[Any]:
@@ -180,13 +231,13 @@ def bent_against_wall(points: Values) -> dict[str, Any]:
 _root = np.vectorize(math.pow, otypes=[float])
 
 
-def state_scales(table: Mapping[str, Array], options: Options) -> list[Any]:
+def natural_scales(table: Mapping[str, Array], options: Options) -> list[Any]:
     """The natural scale of each state: of a mode a tenth of the gap, and that times its
     frequency without load; the others as in the lumped model."""
     lateral = 0.1 * table["gap"]
     frequency = np.sqrt(table["bending"] * table["per_lateral_mass"])
     contact = table["axial_stiffness"] + table["rock_stiffness"]
-    axial = np.maximum(table["wob"] / contact, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
+    axial = lumped.axial_scale(table)
     common = [axial, axial * np.sqrt(contact * table["per_axial_mass"]), 0.1, 0.1 * table["drive_speed"]]
     modes = [[lateral, lateral * n**2 * frequency] * 2 for n in range(1, options.modes + 1)]
     return [*modes[0], *common, *(scale for mode in modes[1:] for scale in mode)]

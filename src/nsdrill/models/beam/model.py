@@ -9,19 +9,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nsdrill.models.base import Array, Model, Symmetry, Variant
+from nsdrill.models.base import Array, Symmetry, Variant
 from nsdrill.models.beam import columns
 from nsdrill.models.beam.equations import equations
 from nsdrill.models.beam.forces import forces
 from nsdrill.models.beam.observed import declaration_of, names_of
 from nsdrill.models.beam.options import COMMON, FIRST_MODE, Options, options_of, states_of
 from nsdrill.models.beam.parameters import Parameters
-from nsdrill.models.beam.rhs import PARAMETERS
-from nsdrill.models.christoforou_yigit import classify, compare
+from nsdrill.models.christoforou_yigit.collar import CollarInHole
 from nsdrill.models.christoforou_yigit.ensemble import reach_of_collar, string_and_bit
-from nsdrill.models.christoforou_yigit.observed import coordinates, in_the_bit_frame
+from nsdrill.models.christoforou_yigit.observed import coordinates
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
-from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
 from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names
@@ -29,20 +27,17 @@ from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record, Thresholds
 
 
-class ElasticCollar(Model):
-    """The variant is an :class:`Options`. The states and lane parameters that every
-    collar has come first."""
+class ElasticCollar(CollarInHole):
+    """The states and lane parameters that every collar has come first."""
 
     name = "beam"
     equations = staticmethod(equations)
-    frames: ClassVar = {"twist": "drive_speed"}
+    options = Options
+    relative = ("twist",)
     quick: ClassVar = 1  # steps are long: with two tangents 0.06 % of a wall's load were left
 
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
-
-    def implicit(self, variant: Variant) -> Variant:
-        return Options(*variant)._replace(implicit=1)
 
     def symmetry(self, points: Values) -> Symmetry:
         """The equations depend on the direction only through the lobes."""
@@ -64,12 +59,6 @@ class ElasticCollar(Model):
     def declaration(self, variant: Variant) -> Declaration:
         return declaration_of(Options(*variant))
 
-    def is_implicit(self, variant: Variant) -> bool:
-        return bool(Options(*variant).implicit)
-
-    def options(self, variant: Variant) -> Options:
-        return Options(*variant)
-
     def pushed(self, variant: Variant) -> tuple[str, ...]:
         """All velocities but the axial one."""
         return tuple(name for name in self.slope_names(variant) if name != "vz")
@@ -77,20 +66,11 @@ class ElasticCollar(Model):
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         return columns.values_of(points, thresholds.stuck_below)
 
-    def state_scales(self, table: Array, variant: Variant) -> Array:
-        scales = columns.state_scales(self._by_name(table, variant), Options(*variant))
-        return np.stack([np.broadcast_to(np.asarray(scale, dtype=float), len(table)) for scale in scales], axis=1)
+    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Any]:
+        return columns.natural_scales(table, o)
 
-    def natural_scales(self, table: Mapping[str, Array]) -> Sequence[Any]:
-        """Not defined: :meth:`state_scales` depends on the number of modes."""
-        raise NotImplementedError
-
-    def fastest(self, table: Mapping[str, Array]) -> Array:
-        """Not defined: :meth:`first_step` depends on the number of modes."""
-        raise NotImplementedError
-
-    def first_step(self, table: Array, variant: Variant) -> Array:
-        return np.asarray(0.01 / columns.fastest(self._by_name(table, variant), Options(*variant)))
+    def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
+        return columns.fastest(table, o)
 
     # The start
 
@@ -134,47 +114,16 @@ class ElasticCollar(Model):
 
     # Results
 
-    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
-        parameters, (_, wob, speed) = points.parameters, points.operation
-        bit_radius = parameters.well.diameter / 2
-        return drilled(features["surface_torque_mean"], speed, parameters.bit.cutting, wob, bit_radius)
-
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         """The section of the lumped model, at the watched place."""
         names = self.names(variant)
         returns = returns_of(names, self.declaration(variant), outcome, record.peaks, record.poincare)
-        by_name = self._by_name(table, variant)
+        by_name = self.by_name(table, variant)
         modes = range(1, Options(*variant).modes + 1)
         state = dict(zip((*names.states, "drive_angle"), np.moveaxis(returns, -1, 0), strict=True))
         for name in ("x", "vx", "y", "vy"):
             state[name] = sum(by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes)
         return coordinates(np.stack([state[name] for name in STATE_NAMES], axis=-1))
-
-    def returns(self, section: Mapping[str, Array]) -> Array:
-        return in_the_bit_frame(section)
-
-    def classify(
-        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
-    ) -> dict[str, Array]:
-        return classify.classify(features, status, thresholds, state_scales[..., : len(STATE_NAMES) - 1])
-
-    def phase_rate(self, table: Array) -> Array:
-        return self._common(table)["drive_speed"]
-
-    def scales(self, table: Array) -> dict[str, Array]:
-        common = self._common(table)
-        rest = common["wob"] / (common["axial_stiffness"] + common["rock_stiffness"])
-        lobe = np.where(common["surface_amplitude"] > 0.0, common["surface_amplitude"], rest)
-        return {"gap": common["gap"], "drive_speed": common["drive_speed"], "lobe": lobe}
-
-    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
-        """The coordinates of the lumped model."""
-        axial = self.state_scales(table, variant)[:, self.states(variant).index("z")]
-        return compare.coordinates(features, self.scales(table), axial)
-
-    def _common(self, table: Array) -> dict[str, Array]:
-        """The lane parameters of every collar, by name."""
-        return dict(zip(PARAMETERS, table[:, : len(PARAMETERS)].T, strict=True))
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
         return forces(parameters, point, state)

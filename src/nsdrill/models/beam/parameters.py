@@ -1,9 +1,7 @@
 """The parameters of the elastic collar, in SI units: those of the lumped model, and
 what its modes and walls need.
 
-Sources: **G** Ghasemloonia, Rideout & Butt, vibration of a drill collar section under
-weight on bit with contact; the others as in
-:mod:`nsdrill.models.christoforou_yigit.parameters`.
+Sources as in :mod:`nsdrill.models.sections`.
 """
 
 from __future__ import annotations
@@ -14,17 +12,9 @@ from typing import Literal
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.parameters import (
-    Collar,
-    Cutting,
-    HyperbolicFriction,
-    Material,
-    Pipe,
-    StillMud,
-    WallFriction,
-    check_hole,
-)
+from nsdrill.models.christoforou_yigit.parameters import Collar
 from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.models.sections import HyperbolicFriction, Lobes, Steel, StillMud, Wall
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter, records
 
@@ -32,12 +22,10 @@ MAX_MODES, MAX_STATIONS = 10, 21
 
 
 @dataclass(frozen=True)
-class Drillstring(Checked):
+class Drillstring(Steel):
     """The string."""
 
     collar: Collar = field(default_factory=Collar)
-    pipe: Pipe = field(default_factory=Pipe)
-    material: Material = field(default_factory=Material)
     eccentricity: float = parameter(0.0127, "m", "CY as reported (1/2 in)", "medium", high=10.0, usual="1 to 15 mm")
     eccentricity_shape: Literal["first", "uniform"] = choice("first", "R: as the lumped model has it")
     eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
@@ -48,34 +36,9 @@ class Drillstring(Checked):
 
 
 @dataclass(frozen=True)
-class Well(Checked):
-    """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for
-    the Hertz law."""
-
-    diameter: float = parameter(0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
-    stiffness: float = parameter(
-        25e6,
-        "N/m or N/m^1.5",
-        "CY as reported; L has 1e9, G 6.78e11 N/m^1.5",
-        "low: sweep it",
-        low=1.0,
-        high=1e13,
-        usual="1 MN/m to 10 GN/m; Hertz 1 to 1000 GN/m^1.5",
-    )
-    law: Literal["linear", "hertz"] = choice("linear", "P; G has Hertz's")
-    friction: WallFriction = field(default_factory=WallFriction)
-
-
-@dataclass(frozen=True)
-class Bit(Checked):
+class Bit(Lobes):
     """The bit on its lobed surface s = s0 sin(n_b phi)."""
 
-    lobes: int = parameter(3, "", "B (3 roller cone, 1 PDC)", "high", low=1, high=8, usual="1, 3; 5 or 6 blades")
-    surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
-    rock_stiffness: float = parameter(
-        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
-    )
-    cutting: Cutting = field(default_factory=Cutting)
     friction: HyperbolicFriction = field(default_factory=HyperbolicFriction)
 
 
@@ -206,11 +169,11 @@ class Parameters:
     drillstring: Drillstring = field(default_factory=Drillstring)
     beam: Beam = field(default_factory=Beam)
     mud: StillMud = field(default_factory=StillMud)
-    well: Well = field(default_factory=Well)
+    well: Wall = field(default_factory=Wall)
     bit: Bit = field(default_factory=Bit)
 
     def __post_init__(self) -> None:
-        check_hole(self.well.diameter, self.drillstring.collar.outer_diameter)
+        self.well.check(self.drillstring.collar.outer_diameter)
         places = [station.at for station in self.beam.stations]
         if not all(np.all(np.asarray(a) < np.asarray(b)) for a, b in pairwise(places)):
             raise ValueError(f"beam.stations: found the places {places}, allowed: each beyond the one before")

@@ -7,22 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.rhs import INDEX, STATES, state_scales
-
 Array = np.ndarray[Any, np.dtype[Any]]
-
-
-def scales(table: Array) -> dict[str, Array]:
-    """The scales of differences at operating points with the lane parameters ``table``
-    [points, parameters]: ``gap`` [m] between collar and wall, ``drive_speed`` [rad/s],
-    ``lobe`` [m], the amplitude of the lobed surface, or the static penetration of the
-    rock where the surface has no lobes."""
-    amplitude = table[:, INDEX["surface_amplitude"]]
-    return {
-        "gap": table[:, INDEX["gap"]],
-        "drive_speed": table[:, INDEX["drive_speed"]],
-        "lobe": np.where(amplitude > 0, amplitude, state_scales(table)[:, STATES.index("z")]),
-    }
 
 
 # Weights of the scaled features, in their order, when attractors of neighbouring
@@ -80,13 +65,3 @@ def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Arra
         variables["bit_speed_max"] / (4 * speed),
     )
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
-
-
-def coordinates(features: Mapping[str, Array], scale: Mapping[str, Array], axial: Array) -> tuple[Array, Array]:
-    """The coordinates that distinguish the starts of one operating point, and those
-    that match attractors along a sweep, shapes (points, starts, ...), from ``features``
-    [points, starts], the :func:`scales` and the natural scale of the bit position
-    ``axial`` [m] [points]."""
-    speed, gap = scale["drive_speed"][:, None], scale["gap"][:, None]
-    unweighted = scaled(features, speed, gap)
-    return unweighted, np.concatenate([unweighted * WEIGHTS, extent(features, speed, gap, axial[:, None])], axis=-1)

@@ -8,11 +8,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.errors import Fault
-from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE, deepest
-from nsdrill.models.christoforou_yigit.reads import FROZEN, OFF, READ_BY, READ_BY_LAW
+from nsdrill.models.christoforou_yigit.reads import DRIVE, FROZEN, LAW, OFF
 from nsdrill.models.description import Order
 from nsdrill.models.drives import inertia_faults
+from nsdrill.models.friction import LAWS
 from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.models.sections import WIDEST_BORE, deepest
 from nsdrill.units import format_quantity
 
 ORDERS = (
@@ -134,17 +135,10 @@ def _stabilizer(check: Any) -> Iterator[Fault]:
 
 def _law(check: Any) -> Iterator[Fault]:
     """No value and no axis that the friction law of the bit does not read."""
-    section = "bit.friction."
-    if not check.sound("bit.friction", "bit.friction.law"):
-        return
-    law = check.value(f"{section}law")
-    allowed = f"what the law {law} reads: {', '.join(READ_BY_LAW[law])}"
-    for key in check.leaves:
-        name = key.removeprefix(section)
-        # The rational law is of the whole torque.
-        of_cutting = key.startswith("bit.cutting.") and law == "rational" and check.axis(key)
-        if of_cutting or (name != key and name not in ("law", *READ_BY_LAW[law])):
-            yield from check.unread(key, f"which the law {law} does not read", allowed)
+    if check.sound("bit.friction", "bit.friction.law"):
+        cuts = LAWS[check.value("bit.friction.law")].cuts  # else the law is that of the whole torque
+        cutting = [key for key in check.leaves if key.startswith("bit.cutting.") and check.axis(key)]
+        yield from LAW.faults(check, also=() if cuts else cutting)
 
 
 def _drive(check: Any) -> Iterator[Fault]:
@@ -152,12 +146,7 @@ def _drive(check: Any) -> Iterator[Fault]:
     if not check.sound("drive", "drive.kind"):
         return
     kind = check.value("drive.kind")
-    allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind]) or 'nothing'}"
-    for key in check.leaves:
-        name = key.removeprefix("drive.")
-        of_start = key in ("initial.lag", "initial.drive_speed") and kind == "ideal"
-        if of_start or name not in (key, "kind", *READ_BY[kind]):
-            yield from check.unread(key, f"which the drive {kind} does not read", allowed)
+    yield from DRIVE.faults(check, also=("initial.lag", "initial.drive_speed") if kind == "ideal" else ())
     gains = check.value("drive.gains")
     if kind == "dc_motor" and gains is not None and len(gains) != 5:
         yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")

@@ -14,7 +14,9 @@ from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.steepness import friction_rates
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.drilling import DRILLED
+from nsdrill.models.friction import LAWS, laws_that_read
 from nsdrill.models.leaves import values_at
+from nsdrill.models.meanings import MEANINGS
 from nsdrill.variables import MODEL
 
 
@@ -73,18 +75,18 @@ MODES = {
     ),
 }
 
+BIT_FRICTION = {
+    **{key: MEANINGS[f"bit.friction.{key}"] for law in LAWS.values() for key in law.keys},
+    "decay": "Rate of the fall from static to dynamic",  # as short as a line of the template
+}
+MEANINGS_OF_LAWS = {f"bit.friction.{key}": f"{words}; {laws_that_read(key)}" for key, words in BIT_FRICTION.items()}
+
 DESCRIPTION = Description(
     name=MODEL,
     title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, lobes",
     parameters=Parameters,
     initial=Initial,
-    meanings={
-        "bit.friction.static": "Coefficient at rest; all laws but rational",
-        "bit.friction.dynamic": "Coefficient at high speed; all laws but rational",
-        "bit.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper; "
-        "all laws but rational",
-        "bit.friction.decay": "Rate of the fall from static to dynamic; laws hyperbolic and exponential",
-    },
+    meanings=MEANINGS_OF_LAWS,
     states=states,
     several_states=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES, variables.MOTOR_STATE_NAMES),
     labels=variables.LABELS,

@@ -46,11 +46,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.errors import InputError
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
 from nsdrill.models.christoforou_yigit.laws import bit_arm
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
-from nsdrill.models.drives import DIGITS, LAWS, Circuit, Gains, Seen, impedance_of
+from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, by_rows, impedance_of, regulated
 
 
 def impedance(parameters: Parameters) -> Any:
@@ -111,7 +110,7 @@ def gains(parameters: Parameters, k: Coefficients) -> Gains:
     drive = parameters.drive
     law: Gains
     if drive.kind in LAWS:
-        law = LAWS[drive.kind](drive, Seen(drive.inertia, k.J, k.k_t, impedance(parameters)))
+        law = LAWS[drive.kind].gains(drive, Seen(drive.inertia, k.J, k.k_t, impedance(parameters)))
     else:
         law = _STRING_LAWS[drive.kind](drive, parameters, k)
     return law._replace(shaft_damping=drive.shaft_damping)
@@ -121,25 +120,13 @@ def _lqr(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
     """Gains that minimise the integral of state_weight (lag^2 + ...) + torque_weight
     T_m^2, by the Riccati equation of the linear string with states (lag, omega_d -
     Omega, psi - lag, omega - Omega) and without friction at the bit."""
-    columns = np.broadcast_arrays(
-        k.J,
-        k.k_t,
-        parameters.drillstring.torsional_damping,
-        drive.inertia,
-        drive.shaft_damping,
-        drive.state_weight,
-        drive.torque_weight,
-    )
-    distinct, inverse = np.unique(np.stack([value.ravel() for value in columns], axis=1), axis=0, return_inverse=True)
-    feedback = np.array([_regulator(*row) for row in distinct.tolist()])[inverse.ravel()]
-    return Gains(drive.inertia, *(column.reshape(columns[0].shape) for column in feedback.T))
+    damping, weights = parameters.drillstring.torsional_damping, (drive.state_weight, drive.torque_weight)
+    feedback = by_rows(_feedback, k.J, k.k_t, damping, drive.inertia, drive.shaft_damping, *weights)
+    return Gains(drive.inertia, *np.moveaxis(feedback, -1, 0))
 
 
-def _regulator(
-    J: float, k_t: float, c_t: float, inertia: float, c_s: float, state_weight: float, torque_weight: float
-) -> list[float]:
-    from scipy.linalg import solve_continuous_are
-
+def _feedback(row: list[float]) -> list[float]:
+    J, k_t, c_t, inertia, c_s, state_weight, torque_weight = row
     system = np.array(
         [
             [0.0, 1.0, 0.0, 0.0],
@@ -149,15 +136,9 @@ def _regulator(
         ]
     )
     force = np.array([[0.0], [1.0 / inertia], [0.0], [0.0]])
-    try:
-        cost = solve_continuous_are(system, force, state_weight * np.eye(4), np.array([[torque_weight]]))
-    except (np.linalg.LinAlgError, ValueError) as error:
-        raise InputError(
-            f"drive.kind: lqr finds no gains for a string with J = {J:.3g} kg m^2 and k_t = "
-            f"{k_t:.3g} N m/rad: the Riccati equation cannot be solved to any use. Change "
-            "drive.torque_weight or drive.state_weight, or take another kind."
-        ) from error
-    return [float(f"{value:.{DIGITS}g}") for value in (force.T @ cost / torque_weight)[0]]
+    about = f" for a string with J = {J:.3g} kg m^2 and k_t = {k_t:.3g} N m/rad"
+    change = "drive.torque_weight or drive.state_weight"
+    return regulated(system, force, [state_weight] * 4, torque_weight, about, change)
 
 
 def _dc_motor(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:

@@ -1,5 +1,4 @@
-"""The initial states of an operating point: a single one, an ensemble drawn at random,
-or a grid over two states.
+"""The states of an ensemble of starts.
 
 **Draws.** Start ``k`` has nine numbers, uniform in [0, 1): the upper 53 bits of the
 words 9 k ... 9 k + 8 of the Philox 4x64 counter-based generator (Salmon et al. 2011)
@@ -38,41 +37,40 @@ states have the same bits on every machine.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.laws import running_arm, static_arm
-from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.christoforou_yigit.rhs import initial_states, with_frozen_modes
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
-from nsdrill.models.starts import checked_starts, hypercube, in_the_disc, slice_points
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.leaves import Values
+from nsdrill.models.starts import in_the_disc
 
 Array = np.ndarray[Any, np.dtype[Any]]
-DRAWS = 9
 WIND_UP = 1.5  # times the wind-up under the torque at rest
 AXIAL_REACH = 2.0  # times static penetration and lobe amplitude together
 LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit
 
 
-def starting_states(
-    parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any, start: Any = 0
-) -> Array:
-    """Initial states with the drive angle last, shape (points, states + 1), of the
-    starts numbered ``start`` (from 0; ignored where ``initial`` is a single state) at
-    the operating points depth [m], wob [N], rotary_speed [rad/s]: 1-D arrays of one
-    length, or scalars."""
-    if not initial.starts:
-        return initial_states(parameters, initial, depth, wob, rotary_speed)
-    depth, wob, rotary_speed, start = np.broadcast_arrays(
-        *(np.atleast_1d(np.asarray(value, float)) for value in (depth, wob, rotary_speed)), np.atleast_1d(start)
-    )
-    checked_starts(initial, start)
-    if initial.slice:
-        return _slice_states(parameters, initial, depth, wob, rotary_speed, start)
-    return _ensemble_states(parameters, initial, depth, wob, rotary_speed, start)
+def drawn(points: Values, u: Array) -> dict[str, Any]:
+    """The states by name, from numbers ``u`` [starts, 9] that are uniform in [0, 1):
+    of x, y, vx, vy, z, vz, twist, bit speed and the angle of the drive. A drive that is
+    not ideal begins with the set speed."""
+    parameters, (depth, wob, speed), q = points.parameters, points.operation, points.initial.spread
+    k = derive(parameters, depth, wob, speed)
+    reach, fastest = reach_of_collar(k, speed, q)
+    place, velocity = in_the_disc(u[:, 0:2]), in_the_disc(u[:, 2:4])
+    return {
+        "x": reach * place[:, 0],
+        "y": reach * place[:, 1],
+        "vx": fastest * velocity[:, 0],
+        "vy": fastest * velocity[:, 1],
+        **string_and_bit(parameters, k, wob, speed, q, *u[:, 4:8].T),
+        "drive_angle": 2 * math.pi * u[:, 8],
+        "lag": 0.0,
+        "drive_speed": speed,
+    }
 
 
 def reach_of_collar(k: Coefficients, speed: Any, spread: float) -> tuple[Any, Any]:
@@ -93,8 +91,8 @@ def string_and_bit(
     twist: Array,
     bit_speed: Array,
 ) -> dict[str, Array]:
-    """The axial and torsional states of an ensemble, from random numbers ``z``, ``vz``
-    and ``bit_speed`` in (-1, 1) and ``twist`` in (0, 1)."""
+    """The axial and torsional states of an ensemble, from numbers that are uniform in
+    [0, 1)."""
     bit, q = parameters.bit, spread
     rest = wob / (k.k_a + bit.rock_stiffness)
     lobes = bit.lobes * speed * bit.surface_amplitude
@@ -102,54 +100,8 @@ def string_and_bit(
     static = (wob * static_arm(parameters, k) + damping) / k.k_t
     steady = (wob * running_arm(parameters, k, speed) + damping) / k.k_t
     return {
-        "z": q * AXIAL_REACH * (rest + bit.surface_amplitude) * z - rest,
-        "vz": q * LOBE_SPEEDS * lobes * vz,
+        "z": q * AXIAL_REACH * (rest + bit.surface_amplitude) * (2 * z - 1) - rest,
+        "vz": q * LOBE_SPEEDS * lobes * (2 * vz - 1),
         "twist": -((1 - q) * steady + q * WIND_UP * static * twist),
-        "bit_speed": speed * (1 + q * bit_speed),
+        "bit_speed": speed * (1 + q * (2 * bit_speed - 1)),
     }
-
-
-def _slice_states(
-    parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array
-) -> Array:
-    states = initial_states(parameters, initial, depth, wob, speed)
-    for name, values in slice_points(initial, STATE_NAMES, start).items():
-        states[:, -1 if name == STATE_NAMES[-1] else STATE_NAMES.index(name)] = values
-    return with_frozen_modes(parameters, states, wob, speed)
-
-
-def _ensemble_states(
-    parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array
-) -> Array:
-    k, q = derive(parameters, depth, wob, speed), initial.spread
-    u = _random_numbers(initial.seed, initial.ensemble)[start]
-    reach, fastest = reach_of_collar(k, speed, q)
-    by_name = {
-        "x": reach * u[:, 0],
-        "y": reach * u[:, 1],
-        "vx": fastest * u[:, 2],
-        "vy": fastest * u[:, 3],
-        **string_and_bit(parameters, k, wob, speed, q, *u[:, 4:8].T),
-        "drive_angle": u[:, 8],
-    }
-    states = np.stack([by_name[name] for name in STATE_NAMES], axis=1)
-    if not parameters.drive.ideal:  # lag 0, set speed
-        states = np.concatenate([states[:, :-1], np.zeros((len(states), 1)), speed[:, None], states[:, -1:]], axis=1)
-    if parameters.drive.kind == "dc_motor":
-        states = np.concatenate([states[:, :-1], np.zeros((len(states), 2)), states[:, -1:]], axis=1)
-    return with_frozen_modes(parameters, states, wob, speed)
-
-
-@lru_cache(maxsize=4)
-def _random_numbers(seed: int, count: int) -> Array:
-    """The random numbers of every start, shape (starts, DRAWS): x, y and vx, vy in the
-    unit disc; z and vz in (-1, 1); twist in (0, 1); bit speed in (-1, 1); the drive
-    angle in (0, 2 pi)."""
-    numbers = hypercube(seed, count, DRAWS)
-    for first in (0, 2):
-        numbers[:, first : first + 2] = in_the_disc(numbers[:, first : first + 2])
-    for column in (4, 5, 7):
-        numbers[:, column] = 2 * numbers[:, column] - 1
-    numbers[:, 8] *= 2 * math.pi
-    numbers.setflags(write=False)
-    return numbers

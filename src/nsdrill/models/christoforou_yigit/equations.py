@@ -6,14 +6,16 @@ them from the Lagrangian of the coupled system.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.equations.contacts import friction, friction_along, touching
+from nsdrill.equations.contacts import Law, friction, friction_along, touching
 from nsdrill.equations.derivative import Tangents
-from nsdrill.equations.graph import Graph
+from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import sincos, sqrt
 from nsdrill.equations.plain import written_out
+from nsdrill.equations.stage import Stage
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
 
 
@@ -36,17 +38,17 @@ def multiple_sine(sine: Any, cosine: Any, lobes: int) -> Any:
     return now
 
 
-def bit_on_rock(t: Any, phase: Any, s: Any, p: Any, lobes: int, law: Any) -> tuple[Any, ...]:
+def bit_on_rock(drive_angle: Any, s: Any, p: Any, lobes: int, law: Any) -> tuple[Any, ...]:
     """(sine and cosine of the bit's angle, force and torque of the rock), which is
     lobed."""
-    sine, cosine = sincos(s.twist + (p.drive_speed * t + phase))
+    sine, cosine = sincos(s.twist + drive_angle)
     surface = p.surface_amplitude * multiple_sine(sine, cosine, lobes)
     force = p.rock_stiffness * touching("rock", surface - s.z)
     numbers = numbers_of(p, "bit")
     return (sine, cosine, force, friction("bit", slip=s.bit_speed, normal=force, law=law, numbers=numbers))
 
 
-def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
+def equations(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     """(slopes of the velocities by name, further outputs)."""
     # Where the collar is. The floor of the radius has an effect at the hole's centre
     # only, where no force acts.
@@ -55,7 +57,7 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     along = s.vz - p.penetration_rate if o.axial_friction else 0.0
 
     law = list(LAWS.values())[o.friction]
-    sine, cosine, bit_force, bit_torque = bit_on_rock(t, phase, s, p, o.lobes, law)
+    sine, cosine, bit_force, bit_torque = bit_on_rock(p.set_speed * t + phase, s, p, o.lobes, law)
 
     # The wall.
     stiffness = p.bending - p.softening_torque * bit_torque - p.softening_force * bit_force
@@ -120,13 +122,13 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
         shaft_torque = p.shaft_damping * (s.drive_speed - s.bit_speed)
         drive_torque = -(
             p.drive_stiffness * s.lag
-            + p.drive_damping * (s.drive_speed - p.drive_speed)
+            + p.drive_damping * (s.drive_speed - p.set_speed)
             + p.twist_gain * pipe_twist
-            + p.speed_gain * (s.bit_speed - p.drive_speed)
+            + p.speed_gain * (s.bit_speed - p.set_speed)
         )
         if o.motor:
             drive_torque = s.motor_torque
-            rate = p.motor_damping * (p.drive_speed - s.drive_speed) - s.motor_torque
+            rate = p.motor_damping * (p.set_speed - s.drive_speed) - s.motor_torque
             if o.regulated:
                 rate = (
                     rate
@@ -135,8 +137,8 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
                         p.regulator_torque * (s.motor_torque - p.regulator_steady_motor_torque)
                         + p.regulator_lag * s.lag
                         + p.regulator_twist * (s.twist - p.regulator_steady_twist)
-                        + p.regulator_drive_speed * (s.drive_speed - p.drive_speed)
-                        + p.regulator_bit_speed * (s.bit_speed - p.drive_speed)
+                        + p.regulator_drive_speed * (s.drive_speed - p.set_speed)
+                        + p.regulator_bit_speed * (s.bit_speed - p.set_speed)
                     )
                 )
             slopes["motor_torque"] = rate * p.per_circuit_time
@@ -160,7 +162,25 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     slopes["vy"] = p.unbalance_arm * (square * sine - angular * cosine) + F_y * p.per_lateral_mass
     slopes["vz"] = (axial_force - p.axial_damping * s.vz) * p.per_axial_mass
     slopes["bit_speed"] = angular
-    outputs = {"cosine": cosine, "sine": sine, "radius": radius}
+    outputs = {"cosine_now": cosine, "sine_now": sine, "radius_now": radius}
     if not o.implicit:  # else as they are where friction is solved for
-        outputs["direction"], outputs["decay"] = law.factors(s.bit_speed, numbers_of(p, "bit"))
+        direction, decay = law.factors(s.bit_speed, numbers_of(p, "bit"))
+        outputs |= {"direction_now": direction, "decay_now": decay}
     return slopes, outputs
+
+
+def solved(stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -> dict[str, Node]:
+    """What the observer reads of the bit where friction is solved for: the factors of
+    its law on the last tangent of Newton's method, as the load is, the slope of the
+    law, and by how much a load relaxes the bit speed."""
+    contact, omega = stage.contacts[0], slips[0]
+    assert isinstance(contact.law, Law)
+    direction, decay = contact.law.factors(omega, contact.numbers)
+    factors = {"direction_now": direction, "decay_now": decay}
+    rates = Tangents(stage.graph, {omega: 1.0})
+    changes = rates.of(factors | {"slope_now": contact.law(omega, contact.numbers)})
+    return {
+        **{name: node + changes[name] * steps[0] for name, node in factors.items()},
+        "slope_now": changes["slope_now"],
+        "bb_now": stage.relaxed[0, 0] * stage.normal[0],
+    }

@@ -12,10 +12,10 @@ from nsdrill.equations.graph import Node
 from nsdrill.equations.plain import values
 from nsdrill.equations.trace import traced
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.equations import motion
+from nsdrill.models.christoforou_yigit.columns import columns_of, states_of, values_of
+from nsdrill.models.christoforou_yigit.equations import equations
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.rhs import columns_of, pack, states_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import History
 
@@ -26,7 +26,7 @@ LOADS = ("bit_force", "bit_torque", "wall_force", "wall_friction")
 @lru_cache
 def _named(options: Options) -> dict[str, Node]:
     """What the equations call by a name."""
-    graph, _, _ = traced(motion, states_of(options), columns_of(options), options)
+    graph, _, _ = traced(equations, states_of(options), columns_of(options), options)
     return graph.names
 
 
@@ -37,13 +37,10 @@ def loads(
     that equations without an option do not have."""
     options = options_of(parameters)
     named = _named(options)
-    point = np.broadcast_arrays(operation.depth, operation.wob, operation.rotary_speed)
-    depth, wob, rotary_speed = (value.ravel() for value in point)
-    table = pack(parameters, depth, wob, rotary_speed).T
+    lanes = values_of(parameters, operation.depth, operation.wob, operation.rotary_speed, 0.0)
     given = {"time": 0.0, "phase": state["drive_angle"]}
     given |= {f"s.{name}": state[name] for name in states_of(options) if name in state}
-    for name, column in zip(columns_of(options), table, strict=True):
-        given[f"p.{name}"] = column.reshape(point[0].shape)
+    given |= {f"p.{name}": lanes[name] for name in columns_of(options)}
     zero = np.zeros_like(state["x"])
     found = values({name: named[name] for name in names if name in named}, given)
     return {name: found.get(name, 0.0) + zero for name in names}

@@ -40,20 +40,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from nsdrill.models import friction
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, one_by_one, power
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.tubes import GRAVITY
 
 SWIRL_PARAMETERS = ("swirl_rate", "swirl_momentum")
-STABILIZER_PARAMETERS = (
-    "clearance",
-    "stabilizer_radius",
-    "stabilizer_arm",
-    "stabilizer_smoothing",
-    "stabilizer_decay",
-    "stabilizer_rise",
-    "stabilizer_dynamic",
-)
+STABILIZER_PARAMETERS = ("clearance", "stabilizer_radius", "stabilizer_arm", *friction.columns_of("stabilizer"))
 WEIGHT_PARAMETERS = ("weight", "eccentric_weight")
 AXIAL_PARAMETERS = ("penetration_rate",)
 
@@ -84,7 +77,7 @@ def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Any) 
     """The lane parameters of all options by their names, also of options that are off.
     ``rotary_speed`` is in rad/s. Where the lateral mode is frozen, the eccentric weight
     is zero and the other forces have no effect."""
-    law, clearance = parameters.stabilizer.friction, parameters.stabilizer.clearance
+    clearance = parameters.stabilizer.clearance
     across, steel = weights(parameters)
     eccentricity = parameters.drillstring.eccentricity
     if parameters.modes.lateral == "frozen" or not parameters.drillstring.eccentric_weight:
@@ -97,10 +90,7 @@ def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Any) 
         "clearance": clearance,
         "stabilizer_radius": radius,
         "stabilizer_arm": None if radius is None else radius / k.collar_radius,
-        "stabilizer_smoothing": law.smoothing,
-        "stabilizer_decay": law.decay,
-        "stabilizer_rise": law.static - law.dynamic,
-        "stabilizer_dynamic": law.dynamic,
+        **friction.stribeck(parameters.stabilizer.friction).columns("stabilizer"),
         "weight": across,
         "eccentric_weight": steel * eccentricity,
         "penetration_rate": rate_of_penetration(k, rotary_speed),

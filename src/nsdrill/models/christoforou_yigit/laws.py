@@ -1,17 +1,14 @@
 """The friction of the bit: its torque over its force, an arm [m], as a function of its
 speed, by the laws of :mod:`nsdrill.models.friction`.
 
-With the radius r_h of the bit and the arm a_c of the cutting torque
-(:mod:`.coefficients`), rise and dynamic of a law are (2/3) r_h (mu_s - mu_d) and (2/3)
-r_h mu_d + a_c; the key ``dynamic_from`` of the linear law is V0, its decay 1/V0. The
-rational law describes the whole torque, b0 [tanh(b1 v) + b2 v / (1 + b3 v^2)], without
-a_c.
+The arm of friction is 2/3 r_h, with the radius r_h of the bit, that of the cutting
+torque a_c (:mod:`.coefficients`).
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,29 +17,16 @@ from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 
-class BitNumbers(NamedTuple):
-    """The four numbers of a law in the lane loops, or arrays over operating points: eps
-    [s/rad]; tau or 1/V0 [s/rad]; the falling and the constant part of the arm [m]. For
-    the rational law b1, b3, b0 b2 and b0."""
-
-    bit_smoothing: Any
-    bit_decay: Any
-    bit_rise: Any
-    bit_dynamic: Any
+def law_of_bit(parameters: Parameters) -> friction.KeyedLaw:
+    """The law of the bit."""
+    return friction.LAWS[parameters.bit.friction.law]
 
 
-def bit_numbers(parameters: Parameters, k: Coefficients) -> BitNumbers:
+def bit_numbers(parameters: Parameters, k: Coefficients) -> friction.Numbers:
     """The numbers of the law of the bit at operating points with the coefficients
-    ``k``."""
-    law = parameters.bit.friction
-    if law.law == "rational":
-        return BitNumbers(law.b1, law.b3, law.b0 * law.b2, law.b0)
-    # Both parts of the torque, (2/3) r_h f(omega) + arm g(omega), share g: they are one
-    # law with shifted coefficients.
-    friction_arm = 2 / 3 * k.bit_radius
-    decay = 1 / law.dynamic_from if law.law == "linear" else law.decay
-    rise, dynamic = (friction_arm * (law.static - law.dynamic), friction_arm * law.dynamic + k.cutting_arm)
-    return BitNumbers(law.smoothing, decay, rise, dynamic)
+    ``k``: eps [s/rad], tau or 1/V0 [s/rad], the falling and the constant part of the
+    arm [m]; of the rational law b1, b3, b0 b2 and b0."""
+    return law_of_bit(parameters).numbers(parameters.bit.friction, 2 / 3 * k.bit_radius, k.cutting_arm)
 
 
 def bit_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
@@ -52,8 +36,7 @@ def bit_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
 
 
 def _arm(which: str, parameters: Parameters, k: Coefficients, speed: Any) -> Any:
-    law = friction.LAWS[parameters.bit.friction.law]
-    return friction.values(law, which, speed, bit_numbers(parameters, k))
+    return friction.values(law_of_bit(parameters), which, speed, bit_numbers(parameters, k))
 
 
 def running_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
@@ -62,21 +45,13 @@ def running_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
 
 
 def static_arm(parameters: Parameters, k: Coefficients) -> Any:
-    """The arm [m] at rest; for the rational law the bound b0 (1 + b2 / (2 sqrt(b3))),
-    the sum of the greatest values of its terms."""
-    law = parameters.bit.friction
-    if law.law == "rational":
-        return law.b0 * (1 + law.b2 / (2 * np.sqrt(law.b3)))
-    return 2 / 3 * k.bit_radius * law.static + k.cutting_arm
+    """The greatest arm [m] at rest, or a bound of it."""
+    return law_of_bit(parameters).at_rest(parameters.bit.friction, 2 / 3 * k.bit_radius, k.cutting_arm)
 
 
 def slope_at_rest(parameters: Parameters, k: Coefficients) -> Any:
-    """The slope at rest of the friction torque over the force [m s/rad], without the
-    torque of cutting."""
-    law = parameters.bit.friction
-    if law.law == "rational":
-        return law.b0 * (law.b1 + law.b2)
-    return 2 / math.pi * law.smoothing * law.static * 2 / 3 * k.bit_radius
+    """The slope of the arm at rest [m s/rad]."""
+    return _arm("slope", parameters, k, 0.0)
 
 
 def fall(parameters: Parameters, k: Coefficients, speed: Any) -> Any:

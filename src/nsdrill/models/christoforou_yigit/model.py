@@ -3,70 +3,59 @@ of freedom, rock, wall, lobes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, cast
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import Rows
-from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
-from nsdrill.models.base import Array, Level, Model, Symmetry, Variant
-from nsdrill.models.christoforou_yigit import classify, compare, observed, rhs
-from nsdrill.models.christoforou_yigit.ensemble import starting_states
+from nsdrill.models.base import Array, Symmetry, Variant
+from nsdrill.models.christoforou_yigit import columns, observed
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.collar import CollarInHole
+from nsdrill.models.christoforou_yigit.ensemble import drawn
+from nsdrill.models.christoforou_yigit.equations import equations, solved
 from nsdrill.models.christoforou_yigit.forces import forces
 from nsdrill.models.christoforou_yigit.options import Options, is_used, options_of
-from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.drilling import drilled
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record, Thresholds
 
 
-class ChristoforouYigit(Model):
-    """The main model; a variant is a tuple of :class:`Options`."""
+class ChristoforouYigit(CollarInHole):
+    """The main model."""
 
     name = "christoforou_yigit"
-    contacts = rhs.SIDES
+    equations = staticmethod(equations)
+    solved = staticmethod(solved)
+    contacts = ("rock", "wall")
+    set_speed = "set_speed"
+    relative = ("twist", "lag")
+    sticking = "stuck_below"
+    options = Options
+    widest = Options(driven=1, stabilizer=1, weight=1, implicit=1)
 
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
 
-    def implicit(self, variant: Variant) -> Variant:
-        return Options(*variant)._replace(implicit=1)
+    def names(self, variant: Variant) -> Names:
+        return observed.names_of(Options(*variant))
 
-    def states(self, variant: Variant) -> tuple[str, ...]:
-        return rhs.states_of(Options(*variant))
+    def declaration(self, variant: Variant) -> Declaration:
+        return observed.declaration_of(Options(*variant))
 
-    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
-        return rhs.rows_of(Options(*variant), observed, tangent=tangent, columns=columns)
-
-    def motion(self, variant: Variant) -> Motion:
-        return rhs.motion_of(Options(*variant))
-
-    def turning(self, variant: Variant) -> tuple[str, ...]:
-        return ("twist", "lag")[: 1 + Options(*variant).driven]
-
-    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        return rhs.make_right_hand_side(lanes, Options(*variant))
-
-    def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
-        return rhs.make_tangent(lanes, Options(*variant), place)
-
-    def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        return rhs.make_contacts(lanes, Options(*variant), place)
+    def pushed(self, variant: Variant) -> tuple[str, ...]:
+        return ("vx", "vy", "vz", "bit_speed") if Options(*variant).axial_friction else ("vx", "vy", "bit_speed")
 
     def released(self, table: Array, contact: str) -> Array | None:
         if contact != "wall":
             return None
         changed = table.copy()
-        changed[:, rhs.PARAMETERS.index("wall_stiffness")] = 0.0
+        changed[:, columns.PARAMETERS.index("wall_stiffness")] = 0.0
         return changed
-
-    def levels(self, variant: Variant) -> tuple[Level, ...]:
-        states = self.states(variant)
-        return (Level("bit", states.index("bit_speed"), rhs.PARAMETERS.index("stuck_below")),)
 
     def symmetry(self, points: Values) -> Symmetry:
         """The lobes repeat after a revolution over their number, the weight of an
@@ -75,9 +64,8 @@ class ChristoforouYigit(Model):
         parameters = points.parameters
         options = options_of(parameters)
         if options.driven:
-            gain_name = "regulator_lag" if options.regulated else "drive_stiffness"
-            gain = rhs.pack(parameters, *points.operation)[0, rhs.columns_of(options).index(gain_name)]
-            if gain == 0.0:
+            gain = self.columns(points, Thresholds())["regulator_lag" if options.regulated else "drive_stiffness"]
+            if np.ravel(gain)[0] == 0.0:
                 raise InputError(
                     f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle "
                     "nothing holds to that of the set speed, so that no motion repeats in that "
@@ -87,13 +75,21 @@ class ChristoforouYigit(Model):
                 )
         smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes
-        constant = {*rhs.frozen_states(parameters), "motor_impulse"}
-        names = rhs.states_of(options)
+        constant = {*columns.frozen_states(parameters), "motor_impulse"}
+        names = columns.states_of(options)
         free = tuple(index for index, name in enumerate(names) if name not in constant)
         return Symmetry(folds, free, ((0, 2), (1, 3)))
 
-    def pack(self, points: Values, thresholds: Thresholds) -> Array:
-        return rhs.pack(points.parameters, *points.operation, thresholds.stuck_below)
+    # What differs from run to run
+
+    def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+        return columns.values_of(points.parameters, *points.operation, thresholds.stuck_below)
+
+    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Any]:
+        return columns.natural_scales(table, o)
+
+    def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
+        return columns.fastest(table, o)
 
     def switches(self, parameters: Any) -> float | None:
         on_at: float | None = None if parameters.drive.ideal else parameters.drive.on_at
@@ -101,72 +97,56 @@ class ChristoforouYigit(Model):
 
     def pack_before(self, points: Values, thresholds: Thresholds) -> Array:
         table = self.pack(points, thresholds)
-        names = rhs.columns_of(options_of(points.parameters))
+        names = columns.columns_of(options_of(points.parameters))
         table[:, names.index("per_drive_inertia")] = 0.0  # the top keeps its speed
         return table
 
-    def starts(self, points: Values, number: Array | int) -> Array:
-        return starting_states(points.parameters, cast("Initial", points.initial), *points.operation, number)
-
     def held(self, parameters: Parameters) -> tuple[str, ...]:
-        return rhs.frozen_states(parameters)
+        return columns.frozen_states(parameters)
 
-    def state_scales(self, table: Array, variant: Variant) -> Array:
-        return rhs.state_scales(table, Options(*variant))
+    # The start
 
-    def frame_rates(self, table: Array, variant: Variant) -> Array:
-        return rhs.frame_rates(table, Options(*variant))
+    def start_names(self, variant: Variant) -> tuple[str, ...]:
+        """Those of every string; a drive has natural values unless the study gives
+        them."""
+        return STATE_NAMES
 
-    def phase_rate(self, table: Array) -> Array:
-        return rhs.phase_rate(table)
+    def steady(self, points: Values) -> Mapping[str, Any]:
+        _, wob, speed = points.operation
+        k = derive(points.parameters, *points.operation)
+        return {"z": -wob / (k.k_a + points.parameters.bit.rock_stiffness), "bit_speed": speed, "drive_speed": speed}
 
-    def first_step(self, table: Array, variant: Variant) -> Array:
-        return rhs.first_step(table, Options(*variant))
+    def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
+        return drawn(points, shape)
 
-    widest = Options(driven=1, stabilizer=1, weight=1, implicit=1)
+    def complete_states(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """All states from those of the start. Those of frozen modes replace it: there
+        the bit carries the whole weight, and the pipe's spring none."""
+        parameters, (_, wob, speed) = points.parameters, points.operation
+        drive = self.initial_values(points, ("lag", "drive_speed")) | {"motor_impulse": 0.0, "motor_torque": 0.0}
+        frozen = dict.fromkeys(columns.frozen_states(parameters), 0.0)
+        if "z" in frozen:
+            frozen["z"] = -wob / parameters.bit.rock_stiffness
+        if "bit_speed" in frozen:
+            frozen["bit_speed"] = speed
+        return {**drive, **values, **frozen}
 
-    def names(self, variant: Variant) -> Names:
-        return observed.names_of(Options(*variant))
-
-    def declaration(self, variant: Variant) -> Declaration:
-        return observed.declaration_of(Options(*variant))
+    # What is observed
 
     def section_parts(self, parameters: Parameters, record: Record) -> int:
         return parameters.bit.lobes if record.section == "lobe" else 1
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
-        parameters, (_, wob, speed) = points.parameters, points.operation
-        torque, speed = features["surface_torque_mean"], features.get("drive_speed_mean", speed)
-        derived = drilled(torque, speed, parameters.bit.cutting, wob, parameters.well.diameter / 2)
-        if parameters.modes.torsional == "frozen":  # the torque at the surface is not known
+        derived = super().derived(features, points)
+        if points.parameters.modes.torsional == "frozen":  # the torque at the surface is not known
             derived["mechanical_specific_energy"] = np.full(len(derived["mechanical_specific_energy"]), np.nan)
         return derived
 
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         names, declaration = self.names(variant), self.declaration(variant)
         returns = returns_of(names, declaration, outcome, record.peaks, record.poincare)
-        own = [*range(len(rhs.STATES)), -1]  # without those of a drive
+        own = [*range(len(columns.STATES)), -1]  # without those of a drive
         return observed.coordinates(returns[..., own])
-
-    def returns(self, section: Mapping[str, Array]) -> Array:
-        return observed.in_the_bit_frame(section)
-
-    def classify(
-        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
-    ) -> dict[str, Array]:
-        # of string and bit
-        return classify.classify(features, status, thresholds, state_scales[..., : len(rhs.STATES)])
-
-    def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
-        return classify.responses(features, thresholds)
-
-    def scales(self, table: Array) -> dict[str, Array]:
-        return compare.scales(table)
-
-    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
-        return compare.coordinates(
-            features, self.scales(table), self.state_scales(table, variant)[:, rhs.STATES.index("z")]
-        )
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         return forces(parameters, point, state)

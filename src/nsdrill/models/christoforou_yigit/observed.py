@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from nsdrill.compiler.words import fma
+from nsdrill.models.christoforou_yigit.columns import aux_of, columns_of, states_of
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, states_of
 from nsdrill.models.friction import LAWS, with_slope, with_slope_from_factors
 from nsdrill.observe.channels import (
     Channel,
@@ -56,15 +56,9 @@ OUTPUTS = (
 
 
 def names_of(options: Options) -> Names:
-    """The names of the rows. The speed that the drive is set to is ``set_speed``, as
-    its own speed may be a state, and auxiliary outputs end in ``_now``."""
-    states, columns = states_of(options), columns_of(options)
-    return Names(
-        states,
-        SLOPES[: len(states) // 2],
-        tuple("set_speed" if name == "drive_speed" else name for name in columns),
-        tuple(f"{name}_now" for name in aux_of(options)),
-    )
+    """The names of the rows."""
+    states = states_of(options)
+    return Names(states, SLOPES[: len(states) // 2], columns_of(options), aux_of(options))
 
 
 # Values, slopes and second derivatives of the channels.

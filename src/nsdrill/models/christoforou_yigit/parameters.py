@@ -1,12 +1,8 @@
 """The parameters of the drill string, in SI units, with the source of each default and
 the confidence in it.
 
-Sources: **P** the nonsmooth-system paper whose figures are reproduced; **CY**
-Christoforou & Yigit 2003, J. Sound Vib. 267:1029-1045, and the authors' related papers
-as reported by others; **B** Sarker, Rideout & Butt, ICBGM 2012; **J** Jansen 1991 and
-Jansen & van den Steen 1995; **L** a public lateral-torsional code of COPPE/UFRJ; **R**
-reconstructed here. P prints five numbers and refers to CY for the others, so its
-figures can be reproduced in kind, not to the digit.
+Sources as in :mod:`nsdrill.models.sections`. P prints five numbers and refers to CY for
+the others, so its figures can be reproduced in kind, not to the digit.
 """
 
 from __future__ import annotations
@@ -15,42 +11,18 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.reads import READ_BY, unread
-from nsdrill.models.drives import check_inertia
-from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.models.christoforou_yigit.reads import DRIVE, unread
+from nsdrill.models.drives import Kind, check_inertia
+from nsdrill.models.friction import LawOfBit
+from nsdrill.models.sections import Collars, HyperbolicFriction, Lobes, Steel, StillMud, Wall, WallFriction
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import Checked, choice, parameter
-
-WIDEST_BORE = 0.999  # of the outer diameter, so that the wall has some thickness
-
-
-def check_bore(inner: float, outer: float) -> None:
-    """ValueError for a bore [m] that leaves the tube no wall."""
-    if inner > WIDEST_BORE * outer:
-        raise ValueError(
-            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
-        )
-
-
-def check_hole(diameter: float, collar: float) -> None:
-    """ValueError for a hole [m] no wider than the ``collar``."""
-    if collar >= diameter:
-        raise ValueError(
-            f"well.diameter: found {diameter:g} m, allowed: above the outer diameter of the collar, {collar:g} m"
-        )
+from nsdrill.ranges import Checked, choice, defaults, given, parameter
 
 
 @dataclass(frozen=True)
-class Collar(Checked):
+class Collar(Collars):
     """The drill collars; ``span`` is the length between stabilisers that bends."""
 
-    outer_diameter: float = parameter(
-        0.2286, "m", "J, B", "medium", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in; laboratory rods 3 mm"
-    )
-    inner_diameter: float = parameter(0.0762, "m", "J, B", "medium", high=10.0, usual="1 1/4 to 4 in; a rod 0")
-    length: float = parameter(
-        200.0, "m", "J, B", "medium", low=1e-2, high=1e4, usual="20 to 400 m; laboratory rigs 0.1 m"
-    )
     span: float = parameter(
         19.81,
         "m",
@@ -63,47 +35,15 @@ class Collar(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_bore(self.inner_diameter, self.outer_diameter)
         if self.span > self.length:
             raise ValueError(f"span: found {self.span:g} m, allowed: at most the collar length, {self.length:g} m")
 
 
 @dataclass(frozen=True)
-class Pipe(Checked):
-    """The drill pipe; its length is the depth less the collar length."""
-
-    outer_diameter: float = parameter(
-        0.127, "m", "J by arithmetic", "medium", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in; laboratory rods 3 mm"
-    )
-    inner_diameter: float = parameter(0.1086, "m", "J by arithmetic", "medium", high=10.0, usual="1.8 to 6 in; a rod 0")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_bore(self.inner_diameter, self.outer_diameter)
-
-
-@dataclass(frozen=True)
-class Material(Checked):
-    """The steel of the string."""
-
-    density: float = parameter(
-        7850.0, "kg/m^3", "standard", "high", low=10.0, high=1e6, usual="composite 1600 to tungsten 19 300 kg/m^3"
-    )
-    young_modulus: float = parameter(
-        210e9, "Pa", "standard", "high", low=1e6, high=1e13, usual="plastics 2 GPa, aluminium 70 GPa, steel 210 GPa"
-    )
-    shear_modulus: float = parameter(
-        79.6e9, "Pa", "standard", "high", low=1e6, high=1e13, usual="plastics 1 GPa, aluminium 26 GPa, steel 80 GPa"
-    )
-
-
-@dataclass(frozen=True)
-class Drillstring(Checked):
+class Drillstring(Steel):
     """The string: geometry, steel, damping and modelling choices."""
 
     collar: Collar = field(default_factory=Collar)
-    pipe: Pipe = field(default_factory=Pipe)
-    material: Material = field(default_factory=Material)
     eccentricity: float = parameter(
         0.0127,
         "m",
@@ -124,18 +64,6 @@ class Drillstring(Checked):
 
 
 @dataclass(frozen=True)
-class StillMud(Checked):
-    """The drilling fluid: density, added-mass coefficient C_A and drag coefficient
-    C_D."""
-
-    density: float = parameter(
-        1500.0, "kg/m^3", "J, L", "high", high=1e5, usual="air 1 kg/m^3, mud 1000 to 2400 kg/m^3"
-    )
-    added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
-    drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
-
-
-@dataclass(frozen=True)
 class Mud(StillMud):
     """The drilling fluid, which may rotate with the fraction ``swirl`` of the rotary
     speed."""
@@ -144,64 +72,17 @@ class Mud(StillMud):
 
 
 @dataclass(frozen=True)
-class Friction(Checked):
-    """The smoothed Stribeck law f(v) = (2/pi) atan(eps v) [(mu_s - mu_d) / (1 + tau
-    |v|) + mu_d].
-
-    ``smoothing`` is eps and ``decay`` is tau, per unit of the slip speed v: m/s at the
-    wall, rad/s at the bit.
-    """
-
-    static: float = parameter(0.35, high=10.0, usual="0.1 to 1")
-    dynamic: float = parameter(0.30, high=10.0, usual="0.1 to 0.8")
-    smoothing: float = parameter(500.0, "s/m", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/m")
-    decay: float = parameter(3.0, "s/m", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/m")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.dynamic > self.static:
-            raise ValueError(
-                f"dynamic: found {self.dynamic:g}, allowed: at most the static coefficient, {self.static:g}"
-            )
-
-
-@dataclass(frozen=True)
-class WallFriction(Friction):
-    """Friction between collar and wall, against slip speed in m/s."""
-
-    static: float = parameter(0.35, "", "L", "medium", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8")
-    dynamic: float = parameter(0.30, "", "R", "low", high=10.0, usual="0.1 to 0.4")
-
-
-@dataclass(frozen=True)
-class StabilizerFriction(Friction):
+@defaults(static=given(0.35, "R: as the wall", "low"), dynamic=given(0.30, "R: as the wall", "low"))
+class StabilizerFriction(WallFriction):
     """Friction between stabilisers and wall, against slip speed in m/s."""
-
-    static: float = parameter(0.35, "", "R: as the wall", "low", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8")
-    dynamic: float = parameter(0.30, "", "R: as the wall", "low", high=10.0, usual="0.1 to 0.4")
-
-
-@dataclass(frozen=True)
-class HyperbolicFriction(Friction):
-    """Friction between bit and rock, against bit speed in rad/s."""
-
-    static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
-    dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
-    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
-    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
 
 
 @dataclass(frozen=True)
 class BitFriction(HyperbolicFriction):
-    """Friction between bit and rock, against bit speed in rad/s; the laws are those of
-    :mod:`.laws`.
+    """Friction between bit and rock, against bit speed in rad/s, by one of the laws of
+    :mod:`nsdrill.models.friction`, each of which reads its own keys."""
 
-    Each law reads its own keys: ``hyperbolic`` and ``exponential`` ``static``,
-    ``dynamic``, ``smoothing``, ``decay``; ``linear`` ``dynamic_from`` in place of
-    ``decay``; ``rational`` ``b0`` to ``b3`` alone.
-    """
-
-    law: Literal["hyperbolic", "linear", "exponential", "rational"] = choice("hyperbolic", "R (form: Leine 1998)")
+    law: LawOfBit = choice("hyperbolic", "R (form: Leine 1998)")
     dynamic_from: float = parameter(
         1.0, "rad/s", "R (form: Dawson, Lin & Spanos 1987)", "low", low=1e-4, high=1e3, usual="0.05 to 5 rad/s"
     )
@@ -212,30 +93,11 @@ class BitFriction(HyperbolicFriction):
 
 
 @dataclass(frozen=True)
-class Well(Checked):
-    """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for
-    the Hertz law."""
+class Well(Wall):
+    """The hole, which may be inclined."""
 
-    diameter: float = parameter(0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
-    stiffness: float = parameter(
-        25e6,
-        "N/m or N/m^1.5",
-        "CY as reported; L has 1e9",
-        "low: sweep it",
-        low=1.0,
-        high=1e13,
-        usual="1 MN/m to 10 GN/m; Hertz 1 to 100 GN/m^1.5",
-    )
-    law: Literal["linear", "hertz"] = choice("linear", "P")
-    friction: WallFriction = field(default_factory=WallFriction)
     inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg")
     axial_friction: bool = False
-
-
-def deepest(stiffness: float, law: str) -> float:
-    """The penetration [m] of the collar under the largest force into a wall of this
-    stiffness and contact law."""
-    return (LARGEST_FORCE / stiffness) ** (2 / 3 if law == "hertz" else 1.0)
 
 
 @dataclass(frozen=True)
@@ -248,27 +110,9 @@ class Stabilizer(Checked):
 
 
 @dataclass(frozen=True)
-class Cutting(Checked):
-    """The cutting torque and the rate of penetration: ROP [m/s] = c1 W[N]
-    sqrt(Omega[rad/s]) + c2, 0 if negative."""
-
-    zeta: float = parameter(1.0, "", "B", "high", high=1e3, usual="0 to 2")
-    c1: float = parameter(1.35e-8, "", "B", "high", high=1e-3, usual="1e-9 to 1e-7: 1 to 100 m/h")
-    c2: float = parameter(-1.9e-4, "", "B", "high", low=-1.0, high=1.0, usual="-1e-3 to 0")
-
-
-@dataclass(frozen=True)
-class Bit(Checked):
+class Bit(Lobes):
     """The bit on its lobed surface s = s0 sin(n_b phi)."""
 
-    lobes: int = parameter(
-        3, "", "B (3 roller cone, 1 PDC); P does not say which", "high", low=1, high=8, usual="1, 3; 5 or 6 blades"
-    )
-    surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
-    rock_stiffness: float = parameter(
-        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
-    )
-    cutting: Cutting = field(default_factory=Cutting)
     friction: BitFriction = field(default_factory=BitFriction)
 
 
@@ -312,9 +156,7 @@ class Drive(Checked):
     torque.
     """
 
-    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"] = choice(
-        "ideal", "P; the others as Simulator4nDOF has them"
-    )
+    kind: Kind = choice("ideal", "P; the others as Simulator4nDOF has them")
     inertia: float = parameter(
         2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7, usual="500 to 5000 kg m^2 at the string"
     )
@@ -372,7 +214,7 @@ class Drive(Checked):
     @property
     def limited(self) -> bool:
         """Whether the torque of the motor has a limit."""
-        return self.torque_limit is not None and "torque_limit" in READ_BY[self.kind]
+        return self.torque_limit is not None and "torque_limit" in DRIVE.keys[self.kind]
 
     @property
     def regulated(self) -> bool:
@@ -422,7 +264,7 @@ class Parameters:
 
     def __post_init__(self) -> None:
         collar = self.drillstring.collar.outer_diameter
-        check_hole(self.well.diameter, collar)
+        self.well.check(collar)
         gap, clearance = (self.well.diameter - collar) / 2, self.stabilizer.clearance
         if clearance is not None and clearance >= gap:
             raise ValueError(

@@ -6,42 +6,15 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from nsdrill.models.drives import TUNING
+from nsdrill.models.drives import kinds
+from nsdrill.models.friction import LAWS
+from nsdrill.models.reads import Reads
 
-_COMMON = ("inertia", "shaft_damping", "on_at")
-_WITH_LIMIT = (*_COMMON, "torque_limit")  # where the drive's inertia is that of the machine
 # The keys of the drive that each kind reads.
-READ_BY: dict[str, tuple[str, ...]] = {
-    "ideal": (),
-    "stiff": _WITH_LIMIT,
-    "soft_torque": (*_WITH_LIMIT, *TUNING["soft_torque"]),
-    "equal_damping": _WITH_LIMIT,
-    "z_torque": (*_COMMON, *TUNING["z_torque"]),
-    "lqr": (*_WITH_LIMIT, "state_weight", "torque_weight"),
-    "dc_motor": (
-        "shaft_damping",
-        "inductance",
-        "resistance",
-        "torque_constant",
-        "gear",
-        "table_inertia",
-        "motor_inertia",
-        "gains",
-    ),
-    "pi": (*_WITH_LIMIT, *TUNING["pi"]),
-}
-
-
-# The keys of the bit that each of its friction laws reads.
-_SMOOTHED = ("static", "dynamic", "smoothing")
-READ_BY_LAW: dict[str, tuple[str, ...]] = {
-    "hyperbolic": (*_SMOOTHED, "decay"),
-    "linear": (*_SMOOTHED, "dynamic_from"),
-    "exponential": (*_SMOOTHED, "decay"),
-    "rational": ("b0", "b1", "b2", "b3"),
-}
-
-
+_LQR = ("inertia", "shaft_damping", "on_at", "torque_limit", "state_weight", "torque_weight")
+_CIRCUIT = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia", "gains")
+DRIVE = kinds(("inertia", "shaft_damping", "on_at"), lqr=_LQR, dc_motor=("shaft_damping", *_CIRCUIT))
+LAW = Reads("bit.friction.law", "the law", "the law", {word: law.keys for word, law in LAWS.items()})
 # Keys that only the motion of a mode depends on: its initial state, and parameters.
 FROZEN: dict[str, tuple[str, ...]] = {
     "axial": ("initial.z", "initial.vz", "bit.surface_amplitude", "drillstring.axial_damping"),
@@ -77,11 +50,8 @@ OFF: dict[str, dict[str, Any]] = {
 def unread(parameters: Any) -> frozenset[str]:
     """The keys that a string with these :class:`.parameters.Parameters` does not read,
     including those of its initial state."""
-    kind, law = parameters.drive.kind, parameters.bit.friction.law
-    drive = (item.name for item in fields(parameters.drive) if item.name not in ("kind", *READ_BY[kind]))
-    friction = (item.name for item in fields(parameters.bit.friction) if item.name not in ("law", *READ_BY_LAW[law]))
-    keys = {*(f"drive.{name}" for name in drive), *(f"bit.friction.{name}" for name in friction)}
-    if kind == "ideal":
+    keys = DRIVE.unread(parameters) | LAW.unread(parameters)
+    if parameters.drive.kind == "ideal":
         keys |= {"initial.lag", "initial.drive_speed"}
     for mode, keys_of_mode in FROZEN.items():
         if getattr(parameters.modes, mode) == "frozen":

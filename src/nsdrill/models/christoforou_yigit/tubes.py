@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 
 from nsdrill.models.christoforou_yigit.coefficients import ring
-from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters, Pipe
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.sections import Tubular
 
 GRAVITY = 9.80665  # m/s^2, standard
 
@@ -33,7 +34,7 @@ def pipe(parameters: Parameters, depth: float) -> Tube:
     return _tube(parameters, parameters.drillstring.pipe, depth - parameters.drillstring.collar.length)
 
 
-def _tube(parameters: Parameters, part: Collar | Pipe, length: float) -> Tube:
+def _tube(parameters: Parameters, part: Tubular, length: float) -> Tube:
     steel, mud = parameters.drillstring.material, parameters.mud
     area, second_moment = ring(part.outer_diameter, part.inner_diameter)
     return Tube(

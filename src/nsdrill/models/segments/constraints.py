@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.errors import Fault
-from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE
 from nsdrill.models.description import Order
 from nsdrill.models.drives import LAWS, inertia_faults
-from nsdrill.models.segments.reads import READ_BY
+from nsdrill.models.sections import WIDEST_BORE
+from nsdrill.models.segments.reads import DRIVE
 
 ORDERS = (
     Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
@@ -73,11 +73,5 @@ def _torque(check: Any) -> Iterator[Fault]:
 
 def _drive(check: Any) -> Iterator[Fault]:
     """There is no value and no axis that the kind of drive does not read."""
-    if not check.sound("drive"):
-        return
-    kind = check.value("drive.kind")
-    allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind]) or 'nothing'}"
-    for key in check.leaves:
-        name = key.removeprefix("drive.")
-        if name not in (key, "kind", *READ_BY[kind]):
-            yield from check.unread(key, f"which the drive {kind} does not read", allowed)
+    if check.sound("drive"):
+        yield from DRIVE.faults(check)

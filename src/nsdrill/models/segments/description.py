@@ -10,29 +10,23 @@ import numpy as np
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import Values
+from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.constraints import ORDERS, constraints
-from nsdrill.models.segments.names import names_of
 from nsdrill.models.segments.parameters import MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import SPEEDS, depth_root, string_of
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import at_section, feature, in_trace
 
 
-def states_of(pipes: int, collars: int) -> tuple[str, ...]:
-    """The names of the states with so many segments, the angle of the drive last."""
-    return (*names_of(pipes, collars).states, "drive_angle")
-
-
 def states(parameters: Parameters) -> tuple[str, ...]:
-    """The names of the states of a string."""
-    return states_of(parameters.segments.pipe, parameters.segments.collar)
+    """The names of the states of a string, the angle of the drive last."""
+    return (*states_of(parameters.segments.pipe + parameters.segments.collar), "drive_angle")
 
 
 def are_states(names: tuple[str, ...]) -> bool:
-    """Whether these are the states of a string with any allowed number of segments.
-    (The names give only the sum of the segments of pipe and of collars.)"""
+    """Whether these are the states of a string with any allowed number of segments."""
     last = (len(names) - 2) // 4 - 1
-    return 2 <= last <= 2 * MAX_SEGMENTS and names == states_of(1, last - 1)
+    return 2 <= last <= 2 * MAX_SEGMENTS and names == (*states_of(last), "drive_angle")
 
 
 # The states between surface and bit, which a trace leaves out.
@@ -88,7 +82,7 @@ DESCRIPTION = Description(
     meanings={
         "drillstring": "The string",
         "segments": "The division of the string, and what is at its ends",
-        "segments.top": "What the string hangs from",
+        "segments.top": "Cable, derrick and travelling block, on which the string hangs",
         "segments.kelly": "The kelly, a rigid body",
         "segments.material_damping": "Damping of a segment over its stiffness",
         "mud": "The drilling fluid",

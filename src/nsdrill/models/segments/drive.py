@@ -27,8 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.errors import InputError
-from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, impedance_of
+from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, by_rows, impedance_of, regulated
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import Steady, String
 
@@ -53,7 +52,7 @@ def law_of(parameters: Parameters, string: String) -> Gains:
     top = drive.inertia + string.kelly_inertia
     if drive.kind == "ideal":
         return Gains(top, 0.0, 0.0)
-    return LAWS[drive.kind](drive, Seen(top, _modal_inertia(string), string.torsional, impedance(parameters)))
+    return LAWS[drive.kind].gains(drive, Seen(top, _modal_inertia(string), string.torsional, impedance(parameters)))
 
 
 def impedance(parameters: Parameters) -> Any:
@@ -79,15 +78,13 @@ def lag_of(parameters: Parameters, string: String, steady: Steady) -> Any:
 def _modal_inertia(string: String) -> Any:
     """The inertia J_b [kg m^2] that has, with the stiffness of the string, the first
     torsional frequency below a held top."""
-    values = (string.torsional, *string.torsional_stiffnesses, *string.inertias)
-    numbers = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
-    table = np.stack([value.ravel() for value in numbers], axis=1)
-    distinct, row_of = np.unique(table, axis=0, return_inverse=True)
-    inertias, count = [], len(string.torsional_stiffnesses)
-    for row in distinct:
+    count = len(string.torsional_stiffnesses)
+
+    def inertia(row: list[float]) -> float:
         w = first_frequency(row[1 : 1 + count], row[1 + count :])
-        inertias.append(float(f"{row[0] / (w * w):.{DIGITS}g}"))
-    at_points = np.array(inertias)[row_of.ravel()].reshape(numbers[0].shape)
+        return float(f"{row[0] / (w * w):.{DIGITS}g}")
+
+    at_points = by_rows(inertia, string.torsional, *string.torsional_stiffnesses, *string.inertias)
     return at_points if at_points.ndim else float(at_points)
 
 
@@ -95,28 +92,26 @@ def regulator(parameters: Parameters, string: String) -> np.ndarray:
     """The gains (K_I, K_1, K_2, K_3, K_4), an array (points, 5). InputError where the
     Riccati equation has no solution."""
     drive = parameters.drive
-    drags = string.drags
-    numbers = np.broadcast_arrays(
-        *np.atleast_1d(
-            string.torsional,
-            string.drive_inertia,
-            drive.table_damping,
-            sum(drags),
-            drive.gear * drive.torque_constant,
-            drive.inductance,
-            drive.resistance,
-            drive.control_weight,
-            drive.lag_weight,
-            drive.drive_speed_weight,
-            drive.current_weight,
-            drive.twist_weight,
-            drive.bit_speed_weight,
-        ),
-        *(np.atleast_1d(value) for value in string.torsional_stiffnesses + string.inertias),
+    count = len(string.torsional_stiffnesses)
+    rows = by_rows(
+        lambda row: _gains(row, count),
+        string.torsional,
+        string.drive_inertia,
+        drive.table_damping,
+        sum(string.drags),
+        drive.gear * drive.torque_constant,
+        drive.inductance,
+        drive.resistance,
+        drive.control_weight,
+        drive.lag_weight,
+        drive.drive_speed_weight,
+        drive.current_weight,
+        drive.twist_weight,
+        drive.bit_speed_weight,
+        *string.torsional_stiffnesses,
+        *string.inertias,
     )
-    table = np.stack(numbers, axis=1).astype(float)
-    distinct, row_of = np.unique(table, axis=0, return_inverse=True)
-    return np.array([_gains(row, len(string.torsional_stiffnesses)) for row in distinct])[row_of.ravel()]
+    return np.atleast_2d(rows)
 
 
 def first_frequency(stiffnesses: Any, inertias: Any) -> float:
@@ -135,7 +130,7 @@ def first_frequency(stiffnesses: Any, inertias: Any) -> float:
 
 def matrices(row: Any, springs: int) -> tuple[Any, Any]:
     """The matrix of the linear drive and string, with the states (lag, omega_d, I,
-    twist, omega), and the column of V, from a ``row`` of :func:`regulator`'s table for
+    twist, omega), and the column of V, from a ``row`` of :func:`regulator`'s numbers for
     a string of so many ``springs``."""
     k_t, J_d, c_d, c_b, motor, inductance, resistance = row[:7]
     w = first_frequency(row[13 : 13 + springs], row[13 + springs :])
@@ -152,18 +147,9 @@ def matrices(row: Any, springs: int) -> tuple[Any, Any]:
     return system, np.array([[0.0], [0.0], [1.0 / inductance], [0.0], [0.0]])
 
 
-def _gains(row: Any, springs: int) -> list[float]:
-    from scipy.linalg import solve_continuous_are
-
+def _gains(row: list[float], springs: int) -> list[float]:
     system, voltage = matrices(row, springs)
-    weight, lag, drive_speed, current, twist, bit_speed = row[7:13]
-    try:
-        cost = solve_continuous_are(system, voltage, np.diag([lag, drive_speed, current, twist, bit_speed]), [[weight]])
-    except (np.linalg.LinAlgError, ValueError) as error:
-        raise InputError(
-            "drive.kind: lqr finds no gains: the Riccati equation cannot be solved to any use. "
-            "Change the weights of "
-            "the drive, or take another kind."
-        ) from error
-    lag, drive_speed, current, twist, bit_speed = (voltage.T @ cost / weight)[0]
-    return [float(f"{gain:.{DIGITS}g}") for gain in (current, lag, drive_speed, twist, bit_speed)]
+    effort, lag, drive_speed, current, twist, bit_speed = row[7:13]
+    weights = lag, drive_speed, current, twist, bit_speed
+    gains = regulated(system, voltage, weights, effort, "", "the weights of the drive")
+    return [gains[2], *gains[:2], *gains[3:]]

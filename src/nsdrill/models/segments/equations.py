@@ -40,13 +40,13 @@ spring and a damper in parallel.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from nsdrill.equations.contacts import friction, touching
 from nsdrill.equations.library import sincos, tanh
 from nsdrill.equations.trace import Named
+from nsdrill.models.segments.columns import Options, nodes_of
 from nsdrill.models.segments.cutting import cutting, rest_of_cutting, rock_force
-from nsdrill.models.segments.names import nodes_of
 
 # The lane parameters of the rock and of the cutters.
 ROCK = (
@@ -54,14 +54,6 @@ ROCK = (
     "advance", "advance_offset", "cutting_factor", "slow_square", "creep_start", "creep_root",
     "creep_fall", "creep_speed", "flat_root",
 )  # fmt: skip
-
-
-class Options(NamedTuple):
-    """The numbers of segments of pipe and of collars, and the kind of drive."""
-
-    pipes: int
-    collars: int
-    by_torque: int
 
 
 def strain(positions: Any, velocities: Any, time: Any, i: int) -> Any:
@@ -82,7 +74,7 @@ def drag(p: Any, part: str, flow: Any, v: Any) -> Any:
 
 def equations(t: Any, phase: Any, s: Any, p: Any, o: Options) -> Any:
     """(slopes of the velocities and of the current, what the observer reads)."""
-    last = o.pipes + o.collars
+    last = o.nodes
     u, v, th, w = ([getattr(s, name) for name in names] for names in nodes_of(last))
     pulse, _ = sincos(p.pulsation_rate * t)
     flow = p.flow + p.pulsation * pulse

@@ -12,9 +12,10 @@ import numpy as np
 from nsdrill.models.base import Array, Model, Variant
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
-from nsdrill.models.segments import names
+from nsdrill.models.segments import columns
+from nsdrill.models.segments.columns import Options
 from nsdrill.models.segments.drive import lag_of
-from nsdrill.models.segments.equations import Options, equations
+from nsdrill.models.segments.equations import equations
 from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import bit_torque, steady_of, string_of
@@ -34,41 +35,36 @@ SECTION = {
 
 class Segments(Model):
     """States are pairs of position and velocity from the surface to the bit, then pairs
-    of angle and speed, then the motor's current, which stays 0 with a drive by torque.
-    The variant is (segments of pipe, segments of collars, whether the drive is one by
-    torque)."""
+    of angle and speed, then the motor's current, which stays 0 with a drive by
+    torque."""
 
     name = "segments"
     equations = staticmethod(equations)
     contacts = ("rock",)
     singles = 1
-    fixed = 3
-
     set_speed = "set_speed"
+    options = Options
 
     def turning(self, variant: Variant) -> tuple[str, ...]:
         """All angles of the string."""
-        return names.nodes_of(sum(variant[:2])).angles
+        return columns.nodes_of(Options(*variant).nodes).angles
 
     def variant(self, parameters: Parameters) -> Variant:
-        return parameters.segments.pipe, parameters.segments.collar, int(parameters.drive.by_torque)
+        return Options(parameters.segments.pipe, parameters.segments.collar, int(parameters.drive.by_torque))
 
     def names(self, variant: Variant) -> Names:
-        return names.names_of(*(variant[:3] or names.DEFAULT))
+        return columns.names_of(Options(*variant))
 
     def declaration(self, variant: Variant) -> Declaration:
-        return BY_TORQUE if variant[2:3] == (1,) else DECLARATION
-
-    def options(self, variant: Variant) -> Options:
-        return Options(*variant[:3])
+        return BY_TORQUE if Options(*variant).by_torque else DECLARATION
 
     def pushed(self, variant: Variant) -> tuple[str, ...]:
         return ("bit_speed",)
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
-        return names.columns(points, thresholds)
+        return columns.columns(points, thresholds)
 
-    def natural_scales(self, table: Mapping[str, Array], variant: Variant = ()) -> Sequence[Any]:
+    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Any]:
         """The natural scales are
 
         - of positions, the rock's penetration under the weight on bit, at least a tenth
@@ -77,31 +73,16 @@ class Segments(Model):
           of the contact;
         - of angles a tenth of a radian, of angular speeds a tenth of the set speed;
         - of the current a tenth of that of steady drilling."""
-        pipes, collars = variant[:2] or names.DEFAULT[:2]
         length = table["wob"] / (table["chain_stiffness"] + table["rock_stiffness"])
         length = np.maximum(length, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
         pipe, collar = (length * np.sqrt(table["pipe_axial"]), length * np.sqrt(table["collar_axial"]))
         bit = length * np.sqrt(table["rock_stiffness"] * table["per_bit_mass"])
         speed = 0.1 * table["set_speed"]
-        axial = [length, pipe] * (pipes + 1) + [length, collar] * (collars - 1) + [length, bit]
-        current = np.maximum(0.1 * table["steady_current"], 1.0) if "steady_current" in table else 1.0
-        return [*axial, *[0.1, speed] * (pipes + collars + 1), current]
+        axial = [length, pipe] * (o.pipes + 1) + [length, collar] * (o.collars - 1) + [length, bit]
+        current = 1.0 if o.by_torque else np.maximum(0.1 * table["steady_current"], 1.0)
+        return [*axial, *[0.1, speed] * (o.nodes + 1), current]
 
-    def state_scales(self, table: Array, variant: Variant) -> Array:
-        values = self.natural_scales(self._by_name(table, variant), variant)
-        return np.stack([np.broadcast_to(value, len(table)).astype(float) for value in values], axis=1)
-
-    def frame_rates(self, table: Array, variant: Variant) -> Array:
-        """Angles are relative to that of the set speed."""
-        rows, nodes = self.rows(variant), sum(variant[:2]) + 1
-        frame_rate = np.zeros((len(table), rows.own_slopes))
-        frame_rate[:, nodes : 2 * nodes] = -self._by_name(table, variant)["set_speed"][:, None]
-        return frame_rate
-
-    def phase_rate(self, table: Array) -> Array:
-        return self._by_name(table, ())["set_speed"]
-
-    def fastest(self, table: Mapping[str, Array]) -> Array:
+    def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
         square = np.maximum(table["rock_stiffness"] * table["per_bit_mass"], 4 * table["collar_axial"])
         return np.sqrt(np.maximum(square, table["set_speed"] ** 2))
 
@@ -208,7 +189,7 @@ class Segments(Model):
         angle = bit.lobes * (state["twist"] + state["drive_angle"])
         interference = bit.surface_amplitude * np.sin(angle) - state["z"]
         closing = bit.surface_amplitude * bit.lobes * np.cos(angle) * state["bit_speed"] - state["vz"]
-        damped = np.maximum(1 + names.quotient(parameters.segments.rock_damping, point.wob) * closing, 0.0)
+        damped = np.maximum(1 + columns.quotient(parameters.segments.rock_damping, point.wob) * closing, 0.0)
         force = bit.rock_stiffness * np.maximum(interference, 0.0) * damped
         relative_twist = state["lag"] - state["angle_1"] + damping_time * (state["drive_speed"] - state["speed_1"])
         return {

@@ -9,48 +9,42 @@ reconstructed here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from typing import Any, Literal
+from dataclasses import dataclass, field
+from typing import Literal
 
-from nsdrill.models.christoforou_yigit.parameters import Cutting, Material, Pipe, check_bore
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
-from nsdrill.models.drives import LAWS, check_inertia
-from nsdrill.models.operation import LARGEST_FORCE, Operation
-from nsdrill.models.segments.reads import unread
+from nsdrill.models.drives import LAWS, Kind, check_inertia
+from nsdrill.models.operation import Operation
+from nsdrill.models.sections import Collars, Cutting, Fluid, Hole, Lobes, Pipe, Steel, Tubular, check_bore
+from nsdrill.models.segments.reads import DRIVE
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import Checked, choice, parameter
+from nsdrill.ranges import Checked, choice, defaults, given, like, parameter
 
 MAX_SEGMENTS = 40
 
 
 @dataclass(frozen=True)
-class Collar(Checked):
+@defaults(
+    outer_diameter=given(0.171, "B", "high"),
+    inner_diameter=given(0.0571, "B", "high"),
+    length=given(200.0, "B", "high"),
+)
+class Collar(Collars):
     """The drill collars."""
-
-    outer_diameter: float = parameter(0.171, "m", "B", "high", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in")
-    inner_diameter: float = parameter(0.0571, "m", "B", "high", high=10.0, usual="1 1/4 to 4 in")
-    length: float = parameter(200.0, "m", "B", "high", low=1e-2, high=1e4, usual="20 to 400 m")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_bore(self.inner_diameter, self.outer_diameter)
 
 
 @dataclass(frozen=True)
+@defaults(outer_diameter=given(0.101, "B", "high"), inner_diameter=given(0.0848, "B", "high"))
 class DrillPipe(Pipe):
     """The drill pipe."""
 
-    outer_diameter: float = parameter(0.101, "m", "B", "high", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in")
-    inner_diameter: float = parameter(0.0848, "m", "B", "high", high=10.0, usual="1.8 to 6 in")
-
 
 @dataclass(frozen=True)
-class Drillstring(Checked):
+class Drillstring(Steel):
     """The string: collars, pipe and their steel."""
 
     collar: Collar = field(default_factory=Collar)
     pipe: DrillPipe = field(default_factory=DrillPipe)
-    material: Material = field(default_factory=Material)
 
 
 @dataclass(frozen=True)
@@ -59,18 +53,14 @@ class Kelly(Checked):
     the pipe."""
 
     length: float = parameter(15.0, "m", "B", "high", high=100.0, usual="12 to 17 m", meaning="Length")
-    outer_diameter: float = parameter(
-        0.379,
-        "m",
-        "B as printed: 12.65 t; a kelly is about 0.13 m",
-        "low",
-        low=1e-4,
-        high=10.0,
-        usual="0.08 to 0.15 m",
+    outer_diameter: float = like(
+        Tubular,
+        "outer_diameter",
+        **given(0.379, "B as printed: 12.65 t; a kelly is about 0.13 m", "low", usual="0.08 to 0.15 m"),
         meaning="Outer diameter",
     )
-    inner_diameter: float = parameter(
-        0.0825, "m", "B", "medium", high=10.0, usual="0.05 to 0.1 m", meaning="Inner diameter"
+    inner_diameter: float = like(
+        Tubular, "inner_diameter", **given(0.0825, "B", "medium", usual="0.05 to 0.1 m"), meaning="Inner diameter"
     )
 
     def __post_init__(self) -> None:
@@ -181,10 +171,10 @@ class Segments(Checked):
 
 
 @dataclass(frozen=True)
-class Mud(Checked):
+@defaults(density=given(1198.0, "B", "high"))
+class Mud(Fluid):
     """The drilling fluid."""
 
-    density: float = parameter(1198.0, "kg/m^3", "B", "high", high=1e5, usual="1000 to 2400 kg/m^3")
     viscosity: float = parameter(
         0.03,
         "Pa s",
@@ -197,10 +187,9 @@ class Mud(Checked):
 
 
 @dataclass(frozen=True)
-class Well(Checked):
+@defaults(diameter=given(0.2, "B", "high"))
+class Well(Hole):
     """The hole."""
-
-    diameter: float = parameter(0.2, "m", "B", "high", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
 
 
 @dataclass(frozen=True)
@@ -276,17 +265,14 @@ class Bit(Checked):
         0.1, "m", "B", "high", low=1e-4, high=5.0, usual="0.05 to 0.4 m", meaning="Radius of the bit"
     )
     mass: float = parameter(65.0, "kg", "B", "high", high=1e5, usual="20 to 500 kg", meaning="Mass of the bit")
-    lobes: int = parameter(1, "", "B", "medium: the labels are one short", low=1, high=8, usual="1 to 6")
-    surface_amplitude: float = parameter(1e-3, "m", "B", "medium: as lobes", high=1.0, usual="0.1 to 10 mm")
-    rock_stiffness: float = parameter(1.16e9, "N/m", "B", "high", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m")
+    lobes: int = like(Lobes, "lobes", **given(1, "B", "medium: the labels are one short"))
+    surface_amplitude: float = like(Lobes, "surface_amplitude", **given(1e-3, "B", "medium: as lobes"))
+    rock_stiffness: float = like(Lobes, "rock_stiffness", **given(1.16e9, "B", "high"))
     cutting: SegmentCutting = field(default_factory=SegmentCutting)
     friction: BitFriction = field(default_factory=BitFriction)
 
 
-def _from_main(name: str, meaning: str) -> Any:
-    """A number of the drive with the default and the range of the main model."""
-    original = next(item for item in fields(MainDrive) if item.name == name)
-    return field(default=original.default, metadata={**original.metadata, "meaning": meaning})
+QUOTED = {"source": "CY as quoted; B's is lost", "confidence": "low"}
 
 
 @dataclass(frozen=True)
@@ -297,67 +283,13 @@ class Drive(Checked):
     (:mod:`nsdrill.models.drives`). The weights of the regulator are those of squared
     deviations from steady drilling, and of the squared voltage."""
 
-    kind: Literal["dc_motor", "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi", "lqr"] = choice(
-        "dc_motor", "B; those by torque as in the main model"
-    )
-    inductance: float = parameter(
-        0.005,
-        "H",
-        "CY as quoted; B's is lost",
-        "low",
-        low=1e-6,
-        high=100.0,
-        usual="1 to 50 mH",
-        meaning="Inductance of the motor",
-    )
-    resistance: float = parameter(
-        0.01,
-        "ohm",
-        "CY as quoted; B's is lost",
-        "low",
-        low=1e-9,
-        high=1e3,
-        usual="0.005 to 0.1 ohm",
-        meaning="Resistance of the motor",
-    )
-    torque_constant: float = parameter(
-        6.0,
-        "V s/rad",
-        "CY as quoted; B's is lost",
-        "low",
-        low=1e-3,
-        high=1e4,
-        usual="1 to 20 V s/rad",
-        meaning="Voltage over motor speed",
-    )
-    gear: float = parameter(
-        7.2,
-        "",
-        "CY as quoted; B's is lost",
-        "low",
-        low=1e-3,
-        high=1e3,
-        usual="1 to 12",
-        meaning="Revolutions of the motor for one of the table",
-    )
-    motor_inertia: float = parameter(
-        23.0,
-        "kg m^2",
-        "CY as quoted; B's is lost",
-        "low",
-        high=1e6,
-        usual="5 to 50 kg m^2",
-        meaning="Inertia at the motor's shaft",
-    )
-    table_inertia: float = parameter(
-        930.0,
-        "kg m^2",
-        "CY as quoted; B's is lost",
-        "low",
-        high=1e7,
-        usual="200 to 2000 kg m^2",
-        meaning="Inertia of the table",
-    )
+    kind: Kind = choice("dc_motor", "B; those by torque as in the main model")
+    inductance: float = like(MainDrive, "inductance", meaning="Inductance of the motor", **QUOTED)
+    resistance: float = like(MainDrive, "resistance", meaning="Resistance of the motor", **QUOTED)
+    torque_constant: float = like(MainDrive, "torque_constant", meaning="Voltage over motor speed", **QUOTED)
+    gear: float = like(MainDrive, "gear", meaning="Revolutions of the motor for one of the table", **QUOTED)
+    motor_inertia: float = like(MainDrive, "motor_inertia", meaning="Inertia at the motor's shaft", **QUOTED)
+    table_inertia: float = like(MainDrive, "table_inertia", meaning="Inertia of the table", **QUOTED)
     table_damping: float = parameter(
         0.0,
         "N m s/rad",
@@ -367,16 +299,8 @@ class Drive(Checked):
         usual="0 to 500 N m s/rad",
         meaning="Damping of the table",
     )
-    gains: tuple[float, ...] | None = parameter(
-        None,
-        "",
-        "",
-        "",
-        low=-1e9,
-        high=1e9,
-        usual="",
-        most=5,
-        meaning="K_I, K_1, K_2, K_3, K_4 of the voltage, kind dc_motor; null: constant voltage",
+    gains: tuple[float, ...] | None = like(
+        MainDrive, "gains", meaning="K_I, K_1, K_2, K_3, K_4 of the voltage, kind dc_motor; null: constant voltage"
     )
     control_weight: float = parameter(
         950.0,
@@ -444,21 +368,27 @@ class Drive(Checked):
         "with lqr and gains the "
         "voltage is constant, else the top turns with the set speed",
     )
-    inertia: float = _from_main("inertia", "Inertia of a drive by torque, without the kelly's")
-    torque_limit: float | None = _from_main(
-        "torque_limit", "Torque limit: the motor's torque stays between 0 and this; null: none"
+    inertia: float = like(MainDrive, "inertia", meaning="Inertia of a drive by torque, without the kelly's")
+    torque_limit: float | None = like(
+        MainDrive, "torque_limit", meaning="Torque limit: the motor's torque stays between 0 and this; null: none"
     )
-    matching: float = _from_main("matching", "Proportional gain in impedances of the pipe; kind soft_torque")
-    frequency: float | None = _from_main(
-        "frequency", "Frequency that the controller is tuned to, null: the string's first; kind soft_torque"
+    matching: float = like(
+        MainDrive, "matching", meaning="Proportional gain in impedances of the pipe; kind soft_torque"
     )
-    compensated_inertia: float = _from_main("compensated_inertia", "Inertia that is compensated; kind soft_torque")
-    a: float = _from_main("a", "Softness; larger is softer than a stiff drive; kind z_torque")
-    high_pass: float = _from_main("high_pass", "Time constant of the filter on the torque; kind z_torque")
-    stiffness: float = _from_main("stiffness", "Integral gain of the speed control (K_i); kind pi")
-    damping: float = _from_main("damping", "Proportional gain of the speed control (K_p); kind pi")
-    twist_gain: float = _from_main("twist_gain", "Gain on the twist of the string (G_t); kind pi")
-    speed_gain: float = _from_main("speed_gain", "Gain on the bit speed (G_w); kind pi")
+    frequency: float | None = like(
+        MainDrive,
+        "frequency",
+        meaning="Frequency that the controller is tuned to, null: the string's first; kind soft_torque",
+    )
+    compensated_inertia: float = like(
+        MainDrive, "compensated_inertia", meaning="Inertia that is compensated; kind soft_torque"
+    )
+    a: float = like(MainDrive, "a", meaning="Softness; larger is softer than a stiff drive; kind z_torque")
+    high_pass: float = like(MainDrive, "high_pass", meaning="Time constant of the filter on the torque; kind z_torque")
+    stiffness: float = like(MainDrive, "stiffness", meaning="Integral gain of the speed control (K_i); kind pi")
+    damping: float = like(MainDrive, "damping", meaning="Proportional gain of the speed control (K_p); kind pi")
+    twist_gain: float = like(MainDrive, "twist_gain", meaning="Gain on the twist of the string (G_t); kind pi")
+    speed_gain: float = like(MainDrive, "speed_gain", meaning="Gain on the bit speed (G_w); kind pi")
 
     @property
     def by_torque(self) -> bool:
@@ -485,7 +415,7 @@ class Parameters:
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these choices does not read."""
-        return unread(self)
+        return frozenset(DRIVE.unread(self))
 
     def __post_init__(self) -> None:
         widest = max(self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter)
@@ -498,12 +428,13 @@ class Parameters:
 
 
 @dataclass(frozen=True)
+@defaults(
+    depth=given(2200.0, "B", "high", usual="500 to 10 000 m"),
+    wob=given(100e3, "B", "high", usual="20 to 300 kN"),
+    rotary_speed=given(13.0, "B", "high", usual="5 to 60 rad/s"),
+)
 class SegmentsOperation(Operation):
     """The operating point: 2000 m of pipe above the collars."""
-
-    depth: float = parameter(2200.0, "m", "B", "high", low=1e-2, high=1e5, usual="500 to 10 000 m")
-    wob: float = parameter(100e3, "N", "B", "high", high=LARGEST_FORCE, usual="20 to 300 kN")
-    rotary_speed: float = parameter(13.0, "rad/s", "B", "high", low=1e-9, high=1e3, usual="5 to 60 rad/s")
 
 
 @dataclass(frozen=True)

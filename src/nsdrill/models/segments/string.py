@@ -195,8 +195,10 @@ def depth_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
 def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
     """The lane parameters of the cutting torque that the implicit method reads
     (:mod:`nsdrill.models.segments.cutting`), by name: those of a bit that creeps, whose
-    depth of cut follows its speed and begins at a speed above zero, or else the root at
-    the set speed or at rest."""
+    depth of cut follows its speed and begins at a speed above zero, or else the root r =
+    sqrt(depth of cut / radius) at the set speed or at rest. Of a bit that creeps: the
+    root of the speed at which it begins to cut (0 for any other bit), r over that and
+    over the root of its speed, the steepest fall of r, and twice the slow speed."""
     bit, cutting = parameters.bit, parameters.bit.cutting
     live = cutting.speed == "live"
     advance, offset = np.broadcast_arrays(np.asarray(cutting.c1 * wob, dtype=float), cutting.c2)

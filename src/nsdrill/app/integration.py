@@ -1,0 +1,168 @@
+"""One run with its samples: at one operating point, or along a schedule."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from nsdrill.data import Array
+from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
+from nsdrill.kernel.settings import Simulation
+from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Operation
+from nsdrill.models.schedule import PIECES, Schedule
+from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
+from nsdrill.study.study import Study
+from nsdrill.variables import OK, SCHEDULED, STEP_LIMIT
+
+Segment = tuple[float, Array, Simulation]  # the time [s] at which it begins, its lane parameters, its marks
+
+
+@dataclass(frozen=True)
+class Run:
+    """The ``states`` [samples, states], the ``status`` with its code in a results file, the
+    numbers of ``accepted`` and ``rejected`` steps, and the ``final`` state with the phase
+    last."""
+
+    states: Array
+    status: int
+    accepted: int
+    rejected: int
+    final: Array
+
+
+def run_at(
+    study: Study,
+    operation: Operation,
+    simulation: Simulation,
+    initial: Array,
+    samples: int,
+    interval: float,
+    begin: float = 0.0,
+) -> Run:
+    """A run at one operating point from ``initial`` (states and phase), with the marks and
+    the method of ``simulation`` and ``samples`` at multiples of ``interval`` [s]. Samples
+    begin at ``begin`` [s], which does not affect the run."""
+    model = study.model.dynamics
+    fixed = _variant(study, simulation)
+    # in the layout of sweeps, so that their compiled step is used
+    rows, lanes = model.rows(fixed, model.observed), choose_lanes(1)
+    parts = Compiled(model.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
+    points = points_of(study, operation)
+    segments: list[Segment] = [(-begin, model.pack(points, study.thresholds), simulation)]
+    total, switch = simulation.transient + simulation.observe, model.switches(study.parameters)
+    if switch is not None and switch > 0.0:
+        before: Segment = (
+            -begin,
+            model.pack_before(points, study.thresholds),
+            _lasting(simulation, min(switch, total)),
+        )
+        after: Segment = (switch - begin, segments[0][1], _lasting(simulation, total - switch))
+        segments = [before, after] if switch < total else [before]
+    return _run(study, fixed, rows, parts, segments, initial, samples, interval, simulation.max_steps)
+
+
+def run_schedule(
+    study: Study,
+    schedule: Schedule,
+    duration: float,
+    initial: Array,
+    samples: int,
+    interval: float,
+    pieces: int = PIECES,
+) -> Run:
+    """As :func:`run_at`, along ``schedule`` for ``duration`` [s]: segment after segment,
+    each from the final state of the previous one."""
+    model = study.model.dynamics
+    fixed = _variant(study, study.simulation)
+    cuts = schedule.cuts(duration, pieces)
+    table = model.ramps.pack(study.parameters, schedule, cuts, study.thresholds)
+    rows, lanes = model.rows(fixed, columns=len(model.ramps.columns(fixed))), choose_lanes(1)
+    parts = Compiled(model.ramps.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
+    segments = (
+        (float(cut), table[i : i + 1], _lasting(study.simulation, float(end - cut)))
+        for i, (cut, end) in enumerate(pairwise(cuts))
+    )
+    run = _run(study, fixed, rows, parts, segments, initial, samples, interval, study.simulation.max_steps)
+    taken = run.states.copy()
+    model.ramps.mend(taken, table, cuts, np.arange(len(taken)) * interval, fixed)
+    return replace(run, states=taken)
+
+
+def _variant(study: Study, simulation: Simulation) -> Any:
+    model = study.model.dynamics
+    fixed = model.variant(study.parameters)
+    return model.implicit(fixed) if simulation.method == "implicit" else fixed
+
+
+def _run(
+    study: Study,
+    fixed: Any,
+    rows: Any,
+    parts: Compiled,
+    segments: Iterable[Segment],
+    initial: Array,
+    samples: int,
+    interval: float,
+    max_steps: int,
+) -> Run:
+    """The run over all ``segments``, until one does not end well or all steps are used."""
+    model, lanes = study.model.dynamics, choose_lanes(1)
+    store = trace_store(samples, interval, len(model.states(fixed)))
+    state, status, accepted, rejected = initial, OK, 0, 0
+    for began, table, simulation in segments:
+        steps_left = max_steps - accepted - rejected
+        if status != OK or steps_left <= 0:
+            status = STEP_LIMIT if status == OK else status
+            break
+        store[BEGAN] = began
+        batch = Batch(lanes, 1, rows, store, 0, replace(simulation, max_steps=steps_left))
+        batch.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
+        done = batch.run_alone(parts)
+        state, status = done.final[0], int(done.status[0])
+        accepted, rejected = accepted + int(done.accepted[0]), rejected + int(done.rejected[0])
+    return Run(samples_of(store, len(model.states(fixed))), status, accepted, rejected, state)
+
+
+def _lasting(simulation: Simulation, duration: float) -> Simulation:
+    """One observation of this ``duration`` [s], without a transient."""
+    return replace(simulation, transient=0.0, observe=duration)
+
+
+def schedule_of(study: Study, values: dict[str, float | None]) -> Schedule:
+    """The schedule of a study, with ``values`` (SI, by name; None: not set) in place of
+    those of its operation and ramps."""
+    fixed = {name: value for name, value in values.items() if value is not None}
+    ramps = {name: ramp for name, ramp in study.ramps.items() if name not in fixed}
+    return Schedule(replace(study.operation, **fixed), ramps)
+
+
+def points_of(study: Study, operation: Any) -> Values:
+    """The values of a run at an operating point, or at several [n] of a history."""
+    return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
+
+
+def select_states(study: Study, names: Array, state: Array) -> Array:
+    """The states that the string of ``study``, that of one point, has, from ``state``
+    with the states ``names`` of a file."""
+    needed = study.model.states(study.parameters)
+    return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in needed]]
+
+
+def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Array, states: Array) -> dict[str, Array]:
+    """The variables of a trace from the ``states`` [samples, states] at ``time``
+    [s] of a run from ``initial``."""
+    model = study.model.dynamics
+    names = model.states(model.variant(study.parameters))
+    state = {name: states[:, i].copy() for i, name in enumerate(names)}
+    state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
+    history = schedule.at(time)
+    scheduled = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
+    point = history if schedule.ramps else schedule.start
+    known = {variable.name for variable in study.model.trace}
+    shown = {name: values for name, values in state.items() if name in known}
+    return {**shown, **model.outputs(study.parameters, point, state), **scheduled}

@@ -1,0 +1,211 @@
+"""What the equations of the string of segments read and give: the names of states, lane
+parameters and auxiliary outputs, and the values of the lane parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
+from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
+from nsdrill.models.segments.string import Steady, String, creep_parameters, steady_of, string_of
+from nsdrill.observe.channels import Names
+from nsdrill.observe.thresholds import Thresholds
+
+# Outputs of the equations for the observer: sine and cosine of the lobes, the
+# interference of bit and rock with its rate, the force of the rock.
+AUX = ("sine_", "cosine_", "interference_", "closing_", "force_")
+
+
+class Options(NamedTuple):
+    """The numbers of segments of pipe and of collars, whether the drive is one by torque
+    in place of the electric motor, and whether friction is implicit."""
+
+    pipes: int = 10
+    collars: int = 10
+    by_torque: int = 0
+    implicit: int = 0
+
+    @property
+    def nodes(self) -> int:
+        """The number of the bit's node, counted from the surface, which is 0."""
+        return self.pipes + self.collars
+
+
+class Nodes(NamedTuple):
+    """The names of the states of the nodes, from the surface to the bit."""
+
+    positions: tuple[str, ...]
+    velocities: tuple[str, ...]
+    angles: tuple[str, ...]
+    speeds: tuple[str, ...]
+
+
+def nodes_of(last: int) -> Nodes:
+    """The names for a string whose bit is the node ``last``."""
+    inner = range(1, last)
+    return Nodes(
+        ("u_0", *(f"u_{node}" for node in inner), "z"),
+        ("v_0", *(f"v_{node}" for node in inner), "vz"),
+        ("lag", *(f"angle_{node}" for node in inner), "twist"),
+        ("drive_speed", *(f"speed_{node}" for node in inner), "bit_speed"),
+    )
+
+
+def states_of(last: int) -> tuple[str, ...]:
+    """The names of the states of a string whose bit is the node ``last``: from the
+    surface to the bit pairs of position and velocity, then of angle and speed."""
+    nodes = nodes_of(last)
+    axial = (name for pair in zip(nodes.positions, nodes.velocities, strict=True) for name in pair)
+    rotary = (name for pair in zip(nodes.angles, nodes.speeds, strict=True) for name in pair)
+    return (*axial, *rotary, "current")
+
+
+@lru_cache
+def parameters_of(kind: str) -> tuple[str, ...]:
+    """The names of the lane parameters of a string with this kind of drive: the
+    :func:`columns` of the default string."""
+    parameters = with_values(Parameters(), {"drive.kind": kind})
+    operation = SegmentsOperation()
+    points = Values(parameters, Initial(), (operation.depth, operation.wob, operation.rotary_speed))
+    return tuple(columns(points, Thresholds()))
+
+
+def names_of(options: Options) -> Names:
+    """The names of the rows of a string."""
+    inner = range(1, options.nodes)
+    slopes = (
+        "top_acceleration",
+        *(f"acceleration_{node}" for node in inner),
+        "bit_axial_acceleration",
+        "drive_acceleration",
+        *(f"angular_acceleration_{node}" for node in inner),
+        "bit_acceleration",
+        "current_rate",
+    )
+    return Names(states_of(options.nodes), slopes, parameters_of("ideal" if options.by_torque else "dc_motor"), AUX)
+
+
+def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+    """The lane parameters by name, numbers or arrays over the points; those of the
+    drive come last. Those of pipe and collars are divided by the mass or the inertia of
+    a whole segment. At the ends and at the junction, a share is half such a mass or
+    inertia over that of the node."""
+    parameters, (depth, wob, speed) = points.parameters, points.operation
+    string = string_of(parameters, depth)
+    pipe, collar, steady = string.pipe, string.collar, steady_of(parameters, string, wob, speed)
+    bit, segments = parameters.bit, parameters.segments
+    mud = segments.hydraulics
+    friction, cutting = bit.friction, bit.cutting
+    values: dict[str, Any] = {}
+    for name, part in (("pipe", pipe), ("collar", collar)):
+        annulus, bore = part.annulus / part.mass, part.bore / part.mass
+        up, down = mud.flow / part.annulus_area, quotient(mud.flow, part.bore_area)
+        values |= {
+            f"{name}_axial": part.axial / part.mass,
+            f"{name}_torsional": part.torsional / part.inertia,
+            f"{name}_drag": part.drag / part.inertia,
+            f"{name}_annulus": annulus,
+            f"{name}_bore": bore,
+            f"{name}_mean": annulus * up * up - bore * down * down,
+            f"per_{name}_annulus": 1 / part.annulus_area,
+            f"per_{name}_bore": quotient(1.0, part.bore_area),
+        }
+    drive = _torque(parameters, string) if parameters.drive.by_torque else _motor(parameters, string, steady)
+    return {
+        **values,
+        "set_speed": speed,
+        "wob": wob,
+        "stuck": thresholds.stuck_below,
+        "top_share": pipe.mass / (2 * string.top_mass),
+        "joint_pipe_share": pipe.mass / (2 * string.joint_mass),
+        "joint_collar_share": collar.mass / (2 * string.joint_mass),
+        "bit_share": collar.mass / (2 * string.bit_mass),
+        "joint_pipe_inertia_share": pipe.inertia / (2 * string.joint_inertia),
+        "joint_collar_inertia_share": collar.inertia / (2 * string.joint_inertia),
+        "bit_inertia_share": collar.inertia / (2 * string.bit_inertia),
+        "axial_time": segments.material_damping.axial,
+        "torsional_time": segments.material_damping.torsional,
+        "flow": mud.flow,
+        "pulsation": mud.pulsation,
+        "pulsation_rate": mud.pulsation_rate,
+        "top_stiffness": segments.top.stiffness,
+        "top_damping": segments.top.damping,
+        "per_top_mass": 1 / string.top_mass,
+        "per_bit_mass": 1 / string.bit_mass,
+        "per_bit_inertia": 1 / string.bit_inertia,
+        "rock_stiffness": bit.rock_stiffness,
+        "closing_factor": quotient(segments.rock_damping, wob),
+        "surface_amplitude": bit.surface_amplitude,
+        "lobes": float(bit.lobes),
+        "friction_arm": bit.radius * friction.level,
+        "hump": friction.hump,
+        "narrowing": friction.narrowing,
+        "viscous": friction.viscous,
+        "cutting_arm": bit.radius * cutting.zeta,
+        "cutting_factor": 2 * math.pi / bit.radius,
+        "advance": cutting.c1 * wob,
+        "advance_offset": cutting.c2,
+        "slow_square": cutting.slow * cutting.slow,
+        "smoothing": cutting.smoothing,
+        "live": float(cutting.speed == "live"),
+        "threshold": segments.threshold_force,
+        "per_threshold_width": 10 / segments.threshold_force,
+        "surface_stiffness": pipe.torsional,
+        "steady_torque": steady.table_torque,
+        "chain_stiffness": string.axial,
+        **creep_parameters(parameters, wob, speed),
+        **drive,
+    }
+
+
+def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Any]:
+    """The lane parameters of the electric motor."""
+    drive, gains = parameters.drive, gains_of(parameters, string).T
+    names = ("gain_current", "gain_lag", "gain_drive_speed", "gain_twist", "gain_bit_speed")
+    return {
+        "drive_share": string.pipe.inertia / (2 * string.drive_inertia),
+        "motor": drive.gear * drive.torque_constant,
+        "table_damping": drive.table_damping,
+        "per_drive_inertia": 1.0 / string.drive_inertia,
+        "per_inductance": 1.0 / drive.inductance,
+        "resistance": drive.resistance,
+        "steady_current": steady.current,
+        "steady_twist": steady.angles[-1],
+        **dict(zip(names, gains, strict=True)),
+        "on_at": drive.on_at,
+    }
+
+
+def _torque(parameters: Parameters, string: String) -> dict[str, Any]:
+    """The lane parameters of a drive by torque. An ideal one is never switched on."""
+    drive, law = parameters.drive, law_of(parameters, string)
+    limit = drive.torque_limit
+    half = string.pipe.inertia / 2
+    return {
+        "drive_share": half / (law.inertia + half),
+        "per_drive_inertia": 1.0 / (law.inertia + half),
+        "drive_stiffness": law.stiffness,
+        "drive_damping": law.damping,
+        "twist_gain": law.twist_gain,
+        "speed_gain": law.speed_gain,
+        "torque_least": -UNLIMITED if limit is None else 0.0,
+        "torque_most": UNLIMITED if limit is None else limit,
+        "top_drag": string.pipe.drag / 2,
+        "on_at": NEVER if drive.kind == "ideal" else drive.on_at,
+        "set_acceleration": 0.0,
+    }
+
+
+def quotient(numerator: Any, denominator: Any) -> Any:
+    """The quotient, and 0 where the denominator is 0: a string without bore, a bit
+    without load."""
+    numerator, denominator = np.broadcast_arrays(
+        np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
+    )
+    return np.divide(numerator, denominator, out=np.zeros(denominator.shape), where=denominator != 0.0)

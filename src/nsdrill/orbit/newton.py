@@ -1,0 +1,165 @@
+"""Newton's method for the zeros of a residual in one parameter.
+
+A problem has m equations in m + 1 unknowns, all in natural scales; the last unknown is
+the continuation parameter. Evaluating it takes pieces of trajectories: the functions
+here are generators that yield legs and are sent their ends, so that many branches
+advance side by side and the legs of one round run in one batch
+(:func:`nsdrill.orbit.lockstep.advance`). Nothing here depends on what the legs stand
+for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from nsdrill.orbit.linear import sign_of_determinant, solve
+from nsdrill.orbit.lockstep import Task
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+MAX_ITERATIONS = 9
+# lengths of steps of Newton's method, in natural scales
+NEWTON_TOLERANCE, STALLED_TOLERANCE, MAX_NEWTON_STEP = 1e-8, 1e-5, 3000.0
+RESIDUAL_NOISE = 1e-7  # due to the steps of the integration, in natural scales
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A problem at ``x``: ``residual`` [m], ``jacobian`` [m, m + 1]; ``solution()``
+    returns what :attr:`Point.found` holds."""
+
+    residual: Array
+    jacobian: Array
+    solution: Callable[[], Any]
+
+
+class Problem(Protocol):
+    """A residual with one free parameter. ``tolerance_factor`` is the factor by which
+    its noise exceeds that of the tolerance of the flow."""
+
+    @property
+    def tolerance_factor(self) -> float: ...
+
+    def evaluate(self, x: Array) -> Task[Evaluation | None]:
+        """Residual and Jacobian at ``x`` [m + 1]; None where the legs fail."""
+        ...
+
+    def updated(self, x: Array) -> Problem:
+        """The problem for the points after ``x``, whose phase condition may refer to
+        it."""
+        ...
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a branch: the unknowns ``x`` [m + 1]; the unit ``tangent`` [m + 1];
+    the solution that was ``found``, such as the orbit; the ``iterations`` of Newton's
+    method and the ``residual`` after them; the arclength ``s``; and ``orientation``,
+    the sign of the determinant of the Jacobian bordered by the tangent, which changes
+    only at branch points."""
+
+    x: Array
+    tangent: Array
+    found: Any
+    iterations: int
+    residual: float
+    s: float = 0.0
+    orientation: float = 0.0
+
+
+def tangent_of(jacobian: Array, reference: Array) -> Array | None:
+    """The unit null vector of ``jacobian`` [m, m + 1] whose product with ``reference``
+    is positive; None where the null space has more dimensions."""
+    try:
+        vector = solve(np.vstack([jacobian, reference]), np.append(np.zeros(len(jacobian)), 1.0))
+    except np.linalg.LinAlgError:
+        vector = np.linalg.svd(jacobian)[2][-1]
+    length = np.linalg.norm(vector)
+    return vector / length if np.isfinite(length) and length > 0 else None
+
+
+def orientation_of(jacobian: Array, tangent: Array) -> float:
+    """The sign of the determinant of ``jacobian`` [m, m + 1] bordered by ``tangent``."""
+    return sign_of_determinant(np.vstack([jacobian, tangent]))
+
+
+def newton(problem: Problem, guess: Array, normal: Array) -> Task[tuple[Array, Evaluation, int, float] | None]:
+    """The zero of ``problem`` in the plane through ``guess`` with this ``normal``, by
+    Newton's method: (x, evaluation, iterations, residual). None where it does not
+    converge.
+
+    It stops at a step below ``NEWTON_TOLERANCE``, or where a step below
+    ``STALLED_TOLERANCE`` no longer shrinks and the residual is below
+    ``RESIDUAL_NOISE``: the steps of the integration leave noise, which large
+    multipliers amplify.
+    """
+    x, previous_size, factor = guess, np.inf, problem.tolerance_factor
+    for iteration in range(1, MAX_ITERATIONS + 1):
+        evaluation = yield from problem.evaluate(x)
+        if evaluation is None:
+            return None
+        residual = float(np.max(np.abs(evaluation.residual)))
+        system = np.vstack([evaluation.jacobian, normal])
+        try:
+            step = solve(system, -np.append(evaluation.residual, normal @ (x - guess)))
+        except np.linalg.LinAlgError:
+            return None
+        size = float(np.max(np.abs(step)))
+        if not size <= MAX_NEWTON_STEP:
+            return None
+        is_stalled = size < factor * STALLED_TOLERANCE and size >= 0.5 * previous_size
+        if size < factor * NEWTON_TOLERANCE or (is_stalled and residual < factor * RESIDUAL_NOISE):
+            return x, evaluation, iteration, residual
+        if iteration > 3 and size > 2.0 * previous_size:
+            return None
+        x, previous_size = x + step, size
+    return None
+
+
+def corrected(
+    problem: Problem, guess: Array, normal: Array, reference: Array, origin: Point | None = None
+) -> Task[Point | None]:
+    """The point of the branch in the plane through ``guess`` with this ``normal``. Its
+    tangent has a positive product with ``reference``; its arclength counts on from
+    ``origin``. None where Newton's method does not converge, or where the tangent is
+    not unique."""
+    solution = yield from newton(problem, guess, normal)
+    if solution is None:
+        return None
+    x, evaluation, iterations, residual = solution
+    tangent = tangent_of(evaluation.jacobian, reference)
+    if tangent is None:
+        return None
+    s = 0.0 if origin is None else origin.s + float(np.linalg.norm(x - origin.x))
+    orientation = orientation_of(evaluation.jacobian, tangent)
+    return Point(x, tangent, evaluation.solution(), iterations, residual, s, orientation)
+
+
+def parameter_normal(length: int) -> Array:
+    """The normal of the planes of constant continuation parameter."""
+    return np.eye(length)[-1]
+
+
+def corrected_at_parameter(problem: Problem, guess: Array) -> Task[Point | None]:
+    """The zero of ``problem`` near ``guess`` at the same value of the continuation
+    parameter."""
+    normal = parameter_normal(len(guess))
+    return (yield from corrected(problem, guess, normal, normal))
+
+
+def corrected_between(
+    problem: Problem, base: Point, a: Point, b: Point, distances: tuple[float, ...]
+) -> Task[tuple[float, Point] | None]:
+    """The point between ``a`` and ``b`` at the first of some ``distances`` along the
+    tangent of ``base`` where Newton's method converges, with that distance; it may fail
+    at one place only, as at a contact. None where it fails at all of them."""
+    sa, sb = (float(base.tangent @ (point.x - base.x)) for point in (a, b))
+    for s in distances:
+        guess = a.x + (s - sa) / (sb - sa) * (b.x - a.x)
+        point = yield from corrected(problem, guess, base.tangent, base.tangent, base)
+        if point is not None:
+            return s, point
+    return None

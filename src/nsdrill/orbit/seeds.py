@@ -1,0 +1,238 @@
+"""From seeds to motions that may be followed: which kind of motion a seed has settled on,
+and the motion of that kind nearby."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, PERIODIC
+from nsdrill.orbit.branch import Key
+from nsdrill.orbit.circle import MAX_TAIL, Circle, fitted_circle, harmonic_tail
+from nsdrill.orbit.cycle import Cycle, corotating_rates, sampled_cycle
+from nsdrill.orbit.flow import Flow, Legs
+from nsdrill.orbit.frame import rotated
+from nsdrill.orbit.labels import Graze
+from nsdrill.orbit.lockstep import Task
+from nsdrill.orbit.newton import Point, corrected_at_parameter
+from nsdrill.orbit.periodic import Periodic, lobe_starts
+from nsdrill.orbit.shooting import Array, map_angle
+from nsdrill.orbit.signatures import Kind, signature, signature_of_circle, signatures
+
+# distances in natural scales:
+RETURN_TOLERANCE = 0.05  # between the ends of one period of a settled motion
+UNSETTLED_TOLERANCE = 2.0  # the same of a motion that may not have settled
+MAX_CORRECTION = 3000.0  # by Newton's method, from such a motion
+DUPLICATE_DISTANCE = 1e-4  # between equal starts of a motion
+GROUP_DISTANCE = 1.5  # between seeds that are likely to lie on one branch
+CYCLE_REVOLUTIONS, SAMPLES_PER_REVOLUTION = 24, 96  # of the search for a cycle
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A settled motion: its ``state`` [states] at the drive angle ``phase`` [rad], and
+    the ``values`` [parameters] of the continuation parameters. ``near``: it may not
+    have settled, and the nearest motion is searched for. ``steady``: it is a guess of
+    steady drilling or of the motion over one lobe, which may be unstable."""
+
+    state: Array
+    phase: float
+    values: Array
+    near: bool = False
+    steady: bool = False
+
+
+@dataclass(frozen=True)
+class Orders:
+    """The settings of a continuation:
+
+    - ``lobes``, the periods to try, shortest first; doublings are followed up to the
+      longest;
+    - ``bounds`` of the continuation parameter, in SI;
+    - ``points``, the greatest number of points of a branch;
+    - ``switch``, whether emanating branches are followed;
+    - ``periodic``, ``cycles`` and ``circles``, whether these motions are followed;
+    - ``grazes``, the grazing events of the contacts, by place.
+    """
+
+    lobes: tuple[int, ...]
+    bounds: tuple[float, float]
+    points: int = 400
+    switch: bool = True
+    periodic: bool = True
+    cycles: bool = True
+    circles: bool = True
+    grazes: dict[int, Graze] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Guess:
+    """The motion of a ``kind`` that the seed ``number`` seems to have settled on: its
+    ``problem``, the unknowns ``x`` nearby, its ``signatures``, and the greatest
+    correction of the unknowns by Newton's method, ``max_correction``."""
+
+    number: int
+    kind: Kind
+    problem: Periodic | Cycle | Circle
+    x: Array
+    signatures: list[Array]
+    max_correction: float
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A converged motion of a ``kind`` from which a branch may be followed, to one side
+    only where ``one_side``. ``other`` is the first point on the other side of a branch
+    point. ``signatures`` are those of ``point``."""
+
+    key: Key
+    kind: Kind
+    problem: Periodic | Cycle | Circle
+    point: Point
+    signatures: list[Array]
+    parent: int = -1
+    parent_point: int = -1
+    one_side: bool = False
+    other: Point | None = None
+
+
+def at_angle_zero(flow: Flow, seeds: list[Seed]) -> list[Seed | None]:
+    """The seeds at the drive angle 0; None where the motion cannot be integrated. Those
+    of a model with lobes are run on to the next fold of a revolution."""
+    symmetry = flow.symmetry
+    if not seeds or not symmetry.folds:
+        return [replace(seed, state=rotated(symmetry, seed.state, -seed.phase), phase=0.0) for seed in seeds]
+    angle, phases = map_angle(flow), np.array([seed.phase for seed in seeds])
+    folds = np.ceil(phases / angle - 1e-9)
+    values = np.stack([seed.values for seed in seeds])
+    durations = np.maximum((folds * angle - phases) / flow.phase_rate(values), 1e-9)
+    ends = flow.run(Legs(np.stack([seed.state for seed in seeds]), phases, durations, values))
+    states = rotated(symmetry, ends.state, -folds * angle)
+    return [
+        replace(seed, state=state, phase=0.0) if ok else None
+        for seed, state, ok in zip(seeds, states, ends.ok, strict=True)
+    ]
+
+
+def guess_of(flow: Flow, orders: Orders, number: int, seed: Seed | None) -> Task[Guess | str]:
+    """The motion that a seed at the drive angle 0 seems to have settled on; a reason
+    where it is of no kind that is followed."""
+    if seed is None:
+        return "the motion could not be integrated"
+    if not flow.symmetry.folds:
+        return (yield from _smooth_guess(flow, orders, number, seed))
+    free, angle = list(flow.symmetry.free), map_angle(flow)
+    state_scales = flow.state_scales(seed.values)[0]
+    duration = angle / flow.phase_rate(seed.values)
+    starts, states, misses = [seed.state], [seed.state], dict[int, float]()
+
+    def guess(lobes: int, max_correction: float) -> Guess:
+        problem = Periodic.at(flow, lobes, seed.values, seed.state)
+        found = [signature(flow, PERIODIC, seed.values, start[free]) for start in starts[:lobes]]
+        x = problem.unknowns(np.stack(states[:lobes]), seed.values[-1])
+        return Guess(number, (PERIODIC, lobes), problem, x, found, max_correction)
+
+    for lobes in range(1, max(orders.lobes) + 1) if orders.periodic else ():
+        ends = yield Legs(states[-1][None], (lobes - 1) * angle, duration, seed.values)
+        if not ends.ok[0]:
+            return "the motion could not be integrated"
+        states.append(ends.state[0])
+        starts.append(rotated(flow.symmetry, ends.state, -lobes * angle)[0])
+        if seed.steady:
+            return guess(1, MAX_CORRECTION)
+        if lobes in orders.lobes:
+            misses[lobes] = float(np.max(np.abs((starts[-1] - seed.state) / state_scales)[free]))
+            if misses[lobes] < RETURN_TOLERANCE:
+                return guess(lobes, 10.0 * RETURN_TOLERANCE)
+    if orders.circles and flow.symmetry.turned:
+        fitted = yield from fitted_circle(flow, seed.state, seed.values, orders.lobes)
+        if fitted is not None:
+            problem, x, means = fitted
+            rotation = math.remainder(x[-2], 2.0 * math.pi)
+            found = [signature(flow, CIRCLE, seed.values, mean[free], rotation) for mean in means]
+            return Guess(number, (CIRCLE, problem.lobes), problem, x, found, 1.0)
+    if seed.near and misses and min(misses.values()) < UNSETTLED_TOLERANCE:
+        return guess(min(misses, key=lambda lobes: misses[lobes]), MAX_CORRECTION)
+    reason = "chaotic, stick-slip (a torus over lobes), or not settled"
+    return f"neither a period of the lobes asked for nor a circle: {reason}"
+
+
+def _smooth_guess(flow: Flow, orders: Orders, number: int, seed: Seed) -> Task[Guess | str]:
+    """The same for equations that are equal at every drive angle: an equilibrium or a
+    cycle."""
+    free, value = list(flow.symmetry.free), seed.values[-1]
+    rates = corotating_rates(flow, seed.state[None], seed.values)[0][free] / flow.state_scales(seed.values)[0][free]
+    revolution = 2.0 * math.pi / float(flow.phase_rate(seed.values)[0])
+    if np.linalg.norm(rates) * revolution < RETURN_TOLERANCE or seed.steady:
+        if not orders.periodic:
+            return "a steady motion, which the study does not ask for"
+        steady = Periodic.at(flow, 1, seed.values, seed.state)
+        found = [signature(flow, EQUILIBRIUM, seed.values, seed.state[free])]
+        x = steady.unknowns(seed.state[None], value)
+        return Guess(number, (EQUILIBRIUM, 1), steady, x, found, MAX_CORRECTION)
+    if not orders.cycles:
+        return "a motion that does not stand still, which the study does not ask for"
+    interval, samples = revolution / SAMPLES_PER_REVOLUTION, CYCLE_REVOLUTIONS * SAMPLES_PER_REVOLUTION
+    sampled = yield from sampled_cycle(flow, seed.state, seed.values, interval, samples)
+    if sampled is None:
+        return "no cycle: the motion does not come back to its start"
+    starts, period = sampled
+    cycle = Cycle.at(flow, period, seed.values, starts[0])
+    found = [signature(flow, CYCLE, seed.values, starts[0], period)]
+    return Guess(number, (CYCLE, 1), cycle, cycle.unknowns(starts, period, value), found, math.inf)
+
+
+def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | str]:
+    """The motion near a guess, by Newton's method; a reason where there is none."""
+    point = yield from corrected_at_parameter(guess.problem, guess.x)
+    motion, lobes = guess.kind
+    if point is None or np.linalg.norm(point.x - guess.x) > guess.max_correction:
+        words = f"motion of {lobes} lobes" if motion == PERIODIC else motion.replace("_", " ")
+        return f"Newton's method finds no {words} near the seed"
+    found, problem = [], guess.problem
+    if isinstance(problem, Circle):
+        if harmonic_tail(point.found) > MAX_TAIL:
+            return "the circle that the motion fills is not smooth"
+        circles = yield from problem.images(point.found)
+        found = [signature_of_circle(flow, point.found, w) for w in circles]
+    elif motion == PERIODIC and isinstance(problem, Periodic):
+        problem, point = yield from _with_least_period(problem, point)
+        lobes = problem.lobes
+    kind = motion, lobes
+    return Candidate((0, guess.number), kind, problem, point, found or signatures(flow, kind, point.found))
+
+
+def _with_least_period(problem: Periodic, point: Point) -> Task[tuple[Periodic, Point]]:
+    """The same periodic motion with its least period."""
+    flow, orbit = problem.flow, point.found
+    starts = lobe_starts(orbit, flow, problem.lobes)
+    state_scales = flow.state_scales(orbit.values)[0][list(orbit.free)]
+    for lobes in range(1, problem.lobes):
+        miss = np.max(np.abs((starts[lobes] - starts[0]) / state_scales))
+        if problem.lobes % lobes == 0 and miss < DUPLICATE_DISTANCE:
+            shorter = Periodic.at(flow, lobes, orbit.values, orbit.state)
+            guess = shorter.unknowns(orbit.mesh_states[:lobes], orbit.values[-1])
+            found = yield from corrected_at_parameter(shorter, guess)
+            if found is not None:
+                return shorter, found
+    return problem, point
+
+
+def representatives(guesses: list[Guess]) -> list[Guess]:
+    """The middle guess of every group of neighbours."""
+    groups: list[list[Guess]] = []
+    for guess in sorted(guesses, key=lambda guess: (*guess.kind, guess.x[-1], guess.number)):
+        for group in reversed(groups):
+            if group[-1].kind == guess.kind and _distance(guess, group[-1]) < GROUP_DISTANCE:
+                group.append(guess)
+                break
+        else:
+            groups.append([guess])
+    return [group[len(group) // 2] for group in groups]
+
+
+def _distance(guess: Guess, other: Guess) -> float:
+    """The distance of two guesses of one kind, from whichever lobe the first begins."""
+    return min(float(np.linalg.norm(one - other.signatures[0])) for one in guess.signatures)

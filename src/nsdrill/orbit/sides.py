@@ -1,0 +1,180 @@
+"""One side of a branch: followed on more segments where Newton's method fails, until the
+motion merges with another, comes back or is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, PERIODIC
+from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch, Rules, follow
+from nsdrill.orbit.branch import Branch, Key
+from nsdrill.orbit.circle import Circle, circle_stop
+from nsdrill.orbit.flow import Flow
+from nsdrill.orbit.labels import kink_predicate, stability_of, test_functions_of, with_located_touches
+from nsdrill.orbit.lockstep import Task
+from nsdrill.orbit.newton import Point, corrected_at_parameter
+from nsdrill.orbit.periodic import Periodic, lobe_starts, segment_starts
+from nsdrill.orbit.seeds import Candidate, Orders
+from nsdrill.orbit.shooting import Array, Orbit
+from nsdrill.orbit.signatures import Kind, passes_near, signatures
+
+NEAR_PARENT = 6  # points of a branch that may lie near the branch it emanates from
+MAX_MULTIPLIER = 1e3  # over one fold, of a motion that can still be followed
+MAX_SEGMENTS_PER_LOBE = 8
+MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to its largest
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """A side of the branch of a ``candidate``, which is followed from ``start`` in one
+    ``direction`` (1 or -1 along its tangent); ``line`` has the signatures of its points so
+    far."""
+
+    candidate: Candidate
+    start: Point
+    direction: int
+    line: list[Array]
+
+
+class Known:
+    """The ``branches`` that have ended, and the ``sides`` of those of a wave, by the key
+    of the branch and the side, those of the first branch of the wave first."""
+
+    def __init__(self, flow: Flow) -> None:
+        self.flow = flow
+        self.branches: list[Branch] = []
+        self.sides: dict[Key, Side] = {}
+        self._of_branches: dict[int, Array] = {}
+
+    def on_branch(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> bool:
+        """Whether a motion with one of the signatures ``found`` lies on a branch."""
+        return any(
+            (branch.motion, branch.lobes) == kind and passes_near(self._line_of(number), found, tolerance)
+            for number, branch in enumerate(self.branches)
+        )
+
+    def _line_of(self, number: int) -> Array:
+        """The signatures of the points of a branch, in order; that of a single point
+        twice."""
+        if number not in self._of_branches:
+            branch = self.branches[number]
+            kind = branch.motion, branch.lobes
+            line = [signatures(self.flow, kind, entry.point.found)[0] for entry in branch.marked]
+            self._of_branches[number] = np.stack(line * 2 if len(line) == 1 else line)
+        return self._of_branches[number]
+
+    def points_of(self, branch: Key) -> int:
+        """How many points both sides of a branch of the wave have, which share them."""
+        return sum(len(one.line) for key, one in self.sides.items() if key[:-1] == branch)
+
+    def stop(self, own: Side, orbit: Orbit) -> str:
+        """Add an orbit to a side of a branch of the wave. Why the branch ends there: it
+        meets its own other side, a known branch, or one that comes before it in the
+        wave, on which its seed may lie as well; "" where it goes on."""
+        candidate = own.candidate
+        found = signatures(self.flow, candidate.kind, orbit)
+        # Of several signatures the one that continues the line.
+        own.line.append(min(found, key=lambda one: float(np.linalg.norm(one - own.line[-1]))))
+        # The first points lie near the branch from which this one emanates.
+        if len(own.line) > NEAR_PARENT and self.on_branch(candidate.kind, found):
+            return "known"
+        is_before = True
+        for other in self.sides.values():
+            points, is_same_kind = np.stack(other.line), other.candidate.kind == candidate.kind
+            if other.candidate is candidate:
+                is_before, is_long = False, min(len(own.line), len(points)) > 5
+                if other is not own and is_long and passes_near(points, found):
+                    return "closed"
+            elif is_before and is_same_kind and passes_near(points, [*found, *candidate.signatures]):
+                return "known"
+        return ""
+
+
+def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[HalfBranch]:
+    """A side of a branch. Where Newton's method fails, it continues with twice the
+    segments. Touches of circles are located on finer ones."""
+    motion, lobes = one.candidate.kind
+    scale = float(flow.scales[-1])
+    # A branch of circles ends where it has a kink, and a circle has no monodromy.
+    rules = Rules(
+        (orders.bounds[0] / scale, orders.bounds[1] / scale),
+        orders.points,
+        test_functions_of(orders.grazes, motion),
+        _stop(flow, orders, known, one),
+        kink_predicate(0 if motion == CIRCLE else len(flow.equations.contacts)),
+        None if motion == CIRCLE else stability_of(one.start.found.trivial),
+    )
+    problem, start = one.candidate.problem, one.start
+    half = yield from follow(problem, start, one.direction, rules)
+    while (
+        isinstance(problem, Periodic)
+        and half.ended.startswith(NO_CONVERGENCE)
+        and problem.segments < MAX_SEGMENTS_PER_LOBE * lobes
+        and (remaining := orders.points - len(half.points) + half.inserted) > 0
+    ):
+        last = half.points[-1].point if half.points else replace(start, tangent=one.direction * start.tangent)
+        problem = replace(problem, segments=2 * problem.segments)
+        states = yield from segment_starts(problem, last.found.state, last.found.values)
+        if states is None:
+            break
+        again = yield from corrected_at_parameter(problem, problem.unknowns(states, last.found.values[-1]))
+        if again is None or _is_elsewhere(again.found.state, last.found.state):
+            continue
+        direction = 1 if last.tangent[-1] > 0.0 else -1
+        more = yield from follow(problem, again, direction, replace(rules, max_points=remaining))
+        if more.points:
+            points = half.points + more.shifted(last.s).points
+            half = HalfBranch(points, more.ended, half.inserted + more.inserted)
+    if isinstance(problem, Circle):
+        half = replace(half, points=(yield from with_located_touches(problem, half.points, rules.test_functions)))
+    return half
+
+
+def _is_elsewhere(state: Array, former: Array) -> bool:
+    """Whether a restarted motion is another one."""
+    return bool(np.max(np.abs(state - former)) > MAX_RESTART_CHANGE * np.max(np.abs(former) + 1e-9))
+
+
+def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Point, Point], str]:
+    """The stop function of one side of a branch. It ends where it merges with another
+    branch (:func:`_merged`), where the motion is too unstable, and where it meets a
+    branch (:meth:`.Known.stop`)."""
+    kind = one.candidate.kind
+
+    def stop(previous: Point, current: Point) -> str:
+        if reason := _merged(flow, kind, previous, current):
+            return reason
+        if known.points_of(one.candidate.key) > orders.points:
+            return "points"
+        if kind[0] == PERIODIC and np.max(np.abs(current.found.multipliers)) > MAX_MULTIPLIER ** kind[1]:
+            return "wild"
+        return known.stop(one, current.found)
+
+    return stop
+
+
+def _merged(flow: Flow, kind: Kind, previous: Point, current: Point) -> str:
+    """Why a branch of a ``kind`` ends between two points as it merges with another: a
+    motion over an even number of lobes where its halves become equal, a cycle where it
+    shrinks to a steady motion. A branch of circles also ends where it loses its
+    smoothness."""
+    motion, lobes = kind
+    if motion == CIRCLE:
+        return circle_stop(flow.symmetry, previous, current)
+    if motion == EQUILIBRIUM or (motion == PERIODIC and lobes % 2):
+        return ""
+    before, after = (_difference_of_halves(flow, kind, point) for point in (previous, current))
+    is_merged = before @ after < 0.0 and np.linalg.norm(after) < 2.0
+    return ("still" if motion == CYCLE else "half") if is_merged else ""
+
+
+def _difference_of_halves(flow: Flow, kind: Kind, point: Point) -> Array:
+    """The state half a period after the start less that at the start, in natural
+    scales [free]."""
+    orbit, (motion, lobes) = point.found, kind
+    free = list(orbit.free)
+    starts = orbit.mesh_states[:, free] if motion == CYCLE else lobe_starts(orbit, flow, lobes)
+    return np.asarray((starts[len(starts) // 2] - starts[0]) / flow.state_scales(orbit.values)[0][free])

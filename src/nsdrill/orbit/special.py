@@ -1,0 +1,215 @@
+"""Special points between the points of a branch: zeros of test functions, and intervals
+of instability that are narrower than a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from nsdrill.orbit.lockstep import Task
+from nsdrill.orbit.newton import Array, Point, Problem, corrected_between
+
+LOCATION_TOLERANCE = 1e-8  # of the arclength of a special point
+UNRESOLVED = "not located more closely"
+ELSEWHERE = (0.4, 0.65)  # of the way between two points, where Newton's method fails at the place that is due
+# of the search between two points for an interval of instability:
+MIN_GAP = 1e-6  # between points that are told apart, in arclength
+MAX_LOOKS = 6  # points that are computed
+SHARES = (np.arange(32) + 0.5) / 32  # of the way between two points, where the monodromy is interpolated
+STENCIL = 4  # points that it is interpolated from
+MIN_MARGIN = 1e-6  # of a multiplier that is not on the unit circle
+
+
+@dataclass(frozen=True)
+class TestFunction:
+    """A test function of the special point with the label ``code``: ``value`` of a
+    point changes its sign there. It ``jumps`` where it has only a sign. ``words`` say
+    what the label leaves open."""
+
+    code: int
+    value: Callable[[Point], float]
+    words: str = ""
+    jumps: bool = False
+
+
+@dataclass(frozen=True)
+class LabelledPoint:
+    """A point of a branch with its label, 0 for none, and its note in ``words``."""
+
+    point: Point
+    label: int = 0
+    words: str = ""
+
+
+TestFunctions = Callable[[Point, Point], list[TestFunction]]
+
+
+@dataclass(frozen=True)
+class Stability:
+    """How the stability of solutions is computed: the ``monodromy`` [n, n] of a solution,
+    and the ``margins`` [k, m] of monodromies [k, n, n], of which each is positive for an
+    unstable direction, the largest first."""
+
+    monodromy: Callable[[Any], Array]
+    margins: Callable[[Array], Array]
+
+    def of(self, points: list[Point]) -> Array:
+        """The margins of points [points, m]."""
+        return self.margins(np.stack([self.monodromy(point.found) for point in points]))
+
+
+def special_points(
+    problem: Problem,
+    previous: Point,
+    current: Point,
+    test_functions: TestFunctions,
+    tolerance: float = LOCATION_TOLERANCE,
+) -> Task[list[LabelledPoint]]:
+    """The special points between two points, in order, to a ``tolerance`` of the
+    arclength."""
+    points = []
+    for test in test_functions(previous, current):
+        found = yield from _located_zero(problem, previous, current, test, tolerance)
+        if found is not None:
+            point, is_resolved = found
+            points.append(LabelledPoint(point, test.code, test.words if is_resolved else UNRESOLVED))
+    return sorted(points, key=lambda entry: entry.point.s)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A ``point`` at the distance ``s`` along a chord, where a test function has a
+    ``value``."""
+
+    point: Point
+    s: float
+    value: float
+
+
+def _located_zero(
+    problem: Problem, previous: Point, current: Point, test: TestFunction, tolerance: float
+) -> Task[tuple[Point, bool] | None]:
+    """The zero of ``test``, by the method of Chandrupatla (1997), bisection and
+    inverse quadratic interpolation, and whether it is resolved to the ``tolerance``.
+    None where both ends have the same sign, a value is not finite, or Newton's method
+    fails at once. Where it fails at one place only, as it may at a contact, the search
+    goes on at another. (SciPy's methods call a function; this value is waited for.)"""
+    length = float(previous.tangent @ (current.x - previous.x))
+    a, b = _Place(current, length, test.value(current)), _Place(previous, 0.0, test.value(previous))
+    if not (np.isfinite(a.value) and np.isfinite(b.value)) or a.value * b.value > 0.0:
+        return None
+    fraction, best = 0.5, None
+    for _ in range(60):
+        low, high = sorted((a, b), key=lambda place: place.s)
+        distances = tuple(a.s + share * (b.s - a.s) for share in (fraction, *ELSEWHERE))
+        found = yield from corrected_between(problem, previous, low.point, high.point, distances)
+        if found is None:
+            break
+        s, point = found
+        new = _Place(point, s, test.value(point))
+        if not np.isfinite(new.value):
+            return None
+        is_beside_a = (new.value > 0.0) == (a.value > 0.0)
+        c, b = (a, b) if is_beside_a else (b, a)
+        a = new
+        best = (a if abs(a.value) < abs(b.value) else b).point
+        width = abs(b.s - a.s)
+        is_resolved = test.jumps and abs(a.point.x[-1] - b.point.x[-1]) < 10.0 * LOCATION_TOLERANCE
+        if width < tolerance or a.value == 0.0 or is_resolved:
+            return best, True
+        least = 0.5 * tolerance / width
+        fraction = min(max(_next_share(a, b, c), least), 1.0 - least)
+    return None if best is None else (best, False)
+
+
+def _next_share(a: _Place, b: _Place, c: _Place) -> float:
+    """The share of the way from ``a`` to ``b`` at which Chandrupatla's method looks
+    next; ``c`` is the place that was left out last."""
+    xi = (a.s - b.s) / (c.s - b.s)
+    phi = (a.value - b.value) / (c.value - b.value) if c.value != b.value else 2.0
+    if not (phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi):
+        return 0.5
+    fa, fb, fc = a.value, b.value, c.value
+    return fa / (fb - fa) * fc / (fb - fc) + (c.s - a.s) / (b.s - a.s) * fa / (fc - fa) * fb / (fc - fb)
+
+
+def stencil_around(nodes: list[LabelledPoint], place: int) -> tuple[list[Point], int]:
+    """The nodes from which a monodromy between the node ``place`` and the next is
+    interpolated, and the number of the former among them. A special point may be a
+    kink: none lies beyond one."""
+
+    def gap(low: int) -> float:
+        """The distance of the node ``low`` from the next."""
+        gap = nodes[low + 1].point.s - nodes[low].point.s
+        return gap if gap > MIN_GAP else np.inf
+
+    low, high = place, place + 1
+    while high - low < STENCIL - 1:
+        left = np.inf if low == 0 or nodes[low].label else gap(low - 1)
+        right = np.inf if high + 1 == len(nodes) or nodes[high].label else gap(high)
+        if np.isinf(min(left, right)):
+            break
+        low, high = (low - 1, high) if left <= right else (low, high + 1)
+    return [entry.point for entry in nodes[low : high + 1]], place - low
+
+
+def instability_interval(
+    problem: Problem, base: Point, nodes: list[Point], place: int, test_functions: TestFunctions, stability: Stability
+) -> Task[list[LabelledPoint]]:
+    """An interval between the node ``place`` and the next in which another number of
+    directions is unstable: a point inside and the special points on both sides; empty
+    where none is found. The step there sets out from ``base`` with ``problem``.
+
+    Multipliers that meet leave the unit circle for as long as they keep together, and
+    none of the points around need show it. The monodromy, though, is smooth: where one
+    that is interpolated has another number of margins above zero, a point is computed,
+    and serves to interpolate anew: where the margin is greatest or, where Newton's
+    method fails there, at the ends of that stretch, or elsewhere.
+    """
+    ends = nodes[place], nodes[place + 1]
+    # a special point has a margin of about zero
+    counts = {int(np.sum(margins > 0.0)) for margins in stability.of([*ends]) if np.min(np.abs(margins)) > MIN_MARGIN}
+    if len(counts) != 1:
+        return []
+    count = counts.pop()
+    for _ in range(MAX_LOOKS):
+        inner = [node for node in nodes if ends[0].s <= node.s <= ends[1].s]
+        found = [_excess(nodes, *pair, count, stability) for pair in pairwise(inner)]
+        k = max(range(len(found)), key=lambda k: found[k].max())
+        is_other = found[k] > 0.0
+        if not is_other.any():
+            break
+        first, last = inner[k : k + 2]
+        at = [float(base.tangent @ (point.x - base.x)) for point in (first, last)]
+        shares = SHARES[np.argmax(found[k])], *SHARES[is_other][[0, -1]], *ELSEWHERE
+        distances = tuple(share * at[1] + (1.0 - share) * at[0] for share in shares)
+        reached = yield from corrected_between(problem, base, first, last, distances)
+        if reached is None or not first.s < reached[1].s < last.s:
+            break
+        point = reached[1]
+        if np.sum(stability.of([point]) > 0.0) != count:
+            points = yield from special_points(problem, first, point, test_functions)
+            points.append(LabelledPoint(point))
+            points += yield from special_points(problem, point, last, test_functions)
+            return points
+        nodes = sorted([*nodes, point], key=lambda node: node.s)
+    return []
+
+
+def _excess(nodes: list[Point], first: Point, last: Point, count: int, stability: Stability) -> Array:
+    """The margin that lies inside where ``count`` margins are outside, or the distance
+    inside of the least one outside, whichever is greater, at all ``SHARES`` of the way
+    between two neighbouring nodes, from monodromies interpolated between the nearest
+    nodes."""
+    from scipy.interpolate import krogh_interpolate
+
+    near = sorted(nodes, key=lambda node: max(first.s - node.s, node.s - last.s))[:STENCIL]
+    s = first.s + (last.s - first.s) * SHARES
+    monodromies = np.stack([stability.monodromy(node.found) for node in near])
+    margins = stability.margins(krogh_interpolate([node.s for node in near], monodromies, s))
+    bounded = np.pad(margins, ((0, 0), (1, 1)), constant_values=((0, 0), (np.inf, -np.inf)))
+    return np.asarray(np.maximum(bounded[:, count + 1], -bounded[:, count]))

@@ -1,0 +1,35 @@
+"""The main model by a few words: its lane parameters and starts at operating points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nsdrill.models.christoforou_yigit.columns import PARAMETERS, STATES
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.leaves import Values
+from nsdrill.models.registry import model_named
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.variables import MODEL
+
+MAIN = model_named(MODEL)
+__all__ = ["MAIN", "PARAMETERS", "STATES", "pack", "starts"]
+
+
+def _values(parameters: Parameters, initial: Initial, operation: tuple[Any, ...]) -> Values:
+    depth, wob, speed = (np.atleast_1d(np.asarray(value, dtype=float)) for value in operation)
+    return Values(parameters, initial, (depth, wob, speed))
+
+
+def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float = 0.3) -> np.ndarray:
+    """The lane parameters [points, columns]."""
+    points = _values(parameters, Initial(), (depth, wob, rotary_speed))
+    return MAIN.pack(points, Thresholds(stuck_below=stuck_below))
+
+
+def starts(
+    parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any, start: Any = 0
+) -> np.ndarray:
+    """The initial states [points, states + 1] of the starts with these numbers."""
+    return MAIN.starts(_values(parameters, initial, (depth, wob, rotary_speed)), start)
