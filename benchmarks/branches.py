@@ -18,7 +18,7 @@ import numpy as np
 import nsdrill
 from nsdrill.analysis.bifurcations import PERIODIC
 from nsdrill.app.branch_summary import summarize_branches
-from nsdrill.app.continuing import continuation_setup
+from nsdrill.app.continuation_setup import continuation_setup
 from nsdrill.app.run import processors
 from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.newton import corrected_at_parameter

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import nsdrill
-from nsdrill.app.continuing import continuation_setup
+from nsdrill.app.continuation_setup import continuation_setup
 from nsdrill.orbit.flow import DIFFERENCE_STEP, Legs
 from nsdrill.orbit.frame import rotated
 from nsdrill.orbit.lockstep import advance

@@ -1,5 +1,5 @@
-"""What MkDocs does to the pages: formulas become pictures of vectors, and no page asks a
-network for anything.
+"""What MkDocs does to the pages: formulas become pictures of vectors, no page asks a
+network for anything, and the changes of the versions are a page too.
 
 A formula is a fenced block of the language ``math`` in TeX, which GitHub shows by
 itself; matplotlib draws it here.
@@ -11,6 +11,7 @@ import html
 import io
 import re
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from matplotlib import rc_context
@@ -50,6 +51,15 @@ def drawn(tex: str) -> str:
     label = html.escape(text, quote=True)
     style = "display:block;max-width:100%;height:auto;margin:1em 0"
     return svg.replace("<svg", f'<svg role="img" aria-label="{label}" style="{style}"', 1)
+
+
+def on_files(files: Any, config: Any, **_: Any) -> Any:
+    """CHANGELOG.md lies beside the folder of the pages; its links begin there."""
+    from mkdocs.structure.files import File  # only mkdocs calls this
+
+    text = (Path(config["docs_dir"]).parent / "CHANGELOG.md").read_text(encoding="utf-8").replace("](docs/", "](")
+    files.append(File.generated(config, "changes.md", content=text))
+    return files
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:

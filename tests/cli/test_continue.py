@@ -215,7 +215,7 @@ def test_nothing_is_left_of_a_finished_file(made: Path, call: Call) -> None:
 
 
 def test_what_leaves_its_motion_has_no_features() -> None:
-    from nsdrill.app.continuing import stays_on_motion
+    from nsdrill.app.branch_data import stays_on_motion
 
     growth, circles = (np.array([1.24, 1.24, 2e6, 1.0001, 1e5]), np.array([True, False, False, True, False]))
     assert stays_on_motion(growth, circles).tolist() == [False, True, False, True, True]

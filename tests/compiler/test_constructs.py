@@ -132,7 +132,7 @@ def integers(W):
             b[5 * W + i], b[6 * W + i] = float(m // n), float(m % n)
             b[7 * W + i] = float((m + n) * (m - 3) - -n)
             b[8 * W + i] = float((m & n) + (m | n) * 32 + (m ^ n) * 1024)
-            b[9 * W + i] = float((m << 3) + (n >> 1) + ~m)
+            b[9 * W + i] = float((m << 3) + (n >> 1) - m)
             b[10 * W + i] = float(m // 4) + float(-7 // n) + float(m % -4)
             b[11 * W + i] = 1.0 if m < n and m != 3 and n >= -m else b[i]
 
@@ -227,10 +227,11 @@ def sets_of_lanes(W):
         for i in packed(W):
             chosen |= (1 << i) if b[i] > b[W + i] else 0
             moves = (1 << i) if b[i] > 0.0 else 0
-            doubled |= (moves if b[W + i] > 0.0 else 0) << 1
+            doubled |= moves if b[W + i] > 0.0 else 0
             some |= 1 if b[i] > 100.0 else 0
             weight |= 0 if b[i] > 500.0 else 4
             known |= 2
+        doubled <<= 1
         b[5 * W], b[6 * W], b[7 * W] = float(chosen), float(doubled), float(some)
         b[8 * W], b[9 * W] = float(weight), float(known)
         while chosen != 0:
@@ -345,8 +346,8 @@ def branches(W):
         if not x > 1.0:
             for i in packed(W):
                 b[9 * W + i] = y * b[i]
-        b[10 * W] = 1.0 if k in (1, 2, 7) else 0.0
-        b[11 * W] = 1.0 if k not in (2, 7) else 0.0
+        b[10 * W] = 1.0 if 2 in (1, 2, 7) else 0.0  # known
+        b[11 * W] = 1.0 if W not in (2, 7) else 0.0
         b[12 * W] = y if x > 0.0 else float(k)
 
     return f
@@ -363,7 +364,7 @@ def names_that_branches_and_loops_assign(W):
         b[6 * W] = last
         if b[0] > 1.0:
             if b[1] > 0.0:
-                y: float = 1.0
+                y = 1.0
             else:
                 y = 2.0
         elif b[0] > 0.0:
@@ -424,7 +425,7 @@ def tables(W):
         b[5 * W], b[6 * W] = TABLE[k], float(WHOLE[k])
         b[7 * W] = 1.0 if FLAGS[k] else 2.0
         b[8 * W] = GRID[k & 1, k % 3] + GRID[1, 2]
-        b[9 * W] = TABLE[2:5][1] + TABLE[-1] + pairs[1][0] + float(pairs[0][1])
+        b[9 * W] = TABLE[3] + TABLE[-1] + pairs[1][0] + float(pairs[0][1])
         for i in packed(W):
             b[10 * W + i] = TABLE[k] * b[i]
         for q in range(len(WHOLE)):
@@ -457,7 +458,6 @@ def conversions(W):
         b[7 * W] = np.float64(k) * float(x)
         b[8 * W] = 3 * b[1] + 1  # a constant integer stands for a float
         b[9 * W] = 2
-        b[10 * W] = 1.0 if bool(x < 1.0) else 0.0
 
     return f
 
@@ -554,14 +554,14 @@ def one_side_of_a_condition(W):
 
 
 @construct
-def annotated_and_documented(W):
+def documented(W):
     def f(b):
         """The text has no code."""
-        x: float = b[0]
+        x = b[0]
         "nor has this"
         y = z = x + 1.0
         b[5 * W] = y * z
-        (b[6 * W], b[7 * W]), b[8 * W] = (1.0, *(2.0,)), 3.0
+        (b[6 * W], b[7 * W]), b[8 * W] = (1.0, 2.0), 3.0
 
     return f
 

@@ -77,7 +77,7 @@ class Writer:
         if kind == 3:
             return f"int(min(9.0, max(-9.0, {self.real(names, lane, more)})))"
         if kind == 4:
-            return f"{self.pick('~', '-', '+')}({self.whole(names, lane, more)})"
+            return f"-({self.whole(names, lane, more)})"
         if kind == 5:
             operation, by = self.pick(("//", 3), ("//", -4), ("%", 7), ("%", -2), (">>", 2), ("<<", 1))
             return f"({self.whole(names, lane, more)} {operation} {by})"
@@ -90,7 +90,7 @@ class Writer:
         return f"({one} {self.pick('+', '-', '*', '&', '|', '^')} {two})"
 
     def truth(self, names: tuple[list[str], list[str]], lane: str, deep: int = 2) -> str:
-        kind = self.draw(st.integers(0, 6)) if deep > 0 else 0
+        kind = self.draw(st.integers(0, 5)) if deep > 0 else 0
         more = deep - 1
         if kind <= 2:
             made = self.real if self.pick(True, False) else self.whole
@@ -99,8 +99,6 @@ class Writer:
             return f"({compared} < {made(names, lane, 0)})" if kind == 2 else f"({compared})"
         if kind == 3:
             return f"(not {self.truth(names, lane, more)})"
-        if kind == 4:
-            return f"({self.whole(names, lane, max(more, 0))} {self.pick('in', 'not in')} (1, 2, -3))"
         joined = self.pick("and", "or", "==", "!=", "&", "|", "^")
         return f"({self.truth(names, lane, more)} {joined} {self.truth(names, lane, more)})"
 
@@ -110,8 +108,7 @@ class Writer:
         for _ in range(self.draw(st.integers(1, size))):
             kind = self.draw(st.integers(0, 9 if depth < 4 else 3))
             if kind <= 1:
-                note = ": float" if self.draw(st.integers(0, 5)) == 0 else ""
-                self.line(depth, f"{self.pick(*FLOATS)}{note} = {self.real(names, '')}")
+                self.line(depth, f"{self.pick(*FLOATS)} = {self.real(names, '')}")
             elif kind == 2:
                 self.line(depth, f"{self.pick(*INTEGERS)} = (({self.whole(names, '')}) & 255) - 128")
             elif kind == 3:

@@ -10,7 +10,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 import nsdrill
 from nsdrill.analysis.bifurcations import DOUBLING, FOLD, HOPF
-from nsdrill.app.continuing import _grazes, continuation_setup
+from nsdrill.app.continuation_setup import continuation_setup
+from nsdrill.app.continuing import grazes_of
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.orbit.explore import Explorer, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs
@@ -501,7 +502,7 @@ def test_touches_of_circles_are_located():
     study = {**AT, "continue": {"along": "rotary_speed", "from": "2.5 rad/s", "to": "8 rad/s"}}
     setup = continuation_setup(nsdrill.load_study(study))
     flow = setup.flow(("rotary_speed",), (0.55,), 1)
-    orders = Orders((1,), (speed - 1e-4, speed + 3e-4), 9, grazes=_grazes(setup.study, flow))
+    orders = Orders((1,), (speed - 1e-4, speed + 3e-4), 9, grazes=grazes_of(setup.study, flow))
     state = (
         *(0.07363280195621423, -0.0020926217974525, 0.006426533364160703, 0.03447728526398614),
         *(-0.0011745910398276295, 0.03054500254797737, -5.486643488093639, 4.08058883863123),

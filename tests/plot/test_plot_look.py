@@ -1,4 +1,5 @@
-"""The user has the last word on how a picture looks: size, type, title, style, limits."""
+"""The user has the last word on how a picture looks: size, type, title, style,
+limits."""
 
 from __future__ import annotations
 
@@ -16,13 +17,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.plot import look_of
 from nsdrill.plot.look import value_of
-from nsdrill.plot.style import panels_of
-
-COLUMN = 3.3  # inches: one column of a journal
-
-
-def every(data: Results | Trace, first: int = 9) -> list[str]:
-    return list(plot.kinds_for(data)[:first])
+from nsdrill.plot.page import panels_of
 
 
 def words_of(figure: Any) -> list[Any]:
@@ -34,27 +29,26 @@ def words_of(figure: Any) -> list[Any]:
     return [text for text in found if text.get_window_extent().width > 0]
 
 
-@pytest.mark.parametrize("kind", ["bifurcation", "summary", "window", "lift_off"])
-def test_a_sweep_fits_one_column(speeds: Results, kind: str) -> None:
-    figure = plot.draw(speeds, kind, look=look_of(width="3.3in", font_size=7))
-    check_column(figure)
+def both_ways() -> Results:
+    return make_results(depth=np.linspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
 
 
-@pytest.mark.parametrize("kind", ["map", "whirl_kind", "window", "stick_slip_index"])
-def test_a_map_fits_one_column(kind: str) -> None:
-    both = make_results(depth=np.linspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
-    check_column(plot.draw(both, kind, look=look_of(width="84mm")), 84 / 25.4)
-
-
-@pytest.mark.parametrize("kind", ["trace", "histories", "orbit", "phase", "section"])
-def test_a_trace_fits_one_column(trace: Trace, kind: str) -> None:
-    check_column(plot.draw(trace, kind, look=look_of(width="3.3in")))
-
-
-def check_column(figure: Any, width: float = COLUMN) -> None:
+@pytest.mark.parametrize(
+    ("data", "kind", "width", "size"),
+    [
+        *(("speeds", kind, "3.3in", 7) for kind in ("bifurcation", "summary", "window", "lift_off")),
+        *(("maps", kind, "84mm", None) for kind in ("map", "whirl_kind", "window", "stick_slip_index")),
+        *(("trace", kind, "3.3in", None) for kind in ("trace", "histories", "orbit", "phase", "section")),
+    ],
+)
+def test_a_picture_fits_one_column(
+    speeds: Results, trace: Trace, data: str, kind: str, width: str, size: float | None
+) -> None:
     """The figure is as wide as asked for, every panel has room, no two panels and no
     words leave the page."""
-    assert figure.get_figwidth() == pytest.approx(width, rel=1e-6)
+    drawn = {"speeds": speeds, "maps": both_ways(), "trace": trace}[data]
+    figure = plot.draw(drawn, kind, look=look_of(width=width, font_size=size))
+    assert figure.get_figwidth() == pytest.approx(84 / 25.4 if width == "84mm" else 3.3, rel=1e-6)
     for axes in panels_of(figure):
         box = axes.get_window_extent()
         assert box.width > 0.25 * figure.bbox.width or axes.get_label() == "<colorbar>"
@@ -170,27 +164,17 @@ def test_a_part_of_a_trace(trace: Trace) -> None:
     ("kind", "given", "message"),
     [
         ("orbit", {"xlim": (0.0, 1.0)}, "--xlim: found with --kind orbit, whose panels have no x axis in common"),
-        (
-            "phase",
-            {"time": ("90 s", "95 s")},
-            "allowed: times with two samples or more between them, of 0 s to 59.995 s",
-        ),
+        ("phase", {"time": ("90 s", "95 s")}, "times with two samples or more between them, of 0 s to 59.995 s"),
         ("phase", {"time": ("9 s", "5 s")}, "--from and --to: found 9 to 5 s; allowed: the lower end first"),
         ("phase", {"time": ("9 m", "5 s")}, "--from: "),
+        ("value", {"time": (0, 1)}, "--from and --to: found with results"),
+        ("value", {"xlim": (20.0, 30.0)}, "--xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"),
+        ("value", {"xlim": ("3 kN", "4 kN")}, "--xlim: "),
     ],
 )
-def test_wrong_limits_are_told(trace: Trace, kind: str, given: dict[str, Any], message: str) -> None:
+def test_wrong_limits_are_told(speeds: Results, trace: Trace, kind: str, given: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        plot.draw(trace, kind, look=look_of(**given))
-
-
-def test_wrong_limits_of_sweeps_are_told(speeds: Results) -> None:
-    with pytest.raises(InputError, match=r"--from and --to: found with results"):
-        plot.draw(speeds, look=look_of(time=(0, 1)))
-    with pytest.raises(InputError, match=r"--xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"):
-        plot.draw(speeds, look=look_of(xlim=(20.0, 30.0)))
-    with pytest.raises(InputError, match="--xlim: "):
-        plot.draw(speeds, look=look_of(xlim=("3 kN", "4 kN")))
+        plot.draw(speeds if kind == "value" else trace, kind, look=look_of(**given))
 
 
 def test_a_look_is_of_one_picture(speeds: Results) -> None:

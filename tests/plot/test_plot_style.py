@@ -15,7 +15,8 @@ from nsdrill.data import Results, Trace
 from nsdrill.plot.dark import contrast, luminance
 from nsdrill.plot.kinds.basin import distinct_colours, lightness_and_hue
 from nsdrill.plot.look import look_of
-from nsdrill.plot.style import REFERENCE, RESPONSES, panels_of
+from nsdrill.plot.page import panels_of
+from nsdrill.plot.style import REFERENCE, RESPONSES
 
 # Machado, Oliveira & Fernandes (2009), full severity, on linear sRGB.
 VISION = {
@@ -52,8 +53,8 @@ def test_responses_differ_in_shape_and_name() -> None:
 
 
 def test_every_mark_can_be_seen_on_a_dark_page(speeds: Results, trace: Trace) -> None:
-    """The contrast of each line and marker, and of all words, is that which WCAG 2.1 asks
-    of text; grounds are near the page."""
+    """The contrast of each line and marker, and of all words, is that which WCAG 2.1
+    asks of text; grounds are near the page."""
     look = look_of(style="dark_background")
     for data, kind in ((speeds, None), (speeds, "value"), (trace, None)):
         figure = plot.draw(data, kind, look=look)

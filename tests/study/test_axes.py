@@ -86,7 +86,7 @@ def test_the_wall_stiffness_is_an_axis_of_the_linear_law() -> None:
         ("bit.rock_stiffness: [1 N/m, 1e30 N/m]", ["sweep.bit.rock_stiffness[1]", "at most"]),
         (
             "well.diameter: {from: 0.2 m, to: 0.4 m, points: 3}",
-            ["sweep.well.diameter: found 200 mm at the least", "above drillstring.collar.outer_diameter"],
+            ["sweep.well.diameter.from: found 200 mm at the least", "above drillstring.collar.outer_diameter"],
         ),
         ("drillstring.collar.length: [100 m, 6000 m]", ["sweep.drillstring.collar.length", "below operation.depth"]),
         ("initial.x: [0 mm, 3 m]", ["initial.x", "off the axis"]),

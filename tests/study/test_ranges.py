@@ -15,8 +15,9 @@ from nsdrill.models.christoforou_yigit.parameters import Collar
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Whirl
 from nsdrill.study import json_schema, parse_study
+from nsdrill.study.forms import POINTS
 from nsdrill.study.keys import Leaf, keys_named
-from nsdrill.study.schema import POINTS, REFINE
+from nsdrill.study.schema import REFINE
 from nsdrill.units import QuantityError
 
 SWEEP = "sweep: {rotary_speed: [3 rad/s]}\n"

@@ -11,7 +11,7 @@ from nsdrill.models.meanings import MEANINGS as OF_MODELS
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study import json_schema, parse_study, template_text
-from nsdrill.study.continuation import continuation_form
+from nsdrill.study.continuation import Continue
 from nsdrill.study.keys import MEANINGS, SLICE, keys_named
 from nsdrill.study.read import parse
 from nsdrill.study.uncertain import HOW
@@ -47,15 +47,15 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     sections = set(keys_named().sections)
     unknowns = {"uncertain", *(f"uncertain.{name}" for name in HOW)}
     own = {key for key in MEANINGS if key.partition(".")[0] == "continue"}
-    form = continuation_form(keys_named())
+    form = Continue(keys_named())
     assert own == {
         "continue",
         *(f"continue.{key}" for key in form.members),
         *(f"continue.curves.{key}" for key in form.members["curves"].form.mapping.members),
     }
-    assert (set(MEANINGS) | set(OF_MODELS)) - own == set(
-        keys_named().leaves
-    ) | groups | sections | SWEEP_KEYS | unknowns | {"title", "units", "sweep", SLICE}
+    every = set(keys_named().leaves) | groups | sections | SWEEP_KEYS | unknowns | {"title", "units", "sweep", SLICE}
+    assert (set(MEANINGS) | set(OF_MODELS)) - own <= every
+    assert every == {key for key, words in keys_named().meanings.items() if words} - own
 
 
 def test_defaults_as_text_read_back_exactly() -> None:

@@ -1,4 +1,4 @@
-"""Areas of a report: the cells are the numbers of the analysis, turned as the axes of
+"""Areas of a page: the cells are the numbers of the analysis, turned as the axes of
 the page say."""
 
 from __future__ import annotations
@@ -15,14 +15,6 @@ from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.plot.style import BAD_TO_GOOD, RESPONSES, SAFE_COLOUR
 from nsdrill.study import parse_study
-from nsdrill.web.areas import (
-    basin_area,
-    evenly_spaced,
-    probability_areas,
-    probability_lines,
-    verdict_areas,
-    window_areas,
-)
 from nsdrill.web.maps import area, area_choices
 
 SHORT = "simulation: {transient: 5 s, observe: 5 s}\nrecord: {peaks: 0}\n"
@@ -51,42 +43,36 @@ def cube() -> Results:
 
 
 def test_probabilities_over_two_axes(uncertain: Results) -> None:
+    """One area with a map for each outcome that occurs, and the border of what is safe."""
     found = probabilities_of(uncertain)
-    areas = dict(probability_areas(uncertain, "field", "rotary_speed", "wob"))
-    head, columns = areas["Probability: safe"]
-    assert np.allclose(columns["values"][0], 100 * found.of(SAFE)[0][0])  # [y, x] is wob, speed
+    head, columns = area(uncertain, "field", "probability", {})
+    share = found.of(SAFE)[0][0]
+    assert head["procedures"][0] == "Probability: safe"
+    assert np.allclose(columns["values"][0], 100 * share)  # [y, x] is wob, speed
+    assert np.array_equal(columns["safe"] == 1, share >= 0.9)
     assert (head["x"]["unit"], head["y"]["unit"], head["limits"]) == ("rpm", "klbf", [0.0, 100.0])
     # the scale of the picture: good is 100 % of safe and 0 % of a response
-    assert tuple(head["scale"]) == BAD_TO_GOOD
-    assert all(
-        tuple(one["scale"]) == BAD_TO_GOOD[::-1] for words, (one, _) in areas.items() if words != "Probability: safe"
-    )
+    assert [*map(tuple, head["scales"])] == [BAD_TO_GOOD, *[BAD_TO_GOOD[::-1]] * (len(head["scales"]) - 1)]
     occurring = [name for name in found.outcomes[1:] if found.of(name)[0].any()]
-    assert len(areas) == 1 + len(occurring) > 1
-    turned = dict(probability_areas(uncertain, "si", "wob", "rotary_speed"))["Probability: safe"][1]
-    assert np.array_equal(turned["values"][0], columns["values"][0].T)
+    assert columns["values"].shape == (1 + len(occurring), 3, 2)
+    assert len(head["procedures"]) == 1 + len(occurring) > 1
 
 
 def test_probabilities_along_one_axis() -> None:
     results = run(UNCERTAIN + "sweep: {rotary_speed: [4 rad/s, 8 rad/s, 12 rad/s]}\n")
-    head, columns = probability_lines(results, "si", "rotary_speed")
+    head, columns = area(results, "si", "probability", {})
     found = probabilities_of(results)
     assert head["procedures"][0] == "safe"
     assert np.allclose(columns["values"][0, :, 0], 100 * found.of(SAFE)[0].ravel())
     assert columns["outcome"][0].tolist() == [0, 0, 0]  # the colour of no critical response
     assert columns["values"].shape[0] == len(head["procedures"]) > 1
-    opened, again = area(results, "si", "probability", {})
-    assert (opened["dimension"], opened["joined"]) == (results.grid.index("rotary_speed"), True)
-    assert np.array_equal(again["values"], columns["values"])
+    assert (head["dimension"], head["joined"]) == (results.grid.index("rotary_speed"), True)
 
 
 def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> None:
     found = classes(cube)
-    areas = list(window_areas(cube, "si"))
-    assert [words for words, _ in areas] == [
-        f"Operating window, measured depth {depth} m" for depth in (1000, 3000, 5000)
-    ]
-    for number, (_, (head, columns)) in enumerate(areas):
+    for number in range(3):
+        head, columns = area(cube, "si", "window", {"depth": number})
         shown = [head["classes"][int(code)] for code in columns["values"].ravel()]
         state, bits = found.state[number].ravel(), found.bits[number].ravel()
         for one, is_what, response in zip(shown, state, bits, strict=True):
@@ -105,23 +91,13 @@ def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> No
             )
         assert columns["values"].shape == (1, 2, 4)
     assert len(np.unique(found.state)) > 1
-    assert list(window_areas(run("sweep: {rotary_speed: [4 rad/s, 8 rad/s]}\n"), "si")) == []
-
-
-def test_checks_over_two_axes() -> None:
-    text = "sweep: {wob: [20 kN, 80 kN], rotary_speed: [1 rad/s, 3 rad/s, 6 rad/s]}\n"
-    results = run_in_memory(parse_study(text + SHORT.replace("5 s}", "5 s, verify: true}")))
-    ((words, (head, columns)),) = verdict_areas(results, "si", "rotary_speed", "wob")
-    agree = [one["name"] for one in head["classes"]].index("checks agree")
-    assert words == "Checks"
-    assert np.array_equal(columns["values"][0] == agree, results["trusted"][0, 0] == 1)
-    assert not list(verdict_areas(run(text), "si", "rotary_speed", "wob"))
+    assert area_choices(run("sweep: {rotary_speed: [4 rad/s, 8 rad/s]}\n")) == []
 
 
 def test_a_basin_has_each_start_in_its_place() -> None:
     states = "x: {from: -20 mm, to: 20 mm, points: 3}, vx: {from: -0.1 m/s, to: 0.1 m/s, points: 4}"
     results = run(f"initial: {{slice: {{{states}}}}}\n")
-    _, (head, columns) = basin_area(results, "si")
+    head, columns = area(results, "si", "basin", {})
     assert np.allclose(head["x"]["values"], [-20, 0, 20])
     names = results["state"].tolist()
     begun, response = results["initial_state"].reshape(12, -1), results["response"].ravel()
@@ -129,11 +105,9 @@ def test_a_basin_has_each_start_in_its_place() -> None:
         i = np.argmin(np.abs(head["x"]["values"] * 1e-3 - begun[start, names.index("x")]))
         j = np.argmin(np.abs(head["y"]["values"] - begun[start, names.index("vx")]))
         assert columns["values"][0, j, i] == response[start]
-
-
-def test_of_many_maps_some_are_shown_evenly() -> None:
-    assert evenly_spaced(3) == [0, 1, 2]
-    assert evenly_spaced(18) == [0, 6, 11, 17]
+        place = list(head["place"])
+        place[head["x"]["dimension"]] += i * head["x"]["step"] + j * head["y"]["step"]
+        assert place[results.grid.index("start")] == start
 
 
 def test_a_window_knows_its_points_and_its_best_one(cube: Results) -> None:
@@ -159,28 +133,3 @@ def test_a_window_knows_its_points_and_its_best_one(cube: Results) -> None:
     with pytest.raises(InputError, match="allowed: window"):
         area(results, "si", "basin", {})
     assert area(cube, "si", "window", {})[0]["recommended"] is None
-
-
-def test_probabilities_are_one_area_with_a_border(uncertain: Results) -> None:
-    found = probabilities_of(uncertain)
-    head, columns = area(uncertain, "si", "probability", {})
-    assert head["procedures"][0] == "Probability: safe"
-    assert columns["values"].shape == (len(head["procedures"]), 3, 2)
-    share = found.of(SAFE)[0][0]
-    assert np.array_equal(columns["safe"] == 1, share >= 0.9)
-    assert np.allclose(columns["values"][0], 100 * share)
-
-
-def test_a_cell_of_a_basin_is_its_start() -> None:
-    states = "x: {from: -20 mm, to: 20 mm, points: 3}, vx: {from: -0.1 m/s, to: 0.1 m/s, points: 4}"
-    results = run(f"initial: {{slice: {{{states}}}}}\n")
-    head, columns = area(results, "si", "basin", {})
-    names, across = results["state"].tolist(), head["x"]["dimension"]
-    for i, x in enumerate(head["x"]["values"]):
-        for j, vx in enumerate(head["y"]["values"]):
-            place = list(head["place"])
-            place[across] += i * head["x"]["step"] + j * head["y"]["step"]
-            begun = results["initial_state"][tuple(place)]
-            assert begun[names.index("x")] * 1e3 == pytest.approx(x)
-            assert begun[names.index("vx")] == pytest.approx(vx)
-            assert columns["values"][0, j, i] == results["response"][tuple(place)]

@@ -49,9 +49,9 @@ def test_a_wrong_state_in_the_file_is_noticed(shared: Path) -> None:
     results = read_results(shared / "small.h5")
     results.variables["final_state"] = results["final_state"].copy()
     results.variables["final_state"][0, 0, 0, 2, 4] += 1e-16
-    from nsdrill.app.stored import stored_experiment
+    from nsdrill.app.overrides import stored_experiment
 
-    motions = Motions(stored_experiment("x", results.attrs, results.coords), results)
+    motions = Motions(stored_experiment("x", results), results)
     assert motions.replay((0, 0, 0, 2), 1.0, 0.01).same_bits is False
     assert motions.replay((0, 0, 0, 3), 1.0, 0.01).same_bits is True
 

@@ -124,7 +124,7 @@ def test_representatives_are_settled_points_of_the_commonest_responses() -> None
 def test_bad_input_is_said_and_writes_nothing(shared: Path, tmp_path: Path) -> None:
     for arguments, word in (
         (["nothing.h5", "-o", tmp_path / "a.html"], "nothing.h5"),
-        ([shared / "small.yaml", "-o", tmp_path / "a.html"], "found a study; allowed: results"),
+        ([shared / "small.yaml", "-o", tmp_path / "a.html"], "a study, it seems. Run it first"),
         ([shared / "small.h5", "-o", tmp_path / "a.pdf"], ".html"),
         ([shared / "small.h5", "-o", tmp_path / "no" / "a.html"], "no"),
         ([], "RESULTS"),

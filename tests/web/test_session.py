@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nsdrill.app.experiment import prepare
 from nsdrill.errors import FileError, InputError
 from nsdrill.web.packet import packed
 from nsdrill.web.session import Session
@@ -45,7 +46,7 @@ def test_the_title_is_in_the_words_of_the_user(shared: Path) -> None:
     session = Session(shared / "small.h5", "field")
     depth = session.study.axes["depth"][0]
     title = f"Up and down, {depth:g} m, 22.24 kN, 3 m"
-    session.study = replace(session.study, title=title)
+    session.experiment = prepare(replace(session.study, title=title))
     assert session.title == title
     assert Session(shared / "small.h5").title == "Small"
 

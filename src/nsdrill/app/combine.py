@@ -53,9 +53,7 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     named = [_read(source, number) for number, source in enumerate(sources)]
     _check_made_alike(named)
     key, keys = _differing(named)
-    if words_of(key):
-        named = _with_common_variables(named)
-    _check_variables(named)
+    _check_variables(named, of_words=bool(words_of(key)))
     study, places = _study(named, key, keys)
     combined = _joined_results([results for _, results in named], study, places, dimension_of(key))
     names = ", ".join(name for name, _ in named)
@@ -99,14 +97,16 @@ def _check_made_alike(named: Sequence[NamedResults]) -> None:
                 raise InputError(f"{other}: found {what} than in {name}; allowed: files that were made alike.")
 
 
-def _check_variables(named: Sequence[NamedResults]) -> None:
-    """InputError unless all have the same variables, states and samples."""
+def _check_variables(named: Sequence[NamedResults], *, of_words: bool) -> None:
+    """InputError unless all have the same variables, states and samples. Of files that
+    differ in a word, as a drive, some may lack states and real variables."""
     name, first = named[0]
     for other, results in named[1:]:
-        if alone := sorted(set(first.variables) ^ set(results.variables)):
+        alone = sorted(set(first.variables) ^ set(results.variables))
+        if alone := [one for one in alone if not of_words or not BY_NAME[one].dtype.startswith("f")]:
             few = ", ".join(alone[:4])
             raise InputError(f"{other}: found other variables than in {name} ({few}); allowed: the same in all.")
-        if not np.array_equal(first.coords["state"], results.coords["state"]):
+        if not of_words and not np.array_equal(first.coords["state"], results.coords["state"]):
             raise InputError(f"{other}: found other states than in {name}; allowed: the same in all.")
         for unknown, values in first.drawn.items():
             if not np.array_equal(results.drawn.get(unknown, np.empty(0)), values):
@@ -180,31 +180,6 @@ def _unread_keys(results: Results) -> frozenset[str]:
     return frozenset(getattr(study_from_resolved(resolved_study(results.attrs)).parameters, "unread", ()))
 
 
-def _with_common_variables(named: Sequence[NamedResults]) -> list[NamedResults]:
-    """The results with the states and variables that any of them has, NaN where they
-    lack them, as drives have different states."""
-    states = states_of_all([tuple(results.coords["state"].tolist()) for _, results in named])
-    shapes = {
-        name: (values.shape[len(results.shape) :], values.dtype)
-        for _, results in named
-        for name, values in results.variables.items()
-    }
-    return [(name, _filled_up(results, states, shapes)) for name, results in named]
-
-
-def _filled_up(results: Results, states: tuple[str, ...], shapes: Mapping[str, tuple[tuple[int, ...], Any]]) -> Results:
-    places = [states.index(name) for name in results.coords["state"].tolist()]
-    variables = dict(results.variables)
-    for name, (dims, kind) in shapes.items():
-        if name not in variables and kind.kind == "f":
-            variables[name] = np.full((*results.shape, *dims), np.nan)
-        elif BY_NAME[name].room == "states":
-            variables[name] = np.full((*results.shape, len(states)), np.nan)
-            variables[name][..., places] = results.variables[name]
-    order = {name: variables[name] for name in [*shapes, *variables] if name in variables}
-    return replace(results, coords={**results.coords, "state": np.array(states)}, variables=order)
-
-
 def _value_text(value: str | None) -> str:
     return "nothing" if value is None else value
 
@@ -267,29 +242,33 @@ def _refinement(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _joined_results(parts: Sequence[Results], study: Study, places: Sequence[Array], dimension: str) -> Results:
-    """All points in one set of arrays. InputError where other axes differ, for example
-    by rounding."""
+    """All points in one set of arrays, NaN for the states and variables that the string
+    of a part lacks. InputError where other axes differ, for example by rounding."""
     several = [name for name in ("sample", "start") if name in parts[0].coords]
     grid = (*POINT, *(axis.name for axis in study.more), *several)
-    place = grid.index(dimension)
-    plan = prepare(study).plan
-    for one in parts:
-        for name in grid:
-            wanted = plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name]
-            if name != dimension and not np.array_equal(one.coords[name], wanted):
-                raise InputError(
-                    f"combine: found other values of {name} in one of the files; allowed: the same in all."
-                )
-    order = np.argsort(np.concatenate(places), kind="stable")
-
-    def joined(name: str) -> Array:
-        arrays = [one.variables[name] for one in parts]
-        arrays = [
-            a if dimension in one.grid else np.expand_dims(a, place) for a, one in zip(arrays, parts, strict=True)
-        ]
-        return np.concatenate(arrays, axis=place).take(order, axis=place)
-
-    extra = {name: values for name, values in parts[0].coords.items() if name in ("peak", "crossing", "state")}
+    plan, states = prepare(study).plan, states_of_all([tuple(one.coords["state"].tolist()) for one in parts])
+    own = {name: values for name, values in parts[0].coords.items() if name in ("peak", "crossing")}
     coords = {name: plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name] for name in grid}
-    variables = {name: joined(name) for name in parts[0].variables}
-    return Results({**coords, **extra}, variables, {}, study.more, parts[0].drawn)
+    coords |= {**own, "state": np.array(states)}
+    shape, axis = tuple(len(coords[name]) for name in grid), grid.index(dimension)
+    variables: dict[str, Array] = {}
+    for one, place in zip(parts, places, strict=True):
+        axes = [name for name in grid if name != dimension]
+        if other := [name for name in axes if not np.array_equal(one.coords[name], coords[name])]:
+            found = f"found other values of {other[0]} in one of the files"
+            raise InputError(f"combine: {found}; allowed: the same in all.")
+        columns = np.array([states.index(name) for name in one.coords["state"].tolist()])
+        for name, values in one.variables.items():
+            values = values if dimension in one.grid else np.expand_dims(values, axis)
+            of_states = BY_NAME[name].room == "states"
+            if name not in variables:
+                dims = (len(states),) if of_states else values.shape[len(grid) :]
+                empty = np.nan if values.dtype.kind == "f" else 0
+                variables[name] = np.full((*shape, *dims), empty, values.dtype)
+            there = np.moveaxis(variables[name], axis, 0)  # a view
+            values = np.moveaxis(values, axis, 0)
+            if of_states:
+                there[np.ix_(place, *map(np.arange, there.shape[1:-1]), columns)] = values
+            else:
+                there[place] = values
+    return Results(coords, variables, {}, study.more, parts[0].drawn)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from nsdrill.compiler.functions import compiling
 from nsdrill.orbit.explore import Wave
 
+Say = Callable[[str], object]
 LINE_SECONDS = 10.0  # between two lines
 
 
@@ -22,7 +23,7 @@ def _seconds() -> float:
 class Following:
     """Lines on the waves of branches, through ``say``."""
 
-    say: Callable[[str], object]
+    say: Say
     number: int = 0
     began: float = field(default_factory=_seconds)
     told: float = field(default_factory=_seconds)

@@ -1,16 +1,22 @@
-"""The study of a file as it was run, and the changes by ``--set`` in it, which for
-files that do not record them follow from the text of the study."""
+"""The study of a file as it was run, the experiment that it describes, and the changes by
+``--set`` in it, which for files that do not record them follow from the text of the
+study."""
 
 from __future__ import annotations
 
 import json
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, TypeVar
 
-from nsdrill.data import OVERRIDES, Results, Trace, json_text, overrides
+import numpy as np
+
+from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.data import OVERRIDES, Array, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.study.study import study_from_resolved
+from nsdrill.sweep.plan import Plan
 
 Data = TypeVar("Data", Results, Trace)
 
@@ -60,3 +66,47 @@ def study_of(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> str:
     if found := overrides_of(attrs):
         head.append(f"Changed by --set: {'; '.join(found)}")
     return study_text(study.resolved, head)
+
+
+def stored_experiment(path: str | os.PathLike[str], results: Results) -> Experiment:
+    """The experiment of the study in the ``results`` of the file ``path``, or of
+    :data:`nsdrill.data.IN_MEMORY`, with their samples. FileError where there is no study,
+    or where its points are not theirs."""
+    attrs, coords = results.attrs, results.coords
+    if "study_resolved" not in attrs:
+        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
+    resolved, text = json.loads(attrs["study_resolved"]), attrs.get("study", "")
+    study = study_from_resolved(resolved, text, str(path), overrides_of(attrs))
+    samples = {unknown.short: values for unknown, values in results.drawn.items()}
+    if set(samples) == set(study.drawn):  # another version of SciPy may draw other samples
+        study = replace(study, drawn={key: samples[key] for key in study.drawn})
+    experiment = prepare(study)
+    if other := _coordinate_differences(experiment.plan, coords):
+        raise FileError(
+            f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study "
+            f"numbers "
+            "these, and labels and replays are made from the study. Take the whole results and "
+            "select afterwards; of a "
+            "file that was edited, make it again."
+        )
+    return experiment
+
+
+def _coordinate_differences(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
+    """The differences, in words, between ``coords`` and the ``plan`` of their study."""
+    differences = []
+    if tuple(coords["procedure"]) != plan.procedures:
+        differences.append(
+            f"procedure {' and '.join(coords['procedure'])}, of {' and '.join(plan.procedures)} in its study"
+        )
+    if (starts := len(coords.get("start", ()))) != plan.starts:
+        differences.append(f"{starts or 'no'} starts, of {plan.starts or 'none'} in its study")
+    if (samples := len(coords.get("sample", ()))) != plan.samples:
+        differences.append(f"{samples or 'no'} samples, of {plan.samples or 'none'} in its study")
+    for name, values in plan.dimensions.items():
+        in_file = coords.get(name, np.empty(0))
+        if len(in_file) != len(values):
+            differences.append(f"{len(in_file)} values of {name}, of {len(values)} in its study")
+        elif not np.array_equal(values, in_file):
+            differences.append(f"other values of {name} than in its study")
+    return differences

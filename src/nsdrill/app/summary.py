@@ -331,20 +331,20 @@ def new_labels(
     for their history, and the root attributes with the thresholds. InputError where a
     refined sweep would need further runs."""
     from nsdrill.app.attractors import labels_of
+    from nsdrill.app.overrides import stored_experiment
     from nsdrill.app.refinement import reinfer
-    from nsdrill.app.stored import stored_experiment
     from nsdrill.observe.trust import trust_labels
     from nsdrill.study import change_thresholds
 
-    experiment = stored_experiment(path, results.attrs, results.coords, results.drawn)
+    experiment = stored_experiment(path, results)
     study = experiment.study
     thresholds = change_thresholds(study.thresholds, overrides)
     scales = _state_scales(study, results)
     model = study.model.dynamics
     with missing_variable_errors(os.fspath(path)):
         labels = model.classify(results.variables, results["status"], thresholds, scales)
-    if "start" in results.coords:
-        labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
+        if "start" in results.coords:
+            labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:

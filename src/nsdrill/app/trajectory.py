@@ -13,8 +13,8 @@ import numpy as np
 
 from nsdrill.app.experiment import Experiment, prepare
 from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_variables, schedule_of, select_states
+from nsdrill.app.overrides import stored_experiment
 from nsdrill.app.provenance import provenance, unlike
-from nsdrill.app.stored import stored_experiment
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
@@ -146,7 +146,7 @@ def replay(
     """
     outline = source if isinstance(source, Results) else read_results(source, ())
     path = IN_MEMORY if isinstance(source, Results) else source
-    experiment = stored_experiment(path, outline.attrs, outline.coords, outline.drawn)
+    experiment = stored_experiment(path, outline)
     study, plan = experiment.study, experiment.plan
     operation = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     requested = {**(at or {}), **{name: value for name, value in operation.items() if value is not None}}

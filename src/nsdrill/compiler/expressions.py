@@ -204,13 +204,7 @@ class Expressions:
         return self.lookup(node.id, scope)
 
     def eval_Tuple(self, node: ast.Tuple | ast.List, scope: Scope) -> Any:
-        parts: list[Any] = []
-        for part in node.elts:
-            if isinstance(part, ast.Starred):
-                parts.extend(self.eval(part.value, scope))
-            else:
-                parts.append(self.eval(part, scope))
-        return tuple(parts)
+        return tuple(self.eval(part, scope) for part in node.elts)
 
     eval_List = eval_Tuple
 
@@ -232,8 +226,6 @@ class Expressions:
             found = self._with_lane(op, a, b)
             if found is not None:
                 return found
-        if isinstance(a, Bits) and op is ast.LShift and isinstance(b, int):
-            return replace(a, shift=a.shift + b) if a.weight is None else replace(a, weight=a.weight << b)
         if "b" not in OPERATIONS.get(op, {}):
             for truth, node, other in zip((a, b), nodes, (b, a), strict=False):
                 _check_no_truth(truth, node, other)
@@ -285,15 +277,11 @@ class Expressions:
         if not isinstance(a, RUNTIME):
             return CONSTANT_SIGNS[type(node.op)](a)
         a = self.value(a, wide=False)
-        if isinstance(node.op, ast.UAdd) and a.kind != "b":
-            return a
         if isinstance(node.op, ast.USub) and a.kind == "d":
             return self.text.operation("fneg", a)
-        if a.kind != "i":
+        if a.kind != "i" or not isinstance(node.op, ast.USub):
             raise Refusal(f"this operation is not defined for {KINDS[a.kind]}")
-        if isinstance(node.op, ast.USub):
-            return self.text.operation("sub", self.text.constant(0, "i", a.lanes), a)
-        return self.text.operation("xor", a, self.text.constant(-1, "i", a.lanes))
+        return self.text.operation("sub", self.text.constant(0, "i", a.lanes), a)
 
     def negation(self, truth: Value) -> Value:
         return self.text.operation("xor", truth, self.text.constant(True, "b", truth.lanes))
@@ -340,17 +328,8 @@ class Expressions:
         return result
 
     def compare(self, op: type, a: Any, b: Any) -> Any:
-        if op in (ast.In, ast.NotIn) and isinstance(a, RUNTIME) and isinstance(b, tuple):
-            found: Any = False
-            for other in b:
-                found = self.both(found, self.compare(ast.Eq, a, other), "or")
-            if isinstance(found, bool):
-                return found == (op is ast.In)
-            return found if op is ast.In else self.negation(found)
         if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME):
             return bool(CONSTANT_OPERATIONS[op](a, b))
-        if isinstance(a, Bits) and a.weight != 0 and b == 0 and op in (ast.Eq, ast.NotEq):
-            return a.mask if op is ast.NotEq else self.negation(a.mask)
         one, two = self.pair(a, b)
         name = COMPARISONS.get(op, {}).get(one.kind)
         if name is None:
@@ -418,12 +397,8 @@ class Expressions:
 
     def _slice(self, array: Any, part: ast.Slice, scope: Scope) -> Any:
         lower, upper = (None if at is None else self.eval(at, scope) for at in (part.lower, part.upper))
-        if not isinstance(array, Array):
-            if isinstance(lower, RUNTIME) or isinstance(upper, RUNTIME):
-                raise Refusal("a part of a constant has ends that are known")
-            return array[lower:upper]
-        if part.step is not None or lower is None:
-            raise Refusal("a part of a buffer has a first place and no step; allowed: b[first:] or b[first:stop]")
+        if part.step is not None or lower is None or not isinstance(array, Array):
+            raise Refusal("a part is of a buffer, has a first place and no step; allowed: b[first:] or b[first:stop]")
         for end in (lower, upper):
             if isinstance(end, int) and end < 0:
                 raise Refusal(BEFORE)
@@ -523,8 +498,6 @@ class Expressions:
         first = arguments[0]
         if f is len and isinstance(first, Array):
             return first.length
-        if f is len and isinstance(first, tuple):
-            return len(first)
         if f is words.float_bits:
             return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
         if f is words.bits_float:
@@ -535,8 +508,6 @@ class Expressions:
             return self.text.intrinsic("fabs", self.value(first, "d", wide=False))
         if f in (float, np.float64, int):
             return self._converted(first, "i" if f is int else "d")
-        if f is bool:
-            return self.truth(first)
         if _hashable(f) and f in INSTRUCTIONS:
             return self.text.intrinsic(INSTRUCTIONS[f], self.value(first, "d", wide=False))
         if _hashable(f) and f in LIBRARY:

@@ -243,7 +243,7 @@ def assigned(body: list[ast.stmt], *, in_lanes: bool = False) -> Iterator[str]:
             if not over_lanes:
                 yield from targets(node.target)
             yield from assigned(node.body, in_lanes=over_lanes)
-        elif isinstance(node, ast.AugAssign) or (isinstance(node, ast.AnnAssign) and not in_lanes):
+        elif isinstance(node, ast.AugAssign):
             yield from targets(node.target)
         elif isinstance(node, ast.Assign) and not in_lanes:
             for target in node.targets:

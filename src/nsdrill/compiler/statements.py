@@ -164,10 +164,6 @@ class Body(Expressions):
         for target in node.targets:
             self._bind(target, value, scope)
 
-    def do_AnnAssign(self, node: ast.AnnAssign, scope: Scope) -> None:
-        if node.value is not None:
-            self._bind(node.target, self.eval(node.value, scope), scope)
-
     def _bind(self, target: ast.expr, value: Any, scope: Scope) -> None:
         if isinstance(target, ast.Name):
             self._assign(target.id, value, scope, bool(self.lane_count))

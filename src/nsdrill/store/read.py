@@ -193,7 +193,9 @@ def dims_of(array: Any) -> tuple[str, ...]:
     """The dimensions of a dataset of a file, as its scales name them, or of a variable of
     a Dataset."""
     return tuple(
-        dim if isinstance(dim, str) else (dim[0] if len(dim) else array).name.removeprefix("/") for dim in array.dims
+        # A scale whose link was removed has no name.
+        dim if isinstance(dim, str) else ((dim[0] if len(dim) else array).name or "").removeprefix("/")
+        for dim in array.dims
     )
 
 

@@ -5,22 +5,25 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import pairwise, product
+from operator import getitem
 from typing import Any
 
 import numpy as np
 
 from nsdrill.errors import Fault
-from nsdrill.models.description import Description, Order
+from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.ranges import bound_text
-from nsdrill.study.keys import SLICE, Leaf, shown
-from nsdrill.study.read import Document, KeyPath, dotted
+from nsdrill.study.forms import Reading
+from nsdrill.study.keys import SLICE, shown
+from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import axis_values, refined_axes
 from nsdrill.units import USUAL
-from nsdrill.variables import AXES, short_key
+from nsdrill.variables import AXES, long_key, short_key
 
 Array = np.ndarray[Any, np.dtype[Any]]
 MAX_POINTS = 10**8
@@ -45,30 +48,21 @@ class Unread(Fault):
 
 
 class Checker:
-    """Checks the constraints of one study of a ``model``: ``resolved`` is complete,
-    ``leaves`` are its keys, ``faulty`` holds those already known to be wrong (their
-    values are stand-ins, so nothing is said about them). A model has more constraints
-    of its own, which ask the public functions here. An uncertain number, with its
-    samples in ``drawn``, is to them an axis with these values."""
+    """Checks the constraints of one study: ``at`` says what was read and what is known to
+    be wrong (these values are stand-ins, so nothing is said about them), ``resolved`` is
+    complete. A model has more constraints of its own, which ask the public functions here.
+    An uncertain number, with its samples in ``drawn``, is to them an axis with these
+    values."""
 
-    def __init__(
-        self,
-        model: Description,
-        document: Document,
-        resolved: dict[str, Any],
-        leaves: dict[str, Leaf],
-        faulty: Iterable[str] = (),
-        drawn: Mapping[str, Array] | None = None,
-    ) -> None:
-        self.model, self.document, self.resolved, self.leaves = model, document, resolved, leaves
-        self.faulty = tuple(faulty)
+    def __init__(self, at: Reading, resolved: dict[str, Any], drawn: Mapping[str, Array] | None = None) -> None:
+        self.document, self.faulty, self.resolved = at.document, tuple(at.faulty), resolved
+        self.model, self.leaves = at.keys.model, at.keys.leaves
         self.drawn = drawn or {}
         self.words: dict[str, Any] = {}  # of the axes over words, where one of each is looked at
 
     def faults(self) -> Iterator[Fault]:
         """All of them."""
         yield from self.order()
-        yield from self._depths()
         yield from self._starts()
         yield from self._returns()
         yield from self._of_model()
@@ -104,11 +98,8 @@ class Checker:
             one.words = words
             one.resolved = copy.deepcopy(self.resolved)
             for key, word in words.items():
-                *sections, name = key.split(".")
-                inside = one.resolved
-                for section in sections:
-                    inside = inside[section]
-                inside[name] = word
+                section, _, name = key.rpartition(".")
+                one.value(section)[name] = word
                 del one.resolved["sweep"][key]
             yield one
 
@@ -119,44 +110,59 @@ class Checker:
             lower, upper = one.lower, one.upper
             if not lower.startswith(section) or not self.sound(lower, upper):
                 continue
-            if upper == "operation.depth" and self._ramp_of_depth():
-                continue  # every knot of it is looked at
             # The values of their own sections, but for a default that an axis replaces;
             # then the axes' ends.
-            if not any(self.axis(key) and not self.given(key) for key in (lower, upper)):
+            if knots := self.resolved.get("ramps", {}).get(short_key(upper)):
+                yield from self._along_ramp(one, knots[1])
+            elif not any(self.axis(key) and not self.given(key) for key in (lower, upper)):
                 yield from self._in_order(one, swept=False)
-            if (self.axis(lower) or self.axis(upper)) and self.axis(upper) != "depth":
+            if self.axis(lower) or self.axis(upper):
                 yield from self._in_order(one, swept=True)
+
+    def _along_ramp(self, one: Order, values: Sequence[float]) -> Iterator[Fault]:
+        """Whether the lower is less than each of the ``values`` of the upper's ramp."""
+        low = self.ends(one.lower)[1]
+        allowed = f"more than {one.words or one.lower}, {self.text(one.lower, 1)}"
+        for number in [number for number, value in enumerate(values) if value <= low][:10]:
+            path: KeyPath = (*one.upper.split("."), "ramp", number, 1)
+            yield self.fault(dotted(path), shown(self.document.value(path)), allowed, path)
 
     def _in_order(self, one: Order, swept: bool) -> Iterator[Fault]:
         """Whether the lower is less than the upper; with ``swept`` at all values of
         their axes."""
-        lower, upper, equal, factor = one.lower, one.upper, one.equal, one.factor
+        lower, upper, factor = one.lower, one.upper, one.factor
         # they go together, sample by sample
         if swept and lower in self.drawn and upper in self.drawn:
             room = factor * self.drawn[upper] - self.drawn[lower]
-            if np.all(room >= 0.0 if equal else room > 0.0):
+            if np.all(room >= 0.0 if one.equal else room > 0.0):
                 return
         small = self.ends(lower)[1] if swept else self.value(lower)
         big = factor * (self.ends(upper)[0] if swept else self.value(upper))
-        if small < big or (equal and small == big):
+        if small < big or (one.equal and small == big):
             return
         first, second = (lower, upper) if one.blamed == "lower" else (upper, lower)
         mine = self.axis if swept else self.given
         if not mine(first) and mine(second):
             first, second = second, first
-        words = ("at most" if equal else "below") if first == lower else ("at least" if equal else "above")
+        words = ("at most" if one.equal else "below") if first == lower else ("at least" if one.equal else "above")
         if factor != 1.0:
             words += f" {factor if first == lower else 1 / factor:.4g} times"
         ends = {lower: 1, upper: 0} if swept else {lower: None, upper: None}
-        found = self.text(first, ends[first])
-        allowed = f"{words} {second}, which is {self.text(second, ends[second])}"
+        other = f"{second} ({one.words})" if one.words and second == lower else second
+        allowed = f"{words} {other}, which is {self.text(second, ends[second])}"
         axis = self.axis(first) if swept else None
-        yield (
-            self.fault(f"sweep.{axis}", found, allowed, ("sweep", axis))
-            if axis
-            else (self.fault(first, found, allowed))
-        )
+        path = self._end_of(axis, ends[first]) if axis else None
+        yield self.fault(dotted(path) if path else first, self.text(first, ends[first]), allowed, path)
+
+    def _end_of(self, axis: str, end: int | None) -> KeyPath:
+        """Where the least (``end`` 0) or the greatest value of an axis is written."""
+        leaf, path = self.leaves[long_key(axis)], ("sweep", axis)
+        raw = self.document.value(path)
+        if axis in self.drawn or not isinstance(raw, dict | list):
+            return path
+        written = {name: raw[name] for name in ("from", "to")} if isinstance(raw, dict) else dict(enumerate(raw))
+        read: dict[str | int, float] = {place: leaf.read(value) for place, value in written.items()}
+        return (*path, (max if end else min)(read, key=read.__getitem__))
 
     def axis(self, key: str) -> str | None:
         """The axis of the sweep that varies ``key``, or the unknown that it is, if it
@@ -176,56 +182,6 @@ class Checker:
             return float(self.drawn[axis].min()), float(self.drawn[axis].max())
         values = self.resolved["sweep"][axis]
         return (values["from"], values["to"]) if isinstance(values, dict) else (values[0], values[-1])
-
-    def _depths(self) -> Iterator[Fault]:
-        """Swept depths, and those of a ramp, are greater than what the model asks
-        for."""
-        for one in self.model.orders:
-            if one.upper == "operation.depth":
-                yield from self._depths_above(one)
-
-    def _depths_above(self, one: Order) -> Iterator[Fault]:
-        if "depth" in self.drawn:
-            yield from self._in_order(one, swept=True)
-            return
-        axis = self.resolved["sweep"].get("depth")
-        yield from self._greater(
-            one, [(("operation", "depth", "ramp", i, 1), value) for i, value in enumerate(self._ramp_of_depth())]
-        )
-        if axis is None or not self.sound("sweep.depth", one.lower):
-            return
-        raw = self.raw(("sweep", "depth"))
-        if isinstance(axis, dict):
-            name = min(("from", "to"), key=lambda end: axis[end])
-            places: list[tuple[KeyPath, float]] = [(("sweep", "depth", self._end(raw, name, axis)), axis["from"])]
-        elif isinstance(raw, list):
-            places = [(("sweep", "depth", index), value) for index, value in self._list_order(raw)]
-        else:
-            places = [(("sweep", "depth"), axis[0])]
-        yield from self._greater(one, places)
-
-    def _ramp_of_depth(self) -> list[float]:
-        """The depths of its knots, if it has a ramp."""
-        _, values = self.resolved.get("ramps", {}).get("depth", ([], []))
-        return list(values)
-
-    def _greater(self, one: Order, places: list[tuple[KeyPath, float]]) -> Iterator[Fault]:
-        if not self.sound(one.lower):
-            return
-        length = self.ends(one.lower)[1]
-        allowed = f"more than {one.words or one.lower}, {self.text(one.lower, 1)}"
-        for path in [path for path, value in places if value <= length][:10]:
-            yield self.fault(dotted(path), shown(self.raw(path)), allowed, path)
-
-    def _end(self, raw: Any, name: str, axis: dict[str, Any]) -> str:
-        """The key under which the user wrote the smaller end: from and to may stand the
-        other way round."""
-        leaf = self.leaves["operation.depth"]
-        return name if leaf.read(raw[name]) == axis[name] else "to"
-
-    def _list_order(self, raw: list[Any]) -> list[tuple[int, float]]:
-        leaf = self.leaves["operation.depth"]
-        return [(index, leaf.read(item)) for index, item in enumerate(raw)]
 
     def _starts(self) -> Iterator[Fault]:
         """An ensemble or a slice, not both, without carried state, and nothing given
@@ -274,8 +230,9 @@ class Checker:
             yield self.fault("record.poincare", found, "0")
 
     def _sweep(self) -> Iterator[Fault]:
-        """At least one axis, not too many points, and an axis along which to carry."""
-        sweep = self.resolved["sweep"]
+        """Axes that go with the start, whole numbers where they are compiled in, not too
+        many points, something to refine, and an axis along which to carry."""
+        sweep, starts = self.resolved["sweep"], self._starts_of_a_point()
         swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]
         if any(key == "sweep" or key.startswith("sweep.") for key in self.faulty):
             return
@@ -284,18 +241,15 @@ class Checker:
             yield self.fault("sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed)
         if not swept and not sweep["refine"] and sweep["along"] is None and not self.drawn:
             return
+        refined = refined_axes(sweep)
         for axis in swept:
-            if axis.startswith("initial.") and self._starts_of_a_point() > 1:
-                yield self.fault(
-                    f"sweep.{axis}", "an axis over the start", "no several starts beside it", ("sweep", axis)
-                )
-        compiled = [axis for axis in swept if is_compiled_in(self.model, axis)]
-        for axis in (axis for axis in compiled if not words_of(axis)):
-            values = axis_values(sweep[axis], sweep["refine"] if axis in refined_axes(sweep) else 0)
-            if odd := [value for value in values.tolist() if value != int(value)]:
-                found = f"the value {odd[0]:g}"
-                yield self.fault(f"sweep.{axis}", found, "whole numbers, as [1, 3, 5]", ("sweep", axis))
-        refined, starts = refined_axes(sweep), self._starts_of_a_point()
+            path: KeyPath = ("sweep", axis)
+            if axis.startswith("initial.") and starts > 1:
+                yield self.fault(f"sweep.{axis}", "an axis over the start", "no several starts beside it", path)
+            if is_compiled_in(self.model, axis) and not words_of(axis):
+                values = axis_values(sweep[axis], sweep["refine"] if axis in refined else 0)
+                if odd := [value for value in values.tolist() if value != int(value)]:
+                    yield self.fault(f"sweep.{axis}", f"the value {odd[0]:g}", "whole numbers, as [1, 3, 5]", path)
         total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept) * starts
         total *= len(next(iter(self.drawn.values()))) if self.drawn else 1
         if total > MAX_POINTS:
@@ -310,19 +264,20 @@ class Checker:
             if sweep["along"] is not None:
                 allowed += f" beside {sweep['along']}, along which the state is carried point by point"
             yield self.fault("sweep.refine", f"{sweep['refine']}, with no axis to refine", allowed)
-        along = sweep["along"]
-        if along in compiled:
-            others = " or ".join(axis for axis in swept if axis not in compiled)
-            yield self.fault(
-                "sweep.along",
-                f"{along}, whose values differ in their equations, so that no state is carried from one to another",
-                f"an axis over a number: {others or ', '.join(AXES)} or another by its key",
-                ("sweep", "along") if self.given("sweep.along") else ("sweep", along),
-            )
+        yield from self._along(swept, sweep["along"], sweep["procedure"])
+
+    def _along(self, swept: list[str], along: str | None, procedure: str) -> Iterator[Fault]:
+        """The axis along which the state is carried: one that is swept, over a number."""
+        if along in swept and is_compiled_in(self.model, along):
+            others = " or ".join(axis for axis in swept if not is_compiled_in(self.model, axis))
+            found = f"{along}, whose values differ in their equations, so that no state is carried from one to another"
+            allowed = f"an axis over a number: {others or ', '.join(AXES)} or another by its key"
+            path = ("sweep", "along") if self.given("sweep.along") else ("sweep", along)
+            yield self.fault("sweep.along", found, allowed, path)
         elif along is not None and along not in swept:
             yield self.fault("sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}")
-        elif along is None and sweep["procedure"] != "same" and len(swept) > 1:
-            found = f"none, with procedure {sweep['procedure']} and {len(swept)} axes"
+        elif along is None and procedure != "same" and len(swept) > 1:
+            found = f"none, with procedure {procedure} and {len(swept)} axes"
             yield self.fault("sweep.along", found, f"the axis along which the state is carried: {' or '.join(swept)}")
 
     def _starts_of_a_point(self) -> int:
@@ -364,16 +319,7 @@ class Checker:
         return self.document.has(tuple(key.split(".")))
 
     def value(self, key: str) -> Any:
-        value: Any = self.resolved
-        for part in key.split("."):
-            value = value[part]
-        return value
-
-    def raw(self, path: KeyPath) -> Any:
-        value = self.document.data
-        for part in path:
-            value = value[part]
-        return value
+        return reduce(getitem, key.split("."), self.resolved)
 
     def text(self, key: str, end: int | None = None) -> str:
         """The value of ``key`` in words; of a swept one, if ``end`` is 0 or 1, the
@@ -386,7 +332,7 @@ class Checker:
         if key in self.words:
             return self.leaves[key].text(self.words[key])
         if self.given(key):
-            return shown(self.raw(tuple(key.split("."))))
+            return shown(self.document.value(key.split(".")))
         leaf = self.leaves[key]
         value = self.value(key)
         text = f"{value:g}" if leaf.units not in USUAL else leaf.text(value)

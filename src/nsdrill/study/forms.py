@@ -5,24 +5,24 @@ JSON Schema. What the study is made of is in ``schema``.
 
 from __future__ import annotations
 
-import re
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import reduce
-from typing import Any, Protocol
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import pairwise
+from typing import Any, Protocol, TypeVar
 
 from nsdrill.errors import Fault
-from nsdrill.models.leaves import is_compiled_in, words_of
-from nsdrill.sampling import BOUNDS, KINDS, NUMBERS_OF
-from nsdrill.study.keys import RAMP, SLICE, Keys, Leaf, did_you_mean, shown
+from nsdrill.models.leaves import place_of, words_of
+from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath, dotted
-from nsdrill.study.uncertain import HOW
 from nsdrill.units import QuantityError
-from nsdrill.variables import AXES
 
+T = TypeVar("T")
 FAULTY: Any = object()  # in place of a value that cannot be read
 RANGE = ("from", "to", "points")
-Schema = dict[str, Any]
+ALL_OF_RANGE = "all of from, to and points"
+LEAST_LEG = 1e-3  # s between knots: a shorter leg is a jump to a drill string
 
 
 class Reading:
@@ -33,16 +33,6 @@ class Reading:
         self.document, self.keys = document, keys
         self.faults: list[Fault] = []
         self.faulty: set[str] = set()
-        # The words on which units depend; None for a word that is at fault itself.
-        self.chosen: dict[str, str | None] = {}
-        for choice, units in keys.model.units_by.values():
-            word = reduce(
-                lambda inside, part: inside.get(part) if isinstance(inside, dict) else None,
-                choice.split("."),
-                document.data,
-            )
-            word = keys.leaves[choice].default if word is None else word
-            self.chosen[choice] = word if isinstance(word, str) and word in units else None
 
     def refuse(
         self, path: KeyPath, found: str, allowed: str, suggestion: str | None = None, *, of_key: bool = False
@@ -53,58 +43,40 @@ class Reading:
         self.faulty.add(fault.key)
         return FAULTY
 
-    def value(self, path: KeyPath, leaf: Leaf, raw: Any) -> Any:
-        """The value ``raw`` of ``leaf``, in SI."""
+    def take(self, path: KeyPath, read: Callable[[Plain], T], raw: Plain) -> T:
+        """What ``read`` makes of ``raw``; a QuantityError is a fault."""
         try:
-            if leaf.key in self.keys.model.units_by and not (raw is None and leaf.nullable):
-                choice, units = self.keys.model.units_by[leaf.key]
-                return _in_units_of(leaf, raw, self.chosen[choice], choice, units)
-            return leaf.read(raw)
+            return read(raw)
         except QuantityError as error:
-            is_ramp = isinstance(raw, list) and path[:1] == ("operation",) and path[-1] in AXES
-            ramp = f"; a ramp, for nsdrill simulate, is {RAMP}" if is_ramp else ""
-            return self.refuse(path, error.found, error.allowed + ramp, error.suggestion)
+            refused: T = self.refuse(path, error.found, error.allowed, error.suggestion)
+            return refused
 
-    def listed(self, path: KeyPath) -> str:
-        """The keys that may stand in the mapping at ``path``."""
-        return ", ".join(keys_below(dotted(path), self.keys))
-
-    def unknown(self, path: KeyPath) -> Any:
-        """Note that there is no such key as that at ``path``."""
-        found, allowed = "an unknown key", self.listed(path[:-1])
-        suggestion = _nearest(path, self.keys)
-        if path[0] == "sweep" and len(path) == 2:
-            found, allowed, suggestion = _no_axis(str(path[1]), self.keys)
-        elif path[0] == "uncertain" and len(path) == 2 + (path[1] == "table"):
-            found, allowed, suggestion = _no_axis(str(path[-1]), self.keys, HOW)
-        return self.refuse(path, found, allowed, suggestion, of_key=True)
-
-
-def _in_units_of(leaf: Leaf, raw: Any, word: str | None, choice: str, units: Mapping[str, str]) -> Any:
-    """The value in the units that the ``word`` at the key ``choice`` asks for, a
-    stiffness in those of its contact law. Where the choice itself is at fault, a value
-    in other units than those of its default is left out, and nothing is said of it."""
-    right = units[word or next(iter(units))]
-    wrong = next(other for other in units.values() if other != right)
-    try:
-        return Leaf(**{**vars(leaf), "units": right}).read(raw)
-    except QuantityError as error:
+    def in_chosen_units(self, leaf: Leaf, raw: Plain) -> Any:
+        """The value in the units that the word of a choice asks for, a stiffness in those
+        of its contact law. Where the choice itself is at fault, a value in other units than
+        those of its default is left out, and nothing is said of it."""
+        choice, units = self.keys.model.units_by[leaf.key]
+        word = self.document.value(choice.split("."))
+        word = self.keys.leaves[choice].default if word is None else word
+        known = isinstance(word, str) and word in units
+        right = units[word] if known else next(iter(units.values()))
         try:
-            Leaf(**{**vars(leaf), "units": wrong}).read(raw)
-        except QuantityError:
-            raise error from None
-        if word is None:
-            return FAULTY
-        other = next(name for name, unit in units.items() if unit == wrong)
-        what, of = leaf.key.rpartition(".")[2], choice.rpartition(".")[2]
-        hint = f"With {of}: {word} the {what} is in {right}; {of}: {other} takes {wrong}."
-        raise QuantityError(f"{shown(raw)}, in {wrong}", error.allowed, hint) from None
+            return replace(leaf, units=right).read(raw)
+        except QuantityError as error:
+            other, wrong = next((name, unit) for name, unit in units.items() if unit != right)
+            if not replace(leaf, units=wrong).takes(raw):
+                raise
+            if not known:
+                return FAULTY
+            what, of = leaf.key.rpartition(".")[2], choice.rpartition(".")[2]
+            hint = f"With {of}: {word} the {what} is in {right}; {of}: {other} takes {wrong}."
+            raise QuantityError(f"{shown(raw)}, in {wrong}", error.allowed, hint) from None
 
 
 class Form(Protocol):
     """How a value stands in a study."""
 
-    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
         """The value that ``raw`` stands for, or :data:`FAULTY`."""
 
     def schema(self, parts: dict[str, Schema]) -> Schema:
@@ -113,59 +85,31 @@ class Form(Protocol):
 
 @dataclass(frozen=True)
 class One:
-    """One value."""
+    """One value; ``brief`` replaces a JSON Schema that would be too long."""
 
     leaf: Leaf
+    brief: Schema | None = None
 
-    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
-        return at.value(path, self.leaf, raw)
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+        decided = self.leaf.key in at.keys.model.units_by and not (raw is None and self.leaf.nullable)
+        return at.take(path, partial(at.in_chosen_units, self.leaf) if decided else self.leaf.read, raw)
 
     def schema(self, parts: dict[str, Schema]) -> Schema:
-        return self.leaf.schema()
+        return self.brief or self.leaf.schema()
 
 
 @dataclass(frozen=True)
 class Read:
     """A value that the function ``take`` reads; with it a QuantityError is a fault."""
 
-    take: Callable[[Any], Any]
+    read_raw: Callable[[Plain], Any]
     plain: Schema
 
-    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
-        try:
-            return self.take(raw)
-        except QuantityError as error:
-            return at.refuse(path, error.found, error.allowed, error.suggestion)
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+        return at.take(path, self.read_raw, raw)
 
     def schema(self, parts: dict[str, Schema]) -> Schema:
         return self.plain
-
-
-@dataclass(frozen=True)
-class Briefly:
-    """A form whose JSON Schema is ``plain``, as its own would be too long."""
-
-    form: Form
-    plain: Schema
-
-    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
-        return self.form.read(at, path, raw)
-
-    def schema(self, parts: dict[str, Schema]) -> Schema:
-        return self.plain
-
-
-@dataclass(frozen=True)
-class Unread:
-    """A form that is read later, whose JSON Schema is known."""
-
-    form: Form
-
-    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
-        return raw
-
-    def schema(self, parts: dict[str, Schema]) -> Schema:
-        return self.form.schema(parts)
 
 
 @dataclass(frozen=True)
@@ -176,9 +120,9 @@ class Listed:
     one: Form
     allowed: str = "a list"
     length: tuple[int, int] | None = None
-    wrong_length: str = ""
+    wrong_length: str = "{} of them"
 
-    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
         if not isinstance(raw, list):
             return at.refuse(path, shown(raw), self.allowed)
         if self.length and not self.length[0] <= len(raw) <= self.length[1]:
@@ -193,25 +137,6 @@ class Listed:
 
 
 @dataclass(frozen=True)
-class Knot:
-    """A knot of a ramp: [time, value]."""
-
-    time: Form
-    value: Form
-
-    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
-        if not isinstance(raw, list) or len(raw) != 2:
-            found = f"a list of {len(raw)}" if isinstance(raw, list) else shown(raw)
-            return at.refuse(path, found, "a knot: [time, value]")
-        knot = tuple(one.read(at, (*path, place), raw[place]) for place, one in enumerate((self.time, self.value)))
-        return FAULTY if FAULTY in knot else knot
-
-    def schema(self, parts: dict[str, Schema]) -> Schema:
-        both = [self.time.schema(parts), self.value.schema(parts)]
-        return {"type": "array", "prefixItems": both, "minItems": 2, "maxItems": 2}
-
-
-@dataclass(frozen=True)
 class Either:
     """A mapping, a list, or one value: which, its form says."""
 
@@ -219,9 +144,8 @@ class Either:
     listed: Form | None = None
     mapping: Form | None = None
 
-    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
-        form = self.mapping if isinstance(raw, dict) else None
-        form = self.listed if isinstance(raw, list) else form
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+        form = self.mapping if isinstance(raw, dict) else self.listed if isinstance(raw, list) else None
         return (form or self.one).read(at, path, raw)
 
     def schema(self, parts: dict[str, Schema]) -> Schema:
@@ -229,45 +153,81 @@ class Either:
         return {"oneOf": [form.schema(parts) for form in forms]}
 
 
+class Several(Either):
+    """A list of one or more values of one form, or one of them, which is read as a list
+    of it."""
+
+    def __init__(self, one: Form) -> None:
+        super().__init__(one, Listed(one, "one or more values", (1, 10**4)))
+
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+        found = super().read(at, path, raw)
+        return found if isinstance(raw, list) or found is FAULTY else [found]
+
+
+class Axis(Either):
+    """The values of an axis, which come out in ascending order: {from, to, points}, a
+    list, or one value. Words have the order of their choice."""
+
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+        found = super().read(at, path, raw)
+        if found is FAULTY or isinstance(found, dict):
+            return found
+        name = str(path[-1])
+        given = found if isinstance(found, list) else [found]
+        values = sorted(given, key=partial(place_of, name) if words_of(name) else None)
+        if not values:
+            return at.refuse(path, "an empty list", "at least one value")
+        for first, second in pairwise(values):
+            if first == second and isinstance(raw, list):
+                second_place = [place for place, item in enumerate(given) if item == second][1]
+                what = f"{shown(raw[second_place])}, which is there a second time"
+                return at.refuse((*path, second_place), what, "each value once")
+        return values
+
+
 @dataclass(frozen=True)
 class Member:
-    """A value of a mapping, and what its JSON Schema says beside its form."""
+    """A value of a mapping, and the meaning that its JSON Schema gives beside its form,
+    or the leaf whose meaning, default and source it gives."""
 
     form: Form
-    words: Callable[[], Schema] = dict
+    about: str | Leaf
 
     def schema(self, parts: dict[str, Schema]) -> Schema:
-        told = {name: value for name, value in self.words().items() if value is not None}
-        return {**self.form.schema(parts), **told}
+        about = {"description": self.about} if isinstance(self.about, str) else self.about.about()
+        return {**self.form.schema(parts), **about}
 
 
-def member(form: Form, description: str) -> Member:
-    """A member with its ``description``."""
-    return Member(form, lambda: {"description": description})
+def leaf_member(found: Leaf) -> Member:
+    """A member of one value, the ``found`` leaf."""
+    return Member(One(found), found)
 
 
 @dataclass(frozen=True)
 class Section:
     """A mapping, called ``name`` in the JSON Schema. One that is ``whole`` is at fault
     with any of its values; of another one these are left out. ``required`` are keys that
-    it must have, ``missing`` says so; ``empty`` is what null stands for, if anything."""
+    it must have, ``missing`` says so; ``empty`` is what null stands for, if anything.
+    ``listed`` are the keys that a message lists, all of them unless there are many."""
 
     name: str
     members: Mapping[str, Member]
     whole: bool = False
     required: Sequence[str] = ()
     missing: str = ""
-    empty: Mapping[str, Any] | None = field(default_factory=dict)
+    empty: Mapping[str, Plain] | None = field(default_factory=dict)
+    listed: Sequence[str] = ()
 
-    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
         if raw is None and self.empty is not None:
-            raw = self.empty
+            raw = dict(self.empty)
         if not isinstance(raw, dict):
-            return at.refuse(path, shown(raw), f"a mapping with the keys {at.listed(path)}")
+            return at.refuse(path, shown(raw), f"a mapping with the keys {', '.join(self.listed or self.members)}")
         found = {
             name: self.members[name].form.read(at, (*path, name), value)
             if name in self.members
-            else at.unknown((*path, name))
+            else self.unknown(at, (*path, name))
             for name, value in raw.items()
         }
         for name in self.required:
@@ -277,7 +237,21 @@ class Section:
         if bad and self.whole:
             return FAULTY
         at.faulty |= {dotted((*path, name)) for name in bad}
-        return {name: value for name, value in found.items() if value is not FAULTY}
+        return self.checked(at, path, raw, {name: value for name, value in found.items() if value is not FAULTY})
+
+    def checked(self, at: Reading, path: KeyPath, raw: dict[str, Plain], found: dict[str, Any]) -> Any:
+        """The values ``found``, or :data:`FAULTY` where they do not go together."""
+        return found
+
+    def unknown(self, at: Reading, path: KeyPath) -> Any:
+        """Note that there is no such key as that at ``path``, and the key that may have been
+        meant: one of nearly this name here, else one of this name elsewhere."""
+        *above, name = path
+        suggestion = did_you_mean(str(name), self.listed or self.members, dotted(tuple(above)))
+        elsewhere = [key for key in at.keys.meanings if key.rpartition(".")[2] == name]
+        if suggestion is None and elsewhere:
+            suggestion = f"Did you mean {' or '.join(elsewhere[:3])}?"
+        return at.refuse(path, "an unknown key", ", ".join(self.listed or self.members), suggestion, of_key=True)
 
     def own_schema(self, parts: dict[str, Schema]) -> Schema:
         """The JSON Schema of the mapping itself."""
@@ -293,62 +267,98 @@ class Section:
         return reference if self.empty is None else {"anyOf": [reference, {"type": "null"}]}
 
 
-def keys_below(prefix: str, keys: Keys) -> list[str]:
-    """The keys that may stand below the dotted ``prefix``."""
-    if prefix.startswith(("sweep.", f"{SLICE}.")):
-        return [*RANGE, *(["spacing"] if prefix.startswith("sweep.") else [])]
-    if prefix.startswith("operation."):
-        return ["ramp"]
-    if prefix.startswith("uncertain.") and prefix != "uncertain.table":
-        kind = prefix.rpartition(".")[2]
-        return [*NUMBERS_OF[kind], *BOUNDS] if kind in NUMBERS_OF else list(KINDS)
-    if prefix == SLICE:
-        return list(keys.slices)
-    prefix = re.sub(r"\[\d+\]", "", prefix)  # of a record of a list
-    start = f"{prefix}." if prefix else ""
-    return [key[len(start) :] for key in keys.meanings if key.startswith(start) and "." not in key[len(start) :]]
+class Span(Section):
+    """An axis {from, to, points} in ascending order, the ends of the form ``one``; with
+    ``spacing`` where it may be chosen."""
+
+    def __init__(self, name: str, one: Form, *, spacing: bool = False) -> None:
+        members = {
+            "from": Member(one, "One end"),
+            "to": Member(one, "The other end"),
+            "points": Member(One(POINTS), "Number of equally spaced values, both ends among them"),
+        }
+        if spacing:
+            members["spacing"] = Member(One(SPACING), "linear, or log for equal ratios")
+        super().__init__(name, members, True, RANGE, ALL_OF_RANGE, empty=None)
+
+    def checked(self, at: Reading, path: KeyPath, raw: dict[str, Plain], found: dict[str, Any]) -> Any:
+        remark = "its values are taken in ascending order. To carry the state downwards, write procedure: down."
+        low, high = ascending_ends(at, path, raw, found, remark)
+        spacing = (high - low) / (found["points"] - 1)
+        if spacing <= 4 * math.ulp(max(abs(low), abs(high))):
+            return at.refuse(path, "values that are the same", "from and to that differ")
+        axis = {"from": low, "to": high, "points": found["points"]}
+        if found.get("spacing") != "log":
+            return axis
+        if low <= 0.0:
+            what = f"log spacing from {low:g} in SI units" if low else "log spacing from 0"
+            return at.refuse((*path, "spacing"), what, "linear, or values above 0")
+        return {**axis, "spacing": "log"}
 
 
-def _nearest(path: KeyPath, keys: Keys) -> str | None:
-    """The key that may have been meant: a sibling with nearly this name, else one of
-    this name elsewhere."""
-    parent, name = dotted(path[:-1]), str(path[-1])
-    start = f"{parent}." if parent else ""
-    near = did_you_mean(name, keys_below(parent, keys))
-    if near:
-        return near.replace("Did you mean ", f"Did you mean {start}")
-    elsewhere = [key for key in keys.meanings if key.rpartition(".")[2] == name]
-    return f"Did you mean {' or '.join(elsewhere[:3])}?" if elsewhere else None
+def ascending_ends(
+    at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: Mapping[str, float], remark: str
+) -> tuple[float, float]:
+    """The ends of a range in ascending order; a note where they are given in another
+    one."""
+    low, high = sorted((found["from"], found["to"]))
+    if found["from"] > found["to"]:
+        at.document.notes.append(f"{dotted(path)} goes from {raw['from']} down to {raw['to']}; {remark}")
+    return low, high
 
 
-def _no_axis(
-    name: str, keys: Keys, others: Sequence[str] = ("procedure", "along", "refine")
-) -> tuple[str, str, str | None]:
-    """What is wrong with a key that is no axis of the sweep, or no unknown: what was
-    found, what is allowed beside the ``others``, what may be meant."""
-    leaf = keys.leaves.get(name)
-    allowed = (
-        f"{', '.join(AXES)} or another number of {', '.join(keys.physical)} by its key, as "
-        f"{keys.model.example_axis[0]}; {', '.join(others)}"
-    )
-    if others == HOW and is_compiled_in(keys.model, name):
-        found = "which is a choice" if words_of(name) else "which is compiled in"
-        return f"{name}, {found}", allowed, f"Sweep it: sweep.{name}."
-    if numbers := [key for key, (choice, _) in keys.model.units_by.items() if choice == name]:
-        return (f"a choice on which the units of {' and '.join(numbers)} depend", allowed, "Run a study for each word.")
-    if leaf is None:
-        return "an unknown key", allowed, did_you_mean(name, others) or _near_axis(name, keys)
-    what = (
-        "a number that is not of the string or its operation"
-        if leaf.kind in ("quantity", "number", "whole")
-        else ("a key that is no number")
-    )
-    return what, allowed, _near_axis(name, keys)
+POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
+SPACING = Leaf("spacing", "choice", "linear", choices=("linear", "log"))
 
 
-def _near_axis(name: str, keys: Keys) -> str | None:
-    """The axis that may have been meant: one of nearly this key, or whose key ends like
-    it."""
-    last = name.rpartition(".")[2]
-    ends = [key for key in keys.axes if key.rpartition(".")[2] == last and key != name]
-    return did_you_mean(name, keys.axes) or (f"Did you mean {' or '.join(ends[:3])}?" if ends else None)
+@dataclass(frozen=True)
+class Knot:
+    """A knot of a ramp: [time, value]."""
+
+    time: Form
+    value: Form
+
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+        if not isinstance(raw, list) or len(raw) != 2:
+            found = f"a list of {len(raw)}" if isinstance(raw, list) else shown(raw)
+            return at.refuse(path, found, "a knot: [time, value]")
+        knot = tuple(one.read(at, (*path, place), raw[place]) for place, one in enumerate((self.time, self.value)))
+        return FAULTY if FAULTY in knot else knot
+
+    def schema(self, parts: dict[str, Schema]) -> Schema:
+        both = [self.time.schema(parts), self.value.schema(parts)]
+        return {"type": "array", "prefixItems": both, "minItems": 2, "maxItems": 2}
+
+
+class Ramp(Section):
+    """An operating value along a run: {ramp: [[time, value], ...]}."""
+
+    def __init__(self, name: str, value: Form) -> None:
+        knots = Listed(Knot(One(TIME), value), "a list of knots: [[0 s, VALUE], [600 s, VALUE]]")
+        text = "Knots [time, value], the first at 0 s; linear between them, constant after the last"
+        super().__init__(f"Ramp_{name}", {"ramp": Member(knots, text)}, True, ["ramp"], RAMP, empty=None)
+
+    def checked(self, at: Reading, path: KeyPath, raw: Any, found: dict[str, Any]) -> Any:
+        knots, path = found["ramp"], (*path, "ramp")
+        if len(knots) < 2:
+            what = "one knot" if knots else "an empty list"
+            return at.refuse(path, what, "two knots or more; a value that does not change stands without a ramp")
+        times = [shown(knot[0]) for knot in raw["ramp"]]
+        if knots[0][0] != 0.0:
+            return at.refuse((*path, 0, 0), times[0], "0 s, where the run begins")
+        for number, ((before, _), (time, _)) in enumerate(pairwise(knots), start=1):
+            if time < before + LEAST_LEG:
+                least = f"at least {1e3 * LEAST_LEG:g} ms after the one before, {times[number - 1]}"
+                return at.refuse((*path, number, 0), times[number], f"times that ascend, {least}")
+        return found
+
+
+@dataclass(frozen=True)
+class Operating(Either):
+    """An operating value, or {ramp: [[time, value], ...]}; ``allowed`` is said of a
+    list."""
+
+    allowed: str = ""
+
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+        return at.refuse(path, shown(raw), self.allowed) if isinstance(raw, list) else super().read(at, path, raw)

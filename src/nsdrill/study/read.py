@@ -14,7 +14,7 @@ import os
 import re
 import stat
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -86,12 +86,18 @@ class Document:
 
     def has(self, path: KeyPath) -> bool:
         """True where the file or an override gives this very key."""
+        holder = self.value(path[:-1])
+        return isinstance(holder, dict) and path[-1] in holder
+
+    def value(self, path: Sequence[str | int]) -> Any:
+        """The value at ``path``, as it is written; None where there is none."""
         inside = self.data
         for part in path:
-            if not isinstance(inside, dict) or part not in inside:
-                return False
-            inside = inside[part]
-        return True
+            if isinstance(inside, dict):
+                inside = inside.get(part)
+            else:
+                inside = inside[part] if isinstance(inside, list) and isinstance(part, int) else None
+        return inside
 
 
 def dotted(path: KeyPath) -> str:
@@ -176,10 +182,8 @@ def _parsed(text: str, source: str) -> Document:
 
     if len(text) > LARGEST_FILE:
         raise FileError(f"{source}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
-    builder = _Builder(source)
     try:
-        for event in YAML(typ="safe", pure=True).parse(text.removeprefix("\ufeff")):
-            builder.take(event)
+        return _Builder(iter(YAML(typ="safe", pure=True).parse(text.removeprefix("\ufeff"))), source).build()
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         problem = (error.problem or error.context or "a syntax error").removeprefix("found ")
@@ -192,7 +196,6 @@ def _parsed(text: str, source: str) -> Document:
         # ruamel.yaml's own slips on broken input, found by fuzzing: they too are the
         # file's fault
         raise _not_yaml(source, f"text that the YAML parser cannot take ({type(error).__name__})", None) from None
-    return builder.document
 
 
 def _not_yaml(source: str, found: str, line: int | None, hint: str | None = None) -> StudyError:
@@ -203,145 +206,120 @@ def _not_yaml(source: str, found: str, line: int | None, hint: str | None = None
     return StudyError(source, [Fault("", found[:200], allowed, line, None, hint)])
 
 
-@dataclass
-class _Open:
-    """A collection being built; ``path`` is where it stands, ``key`` the key that waits
-    for its value."""
-
-    data: Any
-    path: KeyPath
-    start: int
-    anchor: str | None = None
-    key: str | None = None
-
-
 class _Builder:
-    """Builds a :class:`Document` from parser events, one at a time."""
+    """Builds a :class:`Document` from the events of the parser."""
 
-    def __init__(self, source: str) -> None:
-        self.source = source
+    def __init__(self, events: Iterator[Any], source: str) -> None:
+        self.events, self.source = events, source
         self.document = Document({})
-        self.stack: list[_Open] = []
         self.anchors: dict[str, tuple[Any, int]] = {}
         self.count = 0
-        self.documents = 0
 
-    def take(self, event: Any) -> None:
-        kind = type(event).__name__
-        if kind == "DocumentStartEvent":
-            self.documents += 1
-            if self.documents > 1:
-                raise self._fault(event, "a second document", "one document in a study")
-        elif kind == "ScalarEvent":
-            self._check_tag(event)
-            if self._wants_key():
-                self._key(event)
-            else:
-                value = event.value if event.style else _scalar(event.value)
-                self._value(event, value, 1)
-        elif kind in ("MappingStartEvent", "SequenceStartEvent"):
-            self._open(event, {} if kind == "MappingStartEvent" else [])
-        elif kind in ("MappingEndEvent", "SequenceEndEvent"):
-            done = self.stack.pop()
-            if done.anchor:
-                self.anchors[done.anchor] = (done.data, self.count - done.start + 1)
-        elif kind == "AliasEvent":
-            if event.anchor not in self.anchors or self._wants_key():
-                raise self._fault(event, f"the alias *{event.anchor}"[:60], "an alias of an earlier anchor")
-            self._value(event, *self.anchors[event.anchor])
+    def build(self) -> Document:
+        """The document, of which there is one."""
+        documents = 0
+        for event in self.events:
+            kind = type(event).__name__
+            if kind == "DocumentStartEvent":
+                documents += 1
+                if documents > 1:
+                    raise self.fault(event, (), "a second document", "one document in a study")
+            elif kind not in ("StreamStartEvent", "DocumentEndEvent", "StreamEndEvent"):
+                self.document.data = self.value(event, ())
+        return self.document
 
-    def _open(self, event: Any, data: Any) -> None:
-        self._check_tag(event)
-        if self._wants_key():
-            raise self._fault(event, "a collection as a key", "a name")
-        path = self._value(event, data, 1, anchor=False)
-        if len(path) >= _DEEPEST:
-            raise self._fault(event, f"more than {_DEEPEST} levels", "the five levels of a study")
-        self.stack.append(_Open(data, path, self.count, event.anchor))
-
-    def _wants_key(self) -> bool:
-        return bool(self.stack) and isinstance(self.stack[-1].data, dict) and self.stack[-1].key is None
-
-    def _key(self, event: Any) -> None:
-        name = str(event.value)
-        if odd := odd_character(name):
-            raise self._fault(event, f"{odd} in the name {quoted(name)}", "names in letters that can be printed")
-        top = self.stack[-1]
-        path = (*top.path, name)
-        if name in top.data and len(self.document.faults) < 100:
-            first = self.document.keys[path].line
-            found = f"the key a second time (first in line {first})"
-            place = _place(event)
-            self.document.faults.append(Fault(dotted(path), found, "each key once", place.line, place.column))
-        top.key = name
-        self.document.keys[path] = _place(event)
-
-    def _value(self, event: Any, value: Any, size: int, anchor: bool = True) -> KeyPath:
-        """Puts a value where it belongs and gives back its path."""
-        self.count += size
-        if self.count > _MAX_VALUES:
-            raise self._fault(event, f"more than {_MAX_VALUES} values (aliases counted)", "a smaller study")
-        path: KeyPath = ()
-        if not self.stack:
-            self.document.data = value
-        elif isinstance(self.stack[-1].data, list):
-            top = self.stack[-1]
-            path = (*top.path, len(top.data))
-            top.data.append(value)
-        else:
-            top = self.stack[-1]
-            assert top.key is not None
-            path = (*top.path, top.key)
-            top.data[top.key], top.key = value, None
-        # the parser places it where the next thing begins
+    def value(self, event: Any, path: KeyPath) -> Any:
+        """The value at ``path`` that begins with ``event``."""
+        if type(event).__name__ == "AliasEvent":
+            if event.anchor not in self.anchors:
+                raise self.fault(event, path[:-1], f"the alias *{event.anchor}"[:60], "an alias of an earlier anchor")
+            value, size = self.anchors[event.anchor]
+            self.counted(event, path, size)
+            self.document.values[path] = _place(event)
+            return value
+        before = self.count
+        self.counted(event, path, 1)
+        value = self.content(event, path)
+        # the parser places an empty value where the next thing begins
         empty = value is None and path in self.document.keys
         self.document.values[path] = self.document.keys[path] if empty else _place(event)
-        if anchor and event.anchor and type(event).__name__ == "ScalarEvent":
-            self.anchors[event.anchor] = (value, 1)
-        return path
+        if event.anchor:
+            self.anchors[event.anchor] = (value, self.count - before)
+        return value
 
-    def _check_tag(self, event: Any) -> None:
+    def counted(self, event: Any, path: KeyPath, size: int) -> None:
+        self.count += size
+        if self.count > _MAX_VALUES:
+            raise self.fault(event, path[:-1], f"more than {_MAX_VALUES} values (aliases counted)", "a smaller study")
+
+    def content(self, event: Any, path: KeyPath) -> Any:
+        """A scalar, a list or a mapping."""
+        self.check_tag(event, path[:-1])
+        if type(event).__name__ == "ScalarEvent":
+            return event.value if event.style else _scalar(event.value)
+        if len(path) >= _DEEPEST:
+            raise self.fault(event, path[:-1], f"more than {_DEEPEST} levels", "the five levels of a study")
+        if type(event).__name__ == "SequenceStartEvent":
+            items: list[Any] = []
+            while type(item := next(self.events)).__name__ != "SequenceEndEvent":
+                items.append(self.value(item, (*path, len(items))))
+            return items
+        found: dict[str, Any] = {}
+        while type(key := next(self.events)).__name__ != "MappingEndEvent":
+            name = self.key(key, path, found)
+            found[name] = self.value(next(self.events), (*path, name))
+        return found
+
+    def key(self, event: Any, above: KeyPath, found: dict[str, Any]) -> str:
+        """The name of a key of the mapping at ``above``."""
+        kind = type(event).__name__
+        if kind == "AliasEvent":
+            raise self.fault(event, above, f"the alias *{event.anchor}"[:60], "an alias of an earlier anchor")
+        self.check_tag(event, above)
+        if kind != "ScalarEvent":
+            raise self.fault(event, above, "a collection as a key", "a name")
+        name = str(event.value)
+        if odd := odd_character(name):
+            raise self.fault(event, above, f"{odd} in the name {quoted(name)}", "names in letters that can be printed")
+        path = (*above, name)
+        if name in found and len(self.document.faults) < 100:
+            what = f"the key a second time (first in line {self.document.keys[path].line})"
+            place = _place(event)
+            self.document.faults.append(Fault(dotted(path), what, "each key once", place.line, place.column))
+        self.document.keys[path] = _place(event)
+        return name
+
+    def check_tag(self, event: Any, above: KeyPath) -> None:
         if event.tag:
-            raise self._fault(event, f"the tag {str(event.tag)[:60]}", "plain YAML without tags")
+            raise self.fault(event, above, f"the tag {str(event.tag)[:60]}", "plain YAML without tags")
 
-    def _fault(self, event: Any, found: str, allowed: str) -> StudyError:
+    def fault(self, event: Any, above: KeyPath, found: str, allowed: str) -> StudyError:
         place = _place(event)
-        key = dotted(self.stack[-1].path) if self.stack else ""
-        return StudyError(self.source, [Fault(key, found, allowed, place.line, place.column)])
+        return StudyError(self.source, [Fault(dotted(above), found, allowed, place.line, place.column)])
 
 
 def _place(event: Any) -> Place:
     return Place(event.start_mark.line + 1, event.start_mark.column + 1)
 
 
-_NULL = re.compile(r"null|Null|NULL|~|")
-_TRUE = re.compile(r"true|True|TRUE")
-_FALSE = re.compile(r"false|False|FALSE")
-_INTEGER = re.compile(r"[-+]?[0-9]+")
-_OCTAL = re.compile(r"0o[0-7]+")
-_HEXADECIMAL = re.compile(r"0x[0-9a-fA-F]+")
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_WORDS = dict.fromkeys(("null", "Null", "NULL", "~", ""))
+_WORDS |= dict.fromkeys(("true", "True", "TRUE"), True) | dict.fromkeys(("false", "False", "FALSE"), False)
+_NUMBERS: dict[str, Callable[[str], int | float]] = {
+    r"[-+]?[0-9]+": int,
+    r"0o[0-7]+": lambda text: int(text[2:], 8),
+    r"0x[0-9a-fA-F]+": lambda text: int(text[2:], 16),
+    r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?": float,
+    r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)": lambda text: float(text.replace(".", "", 1)),
+}
 
 
 def _scalar(text: str) -> str | int | float | bool | None:
     """A scalar without quotes by the core schema of YAML 1.2, except that an endless
     number stays text."""
-    if _NULL.fullmatch(text):
-        return None
-    if _TRUE.fullmatch(text) or _FALSE.fullmatch(text):
-        return bool(_TRUE.fullmatch(text))
-    if len(text) > 60:
-        return text
-    if _INTEGER.fullmatch(text):
-        return int(text)
-    if _OCTAL.fullmatch(text):
-        return int(text[2:], 8)
-    if _HEXADECIMAL.fullmatch(text):
-        return int(text[2:], 16)
-    if _FLOAT.fullmatch(text):
-        return float(text)
-    return float(text.replace(".", "", 1)) if _SPECIAL.fullmatch(text) else text
+    if text in _WORDS:
+        return _WORDS[text]
+    made = (number for form, number in _NUMBERS.items() if len(text) <= 60 and re.fullmatch(form, text))
+    return next(made, str)(text)
 
 
 def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
@@ -372,21 +350,20 @@ def _use_short_keys(document: Document) -> None:
     """Among the axes and the unknowns ``operation.wob`` and ``wob`` are one key: the
     short one from here on."""
     for around in (("sweep",), ("uncertain",), ("uncertain", "table")):
-        holder = document.data if len(around) == 1 else document.data.get("uncertain")
-        found = holder.get(around[-1]) if isinstance(holder, dict) else None
+        found = document.value(around)
         if not isinstance(found, dict):
             continue
         for key in [key for key in found if short_key(key) != key]:
             if short_key(key) in found:
                 words = f"the key a second time, as {short_key(key)}"
-                fault = document.fault((*around, key), words, "each key once", of_key=True)
-                document.faults.append(fault)
+                document.faults.append(document.fault((*around, key), words, "each key once", of_key=True))
             for places in (document.values, document.keys):
                 for path in [path for path in places if path[: len(around) + 1] == (*around, key)]:
                     places[(*around, short_key(key), *path[len(around) + 1 :])] = places.pop(path)
-        holder[around[-1]] = {short_key(key): value for key, value in found.items()}
-        if isinstance(along := found.get("along"), str) and around == ("sweep",):
-            holder["sweep"]["along"] = short_key(along)
+        short = {short_key(key): value for key, value in found.items()}
+        if around == ("sweep",) and isinstance(short.get("along"), str):
+            short["along"] = short_key(short["along"])
+        document.value(around[:-1])[around[-1]] = short
 
 
 def path_of(key: str) -> KeyPath:
@@ -408,16 +385,18 @@ def path_of(key: str) -> KeyPath:
 
 
 def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:
+    """Set a value; sections on the way to it that are not there, or empty, are made."""
     inside = document.data
     for depth, part in enumerate(path[:-1], start=1):
         if not isinstance(inside, dict):
             break
-        if inside.get(part) is None:  # not there, or an empty section
+        if inside.get(part) is None:
             inside[part] = {}
             document.values[path[:depth]] = document.keys[path[:depth]] = place
         inside = inside[part]
     if not isinstance(inside, dict):
-        found = f"{shown(inside)}, which has no keys to set ({place.override})"
+        given = f" ({place.override})" if place.override else ""
+        found = f"{shown(inside)}, which has no keys to set{given}"
         document.faults.append(Fault(dotted(path[:-1]), found, "a mapping, or --set of the whole value"))
         return
     for places in (document.values, document.keys):
@@ -434,15 +413,14 @@ def yaml_text(mapping: Mapping[Any, Any], name: str) -> str:
     """The study ``mapping`` as YAML; its keys may be nested or dotted, as
     ``well.friction.static``, or both. StudyError about the study ``name`` where a key
     is given twice or a value is none that a study has."""
-    faults: list[Fault] = []
-    nested: dict[str, Any] = {}
+    document = Document({})
     try:
-        _take_mapping(mapping, (), nested, faults)
+        _take_mapping(mapping, (), document)
     except RecursionError:
-        faults.append(Fault("", "a list or mapping that holds itself", TAKEN))
-    if faults:
-        raise StudyError(name, faults)
-    return _dumped(nested)
+        document.faults.append(Fault("", "a list or mapping that holds itself", TAKEN))
+    if document.faults:
+        raise StudyError(name, document.faults)
+    return _dumped(document.data)
 
 
 def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
@@ -454,41 +432,33 @@ def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
         if not isinstance(key, str) or not key.strip() or "=" in key:
             faults.append(Fault("", f"{key!r} as a key", "dotted keys, as in {'operation.wob': '30 kN'}"))
         elif not faults:
-            texts.append(f"{key}={_value_text(plain)}")
+            on_one_line = _dumped({"v": plain}, lines=False).removeprefix("{v: ").removesuffix("}\n")
+            texts.append(f"{key}={on_one_line}")
     if faults:
         raise StudyError(name, faults)
     return texts
 
 
-def _value_text(value: Any) -> str:
-    """The value in YAML on one line."""
-    return _dumped({"v": value}, lines=False).removeprefix("{v: ").removesuffix("}\n")
-
-
-def _take_mapping(
-    mapping: Mapping[Any, Any], above: tuple[str, ...], into: dict[str, Any], faults: list[Fault]
-) -> None:
+def _take_mapping(mapping: Mapping[Any, Any], above: KeyPath, document: Document) -> None:
+    """Put the values of a mapping, nested or dotted, where they belong."""
     for key, value in mapping.items():
         if not isinstance(key, str) or not all(key.split(".")):
-            faults.append(Fault(dotted(above), f"{key!r} as a key", "names, nested or dotted, as 'operation.wob'"))
+            found, allowed = f"{key!r} as a key", "names, nested or dotted, as 'operation.wob'"
+            document.faults.append(Fault(dotted(above), found, allowed))
             continue
-        path = tuple(map(str, path_of(".".join((*above, key)))))
+        path = path_of(".".join(map(str, (*above, key))))
         if len(path) > _DEEPEST:
-            faults.append(Fault(dotted(path), f"more than {_DEEPEST} levels", "the five levels of a study"))
-            continue
-        if isinstance(value, Mapping) and value:
-            _take_mapping(value, path, into, faults)
-            continue
-        inside: Any = into
-        for part in path[:-1]:
-            inside = inside.setdefault(part, {}) if isinstance(inside, dict) else None
-        if not isinstance(inside, dict) or path[-1] in inside:
-            faults.append(Fault(dotted(path), "the key a second time", "each key once, nested or dotted"))
-            continue
-        inside[path[-1]] = _plain_value(value, path, faults)
+            found = f"more than {_DEEPEST} levels"
+            document.faults.append(Fault(dotted(path), found, "the five levels of a study"))
+        elif isinstance(value, Mapping) and value:
+            _take_mapping(value, path, document)
+        elif document.has(path) or not isinstance(document.value(path[:-1]) or {}, dict):
+            document.faults.append(Fault(dotted(path), "the key a second time", "each key once, nested or dotted"))
+        else:
+            _put(document, path, _plain_value(value, path, document.faults), Place())
 
 
-def _plain_value(value: Any, path: tuple[str, ...], faults: list[Fault]) -> Any:
+def _plain_value(value: Any, path: KeyPath, faults: list[Fault]) -> Any:
     """``value`` as YAML has it; what numpy made becomes Python's own."""
     if hasattr(value, "tolist"):
         value = value.tolist()

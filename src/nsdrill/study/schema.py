@@ -1,9 +1,6 @@
 """What a study is made of: its sections with their keys, units, ranges and defaults,
 from the dataclasses that the run uses; and its JSON Schema, for editors that complete
-and check YAML while it is written.
-
-One value at a time is checked here; what constrains several values together is in
-``constraints.py``. Values come out in SI.
+and check YAML while it is written. Values come out in SI.
 """
 
 from __future__ import annotations
@@ -14,53 +11,50 @@ from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.models.leaves import is_compiled_in
-from nsdrill.sampling import BOUNDS, NUMBERS_OF
-from nsdrill.study.continuation import continuation_form
+from nsdrill.models.leaves import is_compiled_in, words_of
+from nsdrill.study.continuation import Continue
 from nsdrill.study.forms import (
-    RANGE,
-    Briefly,
-    Either,
+    Axis,
     Form,
-    Knot,
     Listed,
     Member,
     One,
+    Operating,
+    Ramp,
     Read,
-    Schema,
+    Reading,
     Section,
-    Unread,
-    member,
+    Span,
+    leaf_member,
 )
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, RAMP, SLICE, TIME, UNITS_LEAF, Keys, Leaf, keys_named, shown
-from nsdrill.study.read import odd_character
+from nsdrill.study.keys import (
+    MEANINGS,
+    MODEL_LEAF,
+    RAMP,
+    SLICE,
+    UNITS_LEAF,
+    Keys,
+    Leaf,
+    Plain,
+    Schema,
+    did_you_mean,
+    keys_named,
+    shown,
+)
+from nsdrill.study.read import KeyPath, odd_character
 from nsdrill.study.study import Procedure
-from nsdrill.study.uncertain import CUT_WORDS, DESIGN, EXAMPLES, FACTOR, SAMPLES, SEED, correlation
+from nsdrill.study.uncertain import DESIGN, HOW, SAMPLES, SEED, Distribution, correlation
 from nsdrill.units import QuantityError
-from nsdrill.variables import MODEL
+from nsdrill.variables import AXES, MODEL
 
 LONGEST_TITLE = 500  # characters
 
-POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
 PROCEDURE = Leaf(
     "sweep.procedure", "choice", "same", choices=typing.get_args(Procedure), meaning=MEANINGS["sweep.procedure"]
 )
 REFINE = Leaf("sweep.refine", "whole", 0, low=0, high=6, meaning=MEANINGS["sweep.refine"])
-SPACING = Leaf("spacing", "choice", "linear", choices=("linear", "log"))
-
-# a value in the JSON Schema of an unknown, whose key tells the rest elsewhere
-SHORT = {"type": ["string", "number"]}
-DISTRIBUTION = {
-    "type": "object",
-    "additionalProperties": False,
-    "minProperties": 1,
-    "maxProperties": 1,
-    "properties": {
-        kind: {"type": "object" if kind in NUMBERS_OF else "array", "description": form}
-        for kind, form in EXAMPLES.items()
-    },
-}
-ALL_OF_RANGE = "all of from, to and points"
+SHORT: Schema = {"type": ["string", "number"]}  # of an unknown, whose key has the rest elsewhere
+THREE: Schema = {"type": "array", "minItems": 3, "maxItems": 3}
 
 
 @lru_cache(maxsize=8)
@@ -68,31 +62,21 @@ def study_form(model: str = MODEL) -> Section:
     """The form of a whole study file of the model of this name."""
     keys = keys_named(model)
     title = Read(_title, {"type": "string", "maxLength": LONGEST_TITLE})
-    members = {"title": member(title, MEANINGS["title"]), "units": _leaf(UNITS_LEAF), "model": _leaf(MODEL_LEAF)}
+    members = {
+        "title": Member(title, MEANINGS["title"]),
+        "units": leaf_member(UNITS_LEAF),
+        "model": leaf_member(MODEL_LEAF),
+    }
     for name, cls in keys.sections.items():
         if name == "simulation":  # these two stand before it in the file
-            members["sweep"] = member(_sweep(keys), MEANINGS["sweep"])
-            members["uncertain"] = member(_uncertain(keys), MEANINGS["uncertain"])
+            members["sweep"] = Member(_sweep(keys), MEANINGS["sweep"])
+            members["uncertain"] = Member(_uncertain(keys), MEANINGS["uncertain"])
         members[name] = _section(name, cls, keys)
-    # its units depend on its own values: study/continuation.py reads it
-    members["continue"] = member(Unread(continuation_form(keys)), MEANINGS["continue"])
-    return Section("Study", members)
+    members["continue"] = Member(Continue(keys), MEANINGS["continue"])
+    return Section("Study", members, listed=[key for key in keys.meanings if "." not in key])
 
 
-def description(found: Leaf) -> str:
-    """Meaning, unit, default and source in one paragraph."""
-    parts = [found.meaning]
-    if found.units and found.kind != "table":
-        parts.append(f"In {found.units}")
-    if found.kind in ("quantity", "number", "whole"):
-        parts.append(f"Range: {found.range()}" + (f" (in the field: {found.usual})" if found.usual else ""))
-    parts.append(f"Default {found.default_text}")
-    if found.source:
-        parts.append(f"Source: {found.source}" + (f" (confidence: {found.confidence})" if found.confidence else ""))
-    return ". ".join(parts) + "."
-
-
-def _section(prefix: str, cls: type, keys: Keys, off: Mapping[str, Any] | None = None) -> Member:
+def _section(prefix: str, cls: type, keys: Keys, off: Mapping[str, Plain] | None = None) -> Member:
     """A section: an empty one (null) is one with all its defaults, or with the values
     ``off``."""
     hints = typing.get_type_hints(cls)
@@ -100,53 +84,62 @@ def _section(prefix: str, cls: type, keys: Keys, off: Mapping[str, Any] | None =
     for item in fields(cls):
         key, hint = f"{prefix}.{item.name}", hints[item.name]
         if key == SLICE:
-            members[item.name] = member(_slice(keys), keys.meanings[SLICE])
+            members[item.name] = Member(_slice(keys), keys.meanings[SLICE])
         elif is_dataclass(hint) and isinstance(hint, type):
             members[item.name] = _section(key, hint, keys, item.metadata.get("off"))
-        elif "record" in item.metadata:
-            members[item.name] = _table(keys.leaves[key])
-        elif prefix == "operation":
-            members[item.name] = _operating(keys.leaves[key])
         else:
-            members[item.name] = _leaf(keys.leaves[key])
-    return member(Section(cls.__name__, members, empty=off or {}), keys.meanings[prefix])
+            members[item.name] = Member(_form_of(keys.leaves[key]), keys.leaves[key])
+    return Member(Section(cls.__name__, members, empty=off or {}), keys.meanings[prefix])
 
 
-def _besides(found: Leaf) -> Schema:
-    """What the JSON Schema of a key says beside the form of its value."""
-    default = None if found.default is None else found.default_text
-    if found.kind not in ("list", "table", "quantity"):
-        default = found.default
-    return {"description": description(found), "default": default}
+def _form_of(found: Leaf) -> Form:
+    """The form of a key: a list of records, each with its defaults; an operating value;
+    or one value."""
+    section, _, name = found.key.rpartition(".")
+    if found.kind == "table":
+        members = {part.key.rpartition(".")[2]: leaf_member(part) for part in found.parts}
+        record = Section("".join(word.title() for word in found.key.split(".")), members, whole=True, empty=None)
+        return Listed(record, found.allowed(), (1, found.most))
+    if section == "operation":
+        allowed = f"{found.allowed()}; a ramp, for nsdrill simulate, is {RAMP}"
+        return Operating(One(found), mapping=Ramp(name, One(found)), allowed=allowed)
+    return One(found)
 
 
-def _leaf(found: Leaf) -> Member:
-    return Member(One(found), lambda: _besides(found))
+class _Axes(Section):
+    """A mapping with the keys of axes, or of unknowns: too many for a message."""
 
-
-def _table(found: Leaf) -> Member:
-    """A list of records, each with its defaults."""
-    name = "".join(word.title() for word in found.key.split("."))
-    members = {part.key.rpartition(".")[2]: _leaf(part) for part in found.parts}
-    record = Section(name, members, whole=True, empty=None)
-    many = Listed(record, found.allowed(), (1, found.most), "{} of them")
-    return Member(many, lambda: _besides(found))
-
-
-def _operating(found: Leaf) -> Member:
-    """An operating value, or {ramp: [[time, value], ...]}."""
-    one = One(found)
-    knots = Listed(Knot(One(TIME), one), "a list of knots: [[0 s, VALUE], [600 s, VALUE]]")
-    text = "Knots [time, value], the first at 0 s; linear between them, constant after the last"
-    name = found.key.rpartition(".")[2]
-    ramp = Section(f"Ramp_{name}", {"ramp": member(knots, text)}, True, ["ramp"], missing=RAMP, empty=None)
-    return Member(Either(one, mapping=ramp), lambda: _besides(found))
+    def unknown(self, at: Reading, path: KeyPath) -> Any:
+        """Note what is wrong with a key that is no axis, or no unknown."""
+        name, keys, model = str(path[-1]), at.keys, at.keys.model
+        others = HOW if path[0] == "uncertain" else ("procedure", "along", "refine")
+        allowed = (
+            f"{', '.join(AXES)} or another number of {', '.join(keys.physical)} by its key, as "
+            f"{model.example_axis[0]}; {', '.join(others)}"
+        )
+        last = name.rpartition(".")[2]
+        ends = [key for key in keys.axes if key.rpartition(".")[2] == last and key != name]
+        hint = did_you_mean(name, keys.axes) or (f"Did you mean {' or '.join(ends[:3])}?" if ends else None)
+        leaf = keys.leaves.get(name)
+        if path[0] == "uncertain" and is_compiled_in(model, name):
+            found = f"{name}, which is {'a choice' if words_of(name) else 'compiled in'}"
+            hint = f"Sweep it: sweep.{name}."
+        elif numbers := [key for key, (choice, _) in model.units_by.items() if choice == name]:
+            found = f"a choice on which the units of {' and '.join(numbers)} depend"
+            hint = "Run a study for each word."
+        elif leaf is None:
+            found, hint = "an unknown key", did_you_mean(name, others) or hint
+        elif leaf.kind in ("quantity", "number", "whole"):
+            found = "a number that is not of the string or its operation"
+        else:
+            found = "a key that is no number"
+        return at.refuse(path, found, allowed, hint, of_key=True)
 
 
 def _sweep(keys: Keys) -> Section:
     members = {name: _axis(name, found) for name, found in keys.axes.items()}
-    members |= {"procedure": _leaf(PROCEDURE), "along": _leaf(along(keys)), "refine": _leaf(REFINE)}
-    return Section("Sweep", members)
+    members |= {"procedure": leaf_member(PROCEDURE), "along": leaf_member(along(keys)), "refine": leaf_member(REFINE)}
+    return _Axes("Sweep", members, listed=(*AXES, "procedure", "along", "refine"))
 
 
 def along(keys: Keys) -> Leaf:
@@ -161,57 +154,25 @@ def _axis(name: str, value: Leaf) -> Member:
     one = One(value)
     meaning = MEANINGS.get(f"sweep.{name}") or f"{value.meaning} ({name})"
     if value.kind in ("choice", "switch"):
-        return member(Either(one, Listed(one)), f"{meaning}: a list of words.")
+        return Member(Axis(one, Listed(one)), f"{meaning}: a list of words.")
     units = f", in {value.units}" if value.units else ""
-    span = _range(f"Range_{name.replace('.', '_')}", one, spacing=True)
-    text = f"{meaning}{units}: {{from, to, points}}, a list, or one value."
-    return member(Either(one, Listed(one), span), text)
-
-
-def _range(name: str, one: Form, spacing: bool = False) -> Section:
-    """{from, to, points}, the ends of the form ``one``; with ``spacing`` where it may
-    be chosen."""
-    members = {
-        "from": member(one, "One end"),
-        "to": member(one, "The other end"),
-        "points": member(One(POINTS), "Number of equally spaced values, both ends among them"),
-    }
-    if spacing:
-        members["spacing"] = member(One(SPACING), "linear, or log for equal ratios")
-    return Section(name, members, True, RANGE, ALL_OF_RANGE, empty=None)
+    span = Span(f"Range_{name.replace('.', '_')}", one, spacing=True)
+    return Member(Axis(one, Listed(one), span), f"{meaning}{units}: {{from, to, points}}, a list, or one value.")
 
 
 def _uncertain(keys: Keys) -> Section:
     """The section of the unknowns: their distributions by key, a joint table of
     samples, and how they are drawn."""
     numbers = {name: leaf for name, leaf in keys.axes.items() if not is_compiled_in(keys.model, name)}
-    columns = {name: member(Listed(Briefly(One(leaf), SHORT)), leaf.meaning) for name, leaf in numbers.items()}
     members = {}
     for name, leaf in numbers.items():
         units = f", in {leaf.units}" if leaf.units else ""
-        members[name] = member(_distribution(leaf), f"{leaf.meaning} ({name}){units}: its distribution.")
-    members["table"] = member(Section("Table", columns), MEANINGS["uncertain.table"])
-    three = {"type": "array", "minItems": 3, "maxItems": 3}
-    pairs = Listed(Read(correlation, three))
-    members["correlations"] = member(pairs, MEANINGS["uncertain.correlations"])
-    members |= {found.key.partition(".")[2]: _leaf(found) for found in (SAMPLES, SEED, DESIGN)}
-    return Section("Uncertain", members)
-
-
-def _distribution(value: Leaf) -> Form:
-    one, spread = One(value), One(replace(value, low=0.0, high=value.high - value.low))
-    numbers = {"mean": one, "deviation": spread, "median": one, "factor": One(FACTOR)}
-    kinds: dict[str, Member] = {}
-    for kind, form in EXAMPLES.items():
-        made: Form = Listed(one)
-        if kind in NUMBERS_OF:
-            given = {name: member(numbers[name], name) for name in NUMBERS_OF[kind]}
-            given |= {end: member(one, f"Cut off {CUT_WORDS[end]} this") for end in BOUNDS}
-            required = NUMBERS_OF[kind]
-            missing = f"all of {' and '.join(required)}"
-            made = Section(kind, given, True, required, missing, empty=None)
-        kinds[kind] = member(made, form)
-    return Briefly(Section("Distribution", kinds, whole=True, empty=None), DISTRIBUTION)
+        members[name] = Member(Distribution(leaf), f"{leaf.meaning} ({name}){units}: its distribution.")
+    columns = {name: Member(Listed(One(leaf, SHORT)), leaf.meaning) for name, leaf in numbers.items()}
+    members["table"] = Member(_Axes("Table", columns), MEANINGS["uncertain.table"])
+    members["correlations"] = Member(Listed(Read(correlation, THREE)), MEANINGS["uncertain.correlations"])
+    members |= {found.key.partition(".")[2]: leaf_member(found) for found in (SAMPLES, SEED, DESIGN)}
+    return _Axes("Uncertain", members, listed=HOW)
 
 
 def _slice(keys: Keys) -> Section:
@@ -220,12 +181,11 @@ def _slice(keys: Keys) -> Section:
     for key, found in keys.leaves.items():
         name = key.removeprefix("initial.")
         if name != key and name in keys.slices:
-            one = One(replace(found, nullable=False))
-            members[name] = member(_range(f"Slice_{name}", one), found.meaning)
-    return Section("Slice", members)
+            members[name] = Member(Span(f"Slice_{name}", One(replace(found, nullable=False))), found.meaning)
+    return Section("Slice", members, listed=keys.slices)
 
 
-def _title(raw: Any) -> str:
+def _title(raw: Plain) -> str:
     if raw is None:
         return ""
     if not isinstance(raw, str):

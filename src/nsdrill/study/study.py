@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -86,8 +86,8 @@ class Study:
     simulation: Simulation
     thresholds: Thresholds
     record: Record
-    text: str
-    source: str
+    text: str = ""
+    source: str = ""
     overrides: tuple[str, ...] = ()
     resolved: dict[str, Any] = field(default_factory=dict)
     sha256: str = ""
@@ -149,81 +149,77 @@ def study_from_resolved(
     and as many samples. :class:`FileError` where it is not a resolved study of this
     version."""
     try:
-        keys = keys_named(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
-        known = _with_law(resolved, keys.leaves)
-        operation = build(Operation, resolved["operation"])
-        sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
-        leaves = keys.axes
-        if unknown := set(sweep) - {"procedure", "along", "refine", *leaves}:
-            raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
-        # The order in which a file names its axes is no part of a study: points are
-        # numbered alike in every order.
-        swept = tuple(axis for axis in leaves if axis in sweep)
-        sweep = {axis: sweep[axis] for axis in swept} | sweep
-        ramps = {name: Ramp(tuple(times), tuple(values)) for name, (times, values) in resolved.get("ramps", {}).items()}
-        if unknown := set(ramps) - set(AXES):
-            raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}")
-        refined = refined_axes(sweep)
-        axes = {
-            axis: axis_values(
-                sweep[axis] if axis in sweep else [getattr(operation, axis)],
-                sweep["refine"] if axis in refined else 0,
-                most,
-                axis if words_of(axis) else "",
-            )
-            for axis in (*AXES, *(axis for axis in swept if axis not in AXES))
-        }
-        for axis, values in axes.items():
-            if not leaves[axis].low <= values[0] <= values[-1] <= leaves[axis].high:
-                raise ValueError(f"{axis}: found {values[0]} to {values[-1]}, allowed: {leaves[axis].range()}")
-        more = [leaves[axis] for axis in swept if axis not in AXES]
-        drawn = _drawn(resolved, keys, axes, most)
-        if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
-            raise ValueError(f"sweep: found {sweep['procedure']} along {sweep['along']}")
-        initial = build(keys.model.initial, resolved["initial"], lenient=True)
-        if initial.starts and sweep["procedure"] != "same":
-            raise ValueError(f"sweep: found {sweep['procedure']} with {initial.starts} starts")
-        if initial.starts and drawn:
-            raise ValueError(f"uncertain: found with {initial.starts} starts")
-        parameters = keys.model.parameters(
-            **{
-                name: build(cls, known.get(name, {}), lenient=True)
-                if name in LATER
-                else build(cls, _known(known, name, cls))
-                for name, cls in keys.model.sections.items()
-            }
-        )
-        return Study(
-            title=str(resolved.get("title", "")),
-            keys=keys,
-            parameters=parameters,
-            operation=operation,
-            initial=initial,
-            axes=axes,
-            swept=swept,
-            procedure=sweep["procedure"],
-            along=sweep["along"],
-            simulation=build(Simulation, resolved["simulation"], lenient=True),
-            thresholds=build(Thresholds, resolved["classify"], lenient=True),
-            record=build(Record, resolved["record"], lenient=True),
-            text=text,
-            source=source,
-            overrides=tuple(overrides),
-            resolved=resolved,
-            sha256=digest(resolved),
-            ramps=ramps,
-            continuation=continuation_of(resolved),
-            refine=sweep["refine"],
-            refined=refined,
-            more=tuple(_axis(leaf, keys, resolved) for leaf in more),
-            drawn=drawn,
-            unknowns=tuple(Unknown(**vars(_axis(leaves[key], keys, resolved))) for key in drawn),
-        )
+        return replace(_made(resolved, most), text=text, source=source, overrides=tuple(overrides))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         name = source or "the resolved study"
         raise FileError(
             f"{name}: does not hold a study that this version can use ({type(error).__name__}: {error})."
         ) from error
+
+
+def _made(resolved: dict[str, Any], most: int) -> Study:
+    keys = keys_named(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
+    known, model = _with_law(resolved, keys.leaves), keys.model
+    operation = build(Operation, resolved["operation"])
+    sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
+    if unknown := set(sweep) - {"procedure", "along", "refine", *keys.axes}:
+        raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
+    # The order in which a file names its axes is no part of a study: points are
+    # numbered alike in every order.
+    swept = tuple(axis for axis in keys.axes if axis in sweep)
+    if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
+        raise ValueError(f"sweep: found {sweep['procedure']} along {sweep['along']}")
+    ramps = {name: Ramp(tuple(times), tuple(values)) for name, (times, values) in resolved.get("ramps", {}).items()}
+    if unknown := set(ramps) - set(AXES):
+        raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}")
+    refined = refined_axes({axis: sweep[axis] for axis in swept} | sweep)
+    axes = _axes(keys, sweep, swept, refined, operation, most)
+    drawn = _drawn(resolved, keys, axes, most)
+    initial = build(model.initial, resolved["initial"], lenient=True)
+    if initial.starts and (drawn or sweep["procedure"] != "same"):
+        raise ValueError(f"initial: found {initial.starts} starts, with {sweep['procedure']} or uncertain numbers")
+    sections = {
+        name: build(cls, known.get(name, {}), lenient=True) if name in LATER else build(cls, _known(known, name, cls))
+        for name, cls in model.sections.items()
+    }
+    return Study(
+        title=str(resolved.get("title", "")),
+        keys=keys,
+        parameters=model.parameters(**sections),
+        operation=operation,
+        initial=initial,
+        axes=axes,
+        swept=swept,
+        procedure=sweep["procedure"],
+        along=sweep["along"],
+        simulation=build(Simulation, resolved["simulation"], lenient=True),
+        thresholds=build(Thresholds, resolved["classify"], lenient=True),
+        record=build(Record, resolved["record"], lenient=True),
+        resolved=resolved,
+        sha256=digest(resolved),
+        ramps=ramps,
+        continuation=continuation_of(resolved),
+        refine=sweep["refine"],
+        refined=refined,
+        more=tuple(_axis(keys.axes[axis], keys, resolved) for axis in swept if axis not in AXES),
+        drawn=drawn,
+        unknowns=tuple(Unknown(**vars(_axis(keys.axes[key], keys, resolved))) for key in drawn),
+    )
+
+
+def _axes(
+    keys: Keys, sweep: dict[str, Any], swept: tuple[str, ...], refined: tuple[str, ...], operation: Operation, most: int
+) -> dict[str, np.ndarray]:
+    """The values of the three axes of the operation, then of the others that are swept.
+    ValueError where they are beyond their range."""
+    axes = {}
+    for axis in (*AXES, *(axis for axis in swept if axis not in AXES)):
+        given, leaf = sweep[axis] if axis in swept else [getattr(operation, axis)], keys.axes[axis]
+        values = axis_values(given, sweep["refine"] if axis in refined else 0, most, axis if words_of(axis) else "")
+        if not leaf.low <= values[0] <= values[-1] <= leaf.high:
+            raise ValueError(f"{axis}: found {values[0]} to {values[-1]}, allowed: {leaf.range()}")
+        axes[axis] = values
+    return axes
 
 
 def _drawn(resolved: dict[str, Any], keys: Keys, axes: dict[str, np.ndarray], most: int) -> dict[str, np.ndarray]:
@@ -346,12 +342,9 @@ def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
     if parts.get("drive", {}).get("kind") == "ideal":
         del parts["drive"]
         parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
-    if parts.get("drive", {"torque_limit": 0.0}).get("torque_limit") is None:
-        parts = _without(parts, ["drive"], "torque_limit")
-    if parts.get("drive", {"on_at": 0.0}).get("on_at") is None:
-        parts = _without(parts, ["drive"], "on_at")
-    if parts.get("drive", {"gains": 0.0}).get("gains") is None:
-        parts = _without(parts, ["drive"], "gains")
+    for name in ("torque_limit", "on_at", "gains"):
+        if parts.get("drive", {name: 0.0}).get(name) is None:
+            parts = _without(parts, ["drive"], name)
     if parts.get("drive", {}).get("kind") != "dc_motor":
         for name in ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia"):
             parts = _without(parts, ["drive"], name)

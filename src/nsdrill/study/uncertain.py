@@ -3,12 +3,12 @@ samples."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from nsdrill.errors import Fault
 from nsdrill.models.leaves import is_compiled_in
 from nsdrill.sampling import (
     BOUNDS,
@@ -25,8 +25,9 @@ from nsdrill.sampling import (
     draw,
     part_below,
 )
-from nsdrill.study.keys import MEANINGS, Keys, Leaf, shown
-from nsdrill.study.read import Document, KeyPath
+from nsdrill.study.forms import Form, Listed, Member, One, Reading, Section
+from nsdrill.study.keys import MEANINGS, Keys, Leaf, Plain, Schema, shown
+from nsdrill.study.read import KeyPath
 from nsdrill.units import QuantityError
 from nsdrill.variables import short_key
 
@@ -49,48 +50,12 @@ EXAMPLES = {
 }
 
 
-def correlation(raw: Any) -> tuple[str, str, float]:
+def correlation(raw: Plain) -> tuple[str, str, float]:
     """One entry of the correlations; :class:`QuantityError` where it is none."""
-    if not isinstance(raw, list) or len(raw) != 3 or not all(isinstance(key, str) for key in raw[:2]):
-        raise QuantityError(shown(raw), "two keys of unknowns and their rank correlation: [KEY, KEY, 0.5]")
-    return short_key(raw[0]), short_key(raw[1]), float(RANK.read(raw[2]))
-
-
-def take_uncertain(
-    document: Document, given: dict[str, Any], swept: dict[str, Any], keys: Keys
-) -> tuple[dict[str, Any] | None, list[Fault]]:
-    """The resolved section from the validated one, None where no number is uncertain;
-    and its faults. ``swept`` are the axes of the sweep."""
-    told = [key for key in given if key not in HOW]
-    columns = given.get("table") or {}
-    faults = list(_faults(document, given, swept, keys))
-    if not (told or columns) or faults:
-        return None, faults
-    order = [key for key in keys.axes if key in told]
-    table = {key: list(columns[key]) for key in keys.axes if key in columns}
-    samples = len(next(iter(table.values()))) if table else given.get("samples", SAMPLES.default)
-    section: dict[str, Any] = {key: _within(given[key], keys.axes[key]) for key in order}
-    section |= {
-        "samples": samples,
-        "seed": given.get("seed", SEED.default),
-        "design": given.get("design", DESIGN.default),
-        "correlations": [list(one) for one in given.get("correlations") or ()],
-        "table": table,
-    }
-    return section, []
-
-
-def _within(numbers: dict[str, Any], leaf: Leaf) -> dict[str, Any]:
-    """A distribution cut off at the range of its key."""
-    ((kind, value),) = numbers.items()
-    if kind not in NUMBERS_OF:
-        return {kind: list(value)}
-    ends, made = dict(zip(BOUNDS, cut_of(numbers), strict=True)), distribution(numbers)
-    if ends["low"] is None and made.cdf(leaf.low) > 0.0:
-        ends["low"] = leaf.low
-    if ends["high"] is None and made.sf(leaf.high) > 0.0:
-        ends["high"] = leaf.high
-    return {kind: {name: value[name] for name in NUMBERS_OF[kind]} | {k: v for k, v in ends.items() if v is not None}}
+    match raw:
+        case [str(one), str(other), rank]:
+            return short_key(one), short_key(other), float(RANK.read(rank))
+    raise QuantityError(shown(raw), "two keys of unknowns and their rank correlation: [KEY, KEY, 0.5]")
 
 
 def uncertain_of(section: dict[str, Any]) -> Uncertain:
@@ -121,118 +86,154 @@ def draws(section: dict[str, Any], keys: Keys) -> dict[str, Array]:
     return {key: drawn[key] for key in keys.axes if key in drawn}
 
 
-def _faults(document: Document, given: dict[str, Any], swept: dict[str, Any], keys: Keys) -> Iterator[Fault]:
-    told = [key for key in given if key not in HOW]
-    columns = given.get("table") or {}
-    if not told and not columns:
-        raw = document.data.get("uncertain")
-        if given and not any(key not in HOW or (key == "table" and raw[key]) for key in raw):
-            yield document.fault(("uncertain",), "no unknown", f"one by its key, {_example(keys)}")
-        return
-    if len(told) + len(columns) > MAX_UNKNOWNS:
-        yield document.fault(("uncertain",), f"{len(told) + len(columns)} unknowns", f"at most {MAX_UNKNOWNS}")
-    for key in told:
-        yield from _of_one(document, key, given[key], keys.axes[key])
-    for key in (*told, *columns):
-        path = ("uncertain", key) if key in told else ("uncertain", "table", key)
-        if key in swept:
-            yield document.fault(path, f"{key}, which the sweep varies", "a key that is swept or uncertain, not both")
-        elif key in told and key in columns:
-            yield document.fault(("uncertain", "table", key), f"{key} a second time", "a distribution, or a column")
-    yield from _of_table(document, given, columns)
-    yield from _of_correlations(document, given, told, columns)
-    if given.get("design") == "saltelli" and (columns or given.get("correlations")):
-        why = "a table" if columns else "correlations"
-        yield document.fault(("uncertain", "design"), f"saltelli with {why}", "saltelli of independent unknowns; sobol")
+class Distribution(Section):
+    """The distribution of an unknown with the key ``leaf``."""
+
+    def __init__(self, leaf: Leaf) -> None:
+        one, spread = One(leaf), One(replace(leaf, low=0.0, high=leaf.high - leaf.low))
+        numbers = {"mean": one, "deviation": spread, "median": one, "factor": One(FACTOR)}
+        kinds: dict[str, Member] = {}
+        for kind, form in EXAMPLES.items():
+            made: Form = Listed(one)
+            if kind in NUMBERS_OF:
+                required = NUMBERS_OF[kind]
+                given = {name: Member(numbers[name], name) for name in required}
+                given |= {end: Member(one, f"Cut off {CUT_WORDS[end]} this") for end in BOUNDS}
+                made = Section(kind, given, True, required, f"all of {' and '.join(required)}", empty=None)
+            kinds[kind] = Member(made, form)
+        super().__init__("Distribution", kinds, whole=True, empty=None)
+
+    def schema(self, parts: dict[str, Schema]) -> Schema:
+        kinds = {kind: "object" if kind in NUMBERS_OF else "array" for kind in EXAMPLES}
+        properties = {kind: {"type": kinds[kind], "description": form} for kind, form in EXAMPLES.items()}
+        one = {"type": "object", "additionalProperties": False, "minProperties": 1, "maxProperties": 1}
+        return {**one, "properties": properties}
+
+    def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: dict[str, Any]) -> Any:
+        if len(found) != 1:
+            what = " and ".join(found) or "no distribution"
+            return at.refuse(path, what, f"one of {', '.join(f'{kind}: {EXAMPLES[kind]}' for kind in KINDS)}")
+        ((kind, value),) = found.items()
+        path = (*path, kind)
+        if kind in NUMBERS_OF:
+            return _named(at, path, found, at.keys.axes[str(path[-2])])
+        count = {"uniform": 2, "triangular": 3}.get(kind)
+        if count is not None and len(value) != count:
+            return at.refuse(path, f"a list of {len(value)}", EXAMPLES[kind])
+        if count is not None and not (value[0] < value[-1] and sorted(value) == value):
+            return at.refuse(path, "values that do not ascend", f"{EXAMPLES[kind]}, ascending")
+        return found if value else at.refuse(path, "an empty list", "at least one value")
 
 
-def _of_one(document: Document, key: str, numbers: dict[str, Any], leaf: Leaf) -> Iterator[Fault]:
-    """The faults of one distribution."""
-    path: KeyPath = ("uncertain", key)
-    given = {kind: value for kind, value in numbers.items() if value is not None}
-    if len(given) != 1:
-        found = f"{' and '.join(given)}" if given else "no distribution"
-        yield document.fault(path, found, f"one of {', '.join(f'{kind}: {EXAMPLES[kind]}' for kind in KINDS)}")
-        return
-    ((kind, value),) = given.items()
-    path = (*path, kind)
-    if kind in ("uniform", "triangular"):
-        count = 2 if kind == "uniform" else 3
-        if len(value) != count:
-            yield document.fault(path, f"a list of {len(value)}", EXAMPLES[kind])
-        elif not (value[0] < value[-1] and sorted(value) == list(value)):
-            yield document.fault(path, "values that do not ascend", f"{EXAMPLES[kind]}, ascending")
-    elif kind == "values":
-        if not value:
-            yield document.fault(path, "an empty list", "at least one value")
-    else:
-        yield from _of_named(document, path, given, leaf)
-
-
-def _of_named(document: Document, path: KeyPath, numbers: dict[str, Any], leaf: Leaf) -> Iterator[Fault]:
-    """The faults of a normal or lognormal distribution: it lies within the range of its
-    key, or is cut off there."""
+def _named(at: Reading, path: KeyPath, numbers: dict[str, Any], leaf: Leaf) -> Any:
+    """A normal or lognormal distribution, which lies within the range of its key, and is
+    cut off there."""
     ((kind, value),) = numbers.items()
     middle, spread = NUMBERS_OF[kind]
     if value[spread] <= 0.0:
-        yield document.fault((*path, spread), f"a {spread} of 0", "more than 0")
-        return
+        return at.refuse((*path, spread), f"a {spread} of 0", "more than 0")
     if kind == "lognormal" and value[middle] <= 0.0:
-        yield document.fault((*path, middle), f"a {middle} that is not positive", "more than 0")
-        return
+        return at.refuse((*path, middle), f"a {middle} that is not positive", "more than 0")
     low, high = cut_of(numbers)
     below, above = part_below(numbers)
     if low is not None and high is not None and low >= high:
-        yield document.fault((*path, "high"), "an end at or below low", "low below high")
-        return
+        return at.refuse((*path, "high"), "an end at or below low", "low below high")
     if above - below < 1e-6:
-        yield document.fault(path, "ends that leave nothing of the distribution", "ends near its middle")
-        return
+        return at.refuse(path, "ends that leave nothing of the distribution", "ends near its middle")
     made, inside = distribution(numbers), above - below
     parts = {"low": max(0.0, float(made.cdf(leaf.low)) - below), "high": max(0.0, above - float(made.cdf(leaf.high)))}
     for end, part in parts.items():
         if part / inside > OUTSIDE:
             found = f"a distribution of which {100 * part / inside:.2g} % lie {CUT_WORDS[end]} the range of {leaf.key}"
             hint = f"Cut it off with {end}: {leaf.text(leaf.low if end == 'low' else leaf.high)}."
-            yield document.fault(path, found, f"{leaf.range()} for all but {100 * OUTSIDE:g} %", hint)
+            return at.refuse(path, found, f"{leaf.range()} for all but {100 * OUTSIDE:g} %", hint)
+    ends = {"low": low, "high": high}
+    if low is None and made.cdf(leaf.low) > 0.0:
+        ends["low"] = leaf.low
+    if high is None and made.sf(leaf.high) > 0.0:
+        ends["high"] = leaf.high
+    return {kind: {name: value[name] for name in NUMBERS_OF[kind]} | {k: v for k, v in ends.items() if v is not None}}
 
 
-def _of_table(document: Document, given: dict[str, Any], columns: dict[str, Any]) -> Iterator[Fault]:
-    lengths = {key: len(column) for key, column in columns.items()}
-    if not lengths:
+def take_uncertain(at: Reading, given: dict[str, Any], swept: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The resolved section from the values ``given``, None where no number is uncertain
+    or where the section is at fault. ``swept`` are the axes of the sweep."""
+    keys, faults_before = at.keys, len(at.faults)
+    told = [key for key in keys.axes if key in given]
+    table = {key: list(given["table"][key]) for key in keys.axes if key in given.get("table", {})}
+    if not told and not table:
+        raw = at.document.value(("uncertain",))
+        if given and isinstance(raw, dict) and all(key in HOW and not (key == "table" and raw[key]) for key in raw):
+            key, low, high = keys.model.example_axis
+            at.refuse(("uncertain",), "no unknown", f"one by its key, {key}: {{uniform: [{low}, {high}]}}")
+        return None
+    _check_unknowns(at, told, table, swept)
+    _check_table(at, given, table)
+    correlations = given.get("correlations", [])
+    _check_correlations(at, told, table, correlations)
+    if given.get("design") == "saltelli" and (table or correlations):
+        why = "a table" if table else "correlations"
+        at.refuse(("uncertain", "design"), f"saltelli with {why}", "saltelli of independent unknowns; sobol")
+    if len(at.faults) > faults_before:
+        return None
+    return {
+        **{key: given[key] for key in told},
+        "samples": len(next(iter(table.values()))) if table else given.get("samples", SAMPLES.default),
+        "seed": given.get("seed", SEED.default),
+        "design": given.get("design", DESIGN.default),
+        "correlations": [list(one) for one in correlations if {*one[:2]} <= {*told}],  # others may be at fault
+        "table": table,
+    }
+
+
+def _check_unknowns(at: Reading, told: list[str], table: Mapping[str, Any], swept: Mapping[str, Any]) -> None:
+    """Not too many of them, each once, and none that is swept."""
+    if len(told) + len(table) > MAX_UNKNOWNS:
+        at.refuse(("uncertain",), f"{len(told) + len(table)} unknowns", f"at most {MAX_UNKNOWNS}")
+    for path in (*(("uncertain", key) for key in told), *(("uncertain", "table", key) for key in table)):
+        key = path[-1]
+        if key in swept:
+            at.refuse(path, f"{key}, which the sweep varies", "a key that is swept or uncertain, not both")
+        elif key in told and path[1] == "table":
+            at.refuse(path, f"{key} a second time", "a distribution, or a column")
+
+
+def _check_table(at: Reading, given: Mapping[str, Any], table: Mapping[str, Any]) -> None:
+    """Columns of one length, which is the number of samples."""
+    if not table:
         return
-    first, length = next(iter(lengths.items()))
-    for key, count in lengths.items():
-        if count != length:
+    first, length = next((key, len(column)) for key, column in table.items())
+    for key, column in table.items():
+        if len(column) != length:
             allowed = f"as many values as of {first}, {length}: each row is a sample"
-            yield document.fault(("uncertain", "table", key), f"{count} values", allowed)
+            at.refuse(("uncertain", "table", key), f"{len(column)} values", allowed)
     if not 2 <= length <= MAX_SAMPLES:
-        yield document.fault(("uncertain", "table", first), f"{length} values", f"2 to {MAX_SAMPLES}")
+        at.refuse(("uncertain", "table", first), f"{length} values", f"2 to {MAX_SAMPLES}")
     if given.get("samples") not in (None, length):
         found = f"{given['samples']} beside a table of {length} rows"
-        yield document.fault(("uncertain", "samples"), found, "left out: every row is a sample")
+        at.refuse(("uncertain", "samples"), found, "left out: every row is a sample")
 
 
-def _of_correlations(
-    document: Document, given: dict[str, Any], told: list[str], columns: dict[str, Any]
-) -> Iterator[Fault]:
-    found = given.get("correlations") or ()
+def _check_correlations(
+    at: Reading, told: list[str], table: Mapping[str, Any], found: Sequence[tuple[str, str, float]]
+) -> None:
+    """Each pair once, of unknowns with distributions, and all of them together possible."""
+    written = [*(at.document.value(("uncertain",)) or ())]
     seen: set[frozenset[str]] = set()
     for number, (one, two, _) in enumerate(found):
         path = ("uncertain", "correlations", number)
-        if strange := [key for key in (one, two) if key not in told]:
-            why = ", which the table gives" if strange[0] in columns else ""
-            yield document.fault(path, f"{strange[0]}{why}", f"keys with a distribution: {', '.join(told)}")
+        if strange := [key for key in (one, two) if key not in written or key in HOW]:
+            why = ", which the table gives" if strange[0] in table else ""
+            at.refuse(
+                path,
+                f"{strange[0]}{why}",
+                f"keys with a distribution: {', '.join(key for key in written if key in told)}",
+            )
             return
         if one == two or frozenset((one, two)) in seen:
-            yield document.fault(path, f"{one} and {two}{' a second time' if one != two else ''}", "each pair once")
+            at.refuse(path, f"{one} and {two}{' a second time' if one != two else ''}", "each pair once")
             return
         seen.add(frozenset((one, two)))
-    if found and float(np.linalg.eigvalsh(correlation_matrix(told, found))[0]) < 1e-6:
+    if seen and set().union(*seen) <= {*told} and float(np.linalg.eigvalsh(correlation_matrix(told, found))[0]) < 1e-6:
         allowed = "correlations that can hold together (a positive definite matrix)"
-        yield document.fault(("uncertain", "correlations"), "correlations that contradict each other", allowed)
-
-
-def _example(keys: Keys) -> str:
-    key, low, high = keys.model.example_axis
-    return f"{key}: {{uniform: [{low}, {high}]}}"
+        at.refuse(("uncertain", "correlations"), "correlations that contradict each other", allowed)

@@ -83,8 +83,8 @@ def warning_list(texts: Iterable[str]) -> str:
     return f'<ul class="warnings">{items}</ul>' if items else ""
 
 
-def picture(results: Results, kind: str, words: str, units: str, **drawing: Any) -> str:
-    """A picture of the program as vectors, without the title and the warnings, which the
+def picture(results: Results, kind: str | None, words: str, units: str, **drawing: Any) -> str:
+    """A picture of the program as vectors, by default that which fits, without the title and the warnings, which the
     page has; a sentence where it cannot be drawn."""
     try:
         drawn = draw(with_passed_over(results), kind, units=units, look=Look(title=False, warnings=False), **drawing)
@@ -165,7 +165,7 @@ def comparison(
         found = contrast(results[0], results[1], severity, confidence, names)
     except InputError as error:
         return "", paragraph(f"The two windows are not compared: {error}")
-    from nsdrill.plot.two_windows import draw_two
+    from nsdrill.plot.kinds.window import draw_two
 
     body, head = contrast_rows(found, units)[1:], ("", f"a: {names[0]}", f"b: {names[1]}")
     axis = Formatter(units).name(found["windows"][0]["axes"][0])
@@ -211,16 +211,13 @@ def paragraph(text: str, style: str = "") -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table whose rows become blocks, with the names of the columns, on a narrow
-    page."""
+    """A table; with the names of its columns its rows become blocks on a narrow page."""
     top = "".join(f"<th scope='col'>{escaped(name)}</th>" for name in head)
-    body = "".join(
-        f"<tr><th scope='row'>{escaped(row[0])}</th>"
-        + "".join(
-            f"<td data-column='{escaped(name)}'>{escaped(cell)}</td>"
-            for name, cell in zip(head[1:], row[1:], strict=True)
-        )
-        + "</tr>"
-        for row in rows
-    )
+    body = ""
+    for first, *others in rows:
+        columns = [f" data-column='{escaped(name)}'" for name in head[1:]] or [""] * len(others)
+        cells = [f"<td{column}>{escaped(cell)}</td>" for column, cell in zip(columns, others, strict=True)]
+        body += f"<tr><th scope='row'>{escaped(first)}</th>{''.join(cells)}</tr>"
+    if not head:
+        return f"<table>{body}</table>"
     return f"<table class='blocks'><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"

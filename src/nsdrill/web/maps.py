@@ -1,6 +1,6 @@
-"""What an explorer opens on: the operating window with its border, the probabilities, or the
-basins of a slice of starts. Each is an area (:mod:`nsdrill.web.areas`) with the places
-of its points, which a click runs."""
+"""What an explorer opens on: the operating window with its border, the probabilities, or
+the basins of a slice of starts. Each is a map in the form of
+:func:`nsdrill.web.diagrams.plane`, with the places of its points, which a click runs."""
 
 from __future__ import annotations
 
@@ -9,16 +9,42 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.outcome import outcome
 from nsdrill.analysis.plane import largest_margin
-from nsdrill.analysis.window import SAFE, USUAL_CONFIDENCE, Classes, axes_of, classes
+from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of
+from nsdrill.analysis.window import CRITICAL, HISTORY_DEPENDENT, USUAL_CONFIDENCE, Classes, axes_of, classes
+from nsdrill.analysis.window import SAFE as SAFE_STATE
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.variables import SAMPLE
-from nsdrill.web.areas import basin_area, probability_areas, probability_lines, window_areas
-from nsdrill.web.diagrams import Reply, member_dimension
+from nsdrill.models.registry import model_in
+from nsdrill.models.starts import Starts, slice_values
+from nsdrill.plot.labels import quantity
+from nsdrill.plot.slices import edges
+from nsdrill.plot.style import BAD_TO_GOOD, GREY, SAFE_COLOUR
+from nsdrill.plot.style import RESPONSES as RESPONSE_STYLES
+from nsdrill.variables import RESPONSES, SAMPLE
+from nsdrill.web.diagrams import Reply, axis_data, member_dimension
+from nsdrill.web.shown import quantity_data, response_styles
 
 WINDOW, PROBABILITY, BASIN = "window", "probability", "basin"
 WORDS = {WINDOW: "Operating window", PROBABILITY: "Probability", BASIN: "Response by the start"}
+# The classes of a window as in its picture: critical ones in the colour of their response,
+# those that depend on the history striped with it over the colour of safe.
+SAFE_CODE, UNKNOWN_CODE = 2 * len(RESPONSE_STYLES), 2 * len(RESPONSE_STYLES) + 1
+WINDOW_CLASSES: list[tuple[str, ...]] = [
+    *(
+        (style.name, style.colour) if code else ("critical by severity", BAD_TO_GOOD[0])
+        for code, style in enumerate(RESPONSE_STYLES)
+    ),
+    *(
+        (f"{style.name}, by the history", SAFE_COLOUR, style.colour)
+        if code
+        else ("by the history", SAFE_COLOUR, BAD_TO_GOOD[0])
+        for code, style in enumerate(RESPONSE_STYLES)
+    ),
+    ("safe", SAFE_COLOUR),
+    ("not known", GREY),
+]
 
 
 def area_choices(results: Results) -> list[dict[str, str]]:
@@ -42,49 +68,28 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
     names = [choice["name"] for choice in area_choices(results)]
     if name not in names:
         raise InputError(f"name: found {name}; allowed: {', '.join(names) or 'none'}.")
+    if name == PROBABILITY and len(results.swept) == 1:
+        return probability_lines(results, units, results.swept[0])
     if name == BASIN:
-        head, columns = basin_area(results, units)[1]
-        across, up = results.grid.index("start"), len(head["y"]["values"])
-        axes = {"x": (across, up), "y": (across, 1)}
-    elif len(results.swept) == 1:
-        head, columns = probability_lines(results, units, results.swept[0])
-        return head | {
-            "place": [0] * len(results.grid),
-            "dimension": results.grid.index(results.swept[0]),
-            "joined": True,
-        }, columns
+        head, columns = _basin(results, units)
+        axes = {"x": (results.grid.index("start"), len(head["y"]["values"])), "y": (results.grid.index("start"), 1)}
     else:
         maps = classes(results, None, USUAL_CONFIDENCE if name == PROBABILITY else None)
         assert maps.y is not None
         third = held.get(maps.third, 0) if maps.third else 0
         if isinstance(third, bool) or not isinstance(third, int) or not 0 <= third < len(maps.state):
             raise InputError(f"{maps.third}: found number {third}; allowed: 0 to {len(maps.state) - 1}.")
-        if name == WINDOW:
-            ((_, (head, columns)),) = window_areas(results, units, [third])
-        else:
-            head, columns = _stacked([*probability_areas(results, units, maps.x, maps.y)])
+        safe = maps.state[third] == SAFE_STATE
+        make = _window if name == WINDOW else _probabilities
+        head, columns = make(results, units, maps, third)
         axes = {"x": (results.grid.index(maps.x), 1), "y": (results.grid.index(maps.y), 1)}
-        safe = maps.state[third] == SAFE
         head |= {"recommended": _first_point(maps, safe)}
         columns |= {"safe": safe.astype(float)}
-    place = [0] * len(results.grid)
-    for axis, number in held.items():
-        if axis in results.axes and name == WINDOW:
-            place[results.grid.index(axis)] = number
+    place = [held.get(axis, 0) if axis in results.axes and name == WINDOW else 0 for axis in results.grid]
     for axis, (dimension, step) in axes.items():
         head[axis] = {**head[axis], "dimension": dimension, "step": step}
         place[dimension] = 0
     return head | {"place": place, "title": WORDS[name]}, columns
-
-
-def _stacked(areas: list[tuple[str, Reply]]) -> Reply:
-    """Areas of one kind as one: ``values`` [area, y, x], with the colour scale of each."""
-    head = areas[0][1][0]
-    columns: dict[str, Array] = {
-        name: np.concatenate([reply[1][name] for _, reply in areas]) for name in ("values", "outcome")
-    }
-    scales = [reply[0].get("scale") for _, reply in areas]
-    return head | {"procedures": [words for words, _ in areas], "scales": scales}, columns
 
 
 def _first_point(maps: Classes, safe: Array) -> list[int] | None:
@@ -92,3 +97,113 @@ def _first_point(maps: Classes, safe: Array) -> list[int] | None:
     point is safe."""
     best: Any = largest_margin(safe, maps.values(maps.y), maps.values(maps.x))
     return None if best is None else [int(best[1]), int(best[0])]
+
+
+def _window(results: Results, units: str, maps: Classes, third: int) -> Reply:
+    """Safe, dependent on the history and critical, at one value of a third axis."""
+    state, bits = maps.state[third], maps.bits[third]
+    codes = np.select(
+        [state == CRITICAL, state == HISTORY_DEPENDENT, state == SAFE_STATE],
+        [bits, len(RESPONSE_STYLES) + bits, SAFE_CODE],
+        UNKNOWN_CODE,
+    )
+    x, y = (axis_data(results, str(axis), units) for axis in (maps.x, maps.y))
+    return _map(x, y, codes, "Window", WINDOW_CLASSES)
+
+
+def _probabilities(results: Results, units: str, maps: Classes, third: int) -> Reply:
+    """The probabilities, in percent, of a safe run and of each response that occurs,
+    whatever the history."""
+    probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
+    outcomes = occurring_outcomes(probabilities)
+    x, y = (axis_data(results, str(axis), units) for axis in (maps.x, maps.y))
+    shares = np.array([100.0 * probabilities.of(name)[0] for name, _ in outcomes])
+    shares = shares.reshape(len(outcomes), *(len(results.coords[axis]) for axis in results.swept))
+    if results.swept.index(maps.x) == 0:
+        shares = shares.swapaxes(1, 2)
+    head, columns = _map(x, y, shares, f"Probability: {outcomes[0][1]}", None)
+    head["colour"] |= {"unit": "%"}
+    return head | {
+        "limits": [0.0, 100.0],
+        "procedures": [f"Probability: {words}" for _, words in outcomes],
+        "scales": [BAD_TO_GOOD if name == SAFE else BAD_TO_GOOD[::-1] for name, _ in outcomes],
+    }, columns
+
+
+def probability_lines(results: Results, units: str, x: str) -> Reply:
+    """The probabilities, in percent, of a safe run and of each response that occurs
+    along one axis: a line for each."""
+    probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
+    outcomes = occurring_outcomes(probabilities)
+    codes = [0 if name == SAFE else 1 << RESPONSES.index(name) for name, _ in outcomes]
+    values = np.stack([100.0 * probabilities.of(name)[0].ravel() for name, _ in outcomes])
+    x_edges = edges(results.coords[x]) / quantity(x, units).scale
+    head = {
+        "x": axis_data(results, x, units),
+        "y": _plain_quantity("Probability", "%"),
+        "hover_quantities": [],
+        "hysteresis": [],
+        "procedures": [words for _, words in outcomes],
+        "lines": [],
+        "edges": [x_edges[0], x_edges[-1]],
+        "place": [0] * len(results.grid),
+        "dimension": results.grid.index(x),
+        "joined": True,
+    }
+    return head, {
+        "values": values[..., np.newaxis],
+        "outcome": np.broadcast_to(np.array(codes)[:, np.newaxis], values.shape),
+        "constant": np.zeros(values.shape, bool),
+    }
+
+
+def occurring_outcomes(probabilities: Probabilities) -> list[tuple[str, str]]:
+    """The outcomes that occur, safe first, each with its words."""
+    suffix = ", whatever the history" if EVERY in probabilities.histories else ""
+    return [(SAFE, f"safe{suffix}")] + [
+        (name, f"{name.replace('_', '-')}{' in any procedure' if suffix else ''}")
+        for name in probabilities.outcomes
+        if name != SAFE and probabilities.of(name)[0].any()
+    ]
+
+
+def _basin(results: Results, units: str) -> Reply:
+    """The response that each start of a slice leads to, at one operating point."""
+    (x_name, x), (y_name, y) = slice_values(Starts(slice=results.slice), tuple(results["state"].tolist())).items()
+    codes = outcome(results["status"], results["response"]).reshape(-1, len(x), len(y))[0].T
+    axes = [
+        {**quantity_data(name, units), "values": values / quantity(name, units).scale, "log": False}
+        for name, values in ((x_name, x), (y_name, y))
+    ]
+    return _map(axes[0], axes[1], codes, "Response", [(one["name"], one["colour"]) for one in response_styles()])
+
+
+def _plain_quantity(words: str, unit: str = "") -> dict[str, Any]:
+    """The data of a quantity that is no variable of a file, in the form of
+    :func:`nsdrill.web.shown.quantity_data`."""
+    label = f"{words} [{unit}]" if unit else words
+    return {"name": words, "words": words, "unit": unit, "label": label, "scale": 1.0, "long": words}
+
+
+def _map(
+    x: Mapping[str, Any], y: Mapping[str, Any], values: Array, words: str, styles: list[tuple[str, ...]] | None
+) -> Reply:
+    """``values`` [y, x] or [map, y, x] as maps: of classes, whose names, colours and
+    stripes ``styles`` gives, or of numbers."""
+    values = values.reshape(-1, *values.shape[-2:])
+    failed = values < 0 if styles else np.zeros(values.shape, bool)
+    head: dict[str, Any] = {
+        "x": dict(x),
+        "y": dict(y),
+        "colour": _plain_quantity(words),
+        "procedures": [""],
+        "place": None,
+        "x_edges": edges(np.asarray(x["values"])),
+        "y_edges": edges(np.asarray(y["values"])),
+        "classes": None,
+        "limits": None,
+    }
+    if styles:
+        head["classes"] = [dict(zip(("name", "colour", "stripes"), style, strict=False)) for style in styles]
+    shown = np.where(failed, np.nan, values.astype(float))
+    return head, {"values": shown, "outcome": np.where(failed, values, 0).astype(int)}

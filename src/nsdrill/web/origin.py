@@ -4,8 +4,6 @@ and the study."""
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -31,7 +29,7 @@ def origin_rows(session: Session) -> Rows:
         rows += _sweep(session, session.results)
     elif session.branches is not None:
         rows += _branches(session, session.branches)
-    attrs = _attrs(session)
+    attrs = session.attrs
     software = [
         f"{name.removesuffix('_version').replace('_', ' ')} {attrs[name]}" for name in VERSIONS if name in attrs
     ]
@@ -47,14 +45,8 @@ def origin_rows(session: Session) -> Rows:
 
 def study_details(session: Session) -> str:
     """The study with every key, as HTML that is opened with a click."""
-    text = html.escape(study_of(session.path, _attrs(session)))
+    text = html.escape(study_of(session.path, session.attrs))
     return f"<details><summary>The study, every key</summary><pre>{text}</pre></details>"
-
-
-def _attrs(session: Session) -> Mapping[str, Any]:
-    source = session.results if session.results is not None else session.branches
-    assert source is not None
-    return source.attrs
 
 
 def _sweep(session: Session, results: Results) -> Rows:

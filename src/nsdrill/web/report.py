@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import html
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -21,34 +20,25 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR
-from nsdrill.analysis.outcome import outcome
 from nsdrill.data import Array, Results, json_text
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.slices import Line, edges
-from nsdrill.variables import INFERRED, OK, SAMPLE
-from nsdrill.web.answers import LIMITS, comparison, file_answer, paragraph
-from nsdrill.web.areas import (
-    MAX_MAPS,
-    TitledReply,
-    basin_area,
-    evenly_spaced,
-    probability_areas,
-    probability_lines,
-    verdict_areas,
-)
+from nsdrill.plot.registry import longest
+from nsdrill.plot.slices import evenly_spaced
+from nsdrill.variables import INFERRED, OK
+from nsdrill.web.answers import LIMITS, comparison, escaped, file_answer, paragraph, picture, table
 from nsdrill.web.branches import Branches
-from nsdrill.web.diagrams import Reply, axis_data, longest, member_dimension, plane
+from nsdrill.web.diagrams import Reply, member_dimension
 from nsdrill.web.origin import origin_rows, study_details
 from nsdrill.web.packet import packed
 from nsdrill.web.server import static
 from nsdrill.web.session import Session
-from nsdrill.web.shown import plain, quantity_data, response_styles
+from nsdrill.web.shown import plain, response_styles
 
 MOTION_SECONDS, MOTION_SAMPLE = 15.0, 0.01
-MAX_DIAGRAMS = MAX_MAPS  # one for each value of a second axis; with more values a map is drawn
+MAX_DIAGRAMS = 4  # one for each value of a second axis; with more values a map is drawn
 MAX_PEAKS = 60_000  # of one diagram
 
 
@@ -78,7 +68,7 @@ class _Page:
         first = len(self.bodies)
         self.bodies.extend(packed(*reply) for reply in replies)
         data = json_text({"kind": kind, "bodies": list(range(first, len(self.bodies))), **more})
-        self.add(f'<div class="drawing" role="group" aria-label="{_text(words)}" data-draw="{_text(data)}"></div>')
+        self.add(f'<div class="drawing" role="group" aria-label="{escaped(words)}" data-draw="{escaped(data)}"></div>')
 
 
 def report(
@@ -90,21 +80,21 @@ def report(
     page, units = _Page(), parts[0].session.units
     names = _names([part.session.path for part in parts])
     letters = "ab" if len(parts) == 2 else [str(i) for i in range(1, len(parts) + 1)]
-    titles = [_title(part.session) for part in parts]
+    titles = [part.session.title for part in parts]
     is_one = len(set(titles)) == 1
     page.add(
-        f"<header><div><h1>{_text(titles[0] if is_one else ' and '.join(titles))}</h1>",
-        f"<p>{_text(', '.join(map(': '.join, zip(letters, names, strict=True))))}</p>"
+        f"<header><div><h1>{escaped(titles[0] if is_one else ' and '.join(titles))}</h1>",
+        f"<p>{escaped(', '.join(map(': '.join, zip(letters, names, strict=True))))}</p>"
         if len(parts) > 1
-        else f"<p>{_text(names[0])}</p>",
+        else f"<p>{escaped(names[0])}</p>",
         "</div></header><main>",
     )
     tables = _add_comparison(page, parts, names, units, severity, confidence)
     for number, part in enumerate(parts):
         page.add(f'<section class="first" id="answer{number}">')
         if len(parts) > 1:
-            page.add(f"<h2>{letters[number]}: {_text(names[number])}</h2>")
-            page.add("" if is_one else f"<p>{_text(titles[number])}</p>")
+            page.add(f"<h2>{letters[number]}: {escaped(names[number])}</h2>")
+            page.add("" if is_one else f"<p>{escaped(titles[number])}</p>")
         letter = letters[number] if len(parts) > 1 else ""
         is_first = number == 0 and not tables
         _add_answer(page, part.session, units, not tables, letter, severity, confidence, is_first)
@@ -112,7 +102,7 @@ def report(
     page.add(tables)
     if len(parts) > 1:
         rows = [
-            f'<li><a href="#file{i}">{_text(name)}: {_text(title)}</a></li>'
+            f'<li><a href="#file{i}">{escaped(name)}: {escaped(title)}</a></li>'
             for i, (name, title) in enumerate(zip(names, titles, strict=True))
         ]
         page.add(f"<h2>What it rests on</h2><ol>{''.join(rows)}</ol>")
@@ -121,18 +111,18 @@ def report(
     for number, part in enumerate(parts):
         page.add(f'<section id="file{number}">')
         if len(parts) > 1:
-            page.add(f"<h2>{_text(names[number])}: {_text(titles[number])}</h2>")
+            page.add(f"<h2>{escaped(names[number])}: {escaped(titles[number])}</h2>")
         made.append((names[number], _add_file(page, part, motions, stems[number])))
         page.add("</section>")
     page.add('<section id="made"><h2>How this was made</h2>')
     for part, (name, commands) in zip(parts, made, strict=True):
-        page.add(f"<h3>{_text(name)}</h3>" if len(parts) > 1 else "")
+        page.add(f"<h3>{escaped(name)}</h3>" if len(parts) > 1 else "")
         page.add(
-            _table(origin_rows(part.session)),
-            f"<p>To make it again:</p><pre>{_text(chr(10).join(commands))}</pre>",
+            table((), origin_rows(part.session)),
+            f"<p>To make it again:</p><pre>{escaped(chr(10).join(commands))}</pre>",
             study_details(part.session),
         )
-    page.add(f"<p>This page: <code>{_text(command)}</code></p></section></main>")
+    page.add(f"<p>This page: <code>{escaped(command)}</code></p></section></main>")
     return _document(titles[0], page)
 
 
@@ -155,7 +145,7 @@ def _add_answer(
         special = np.count_nonzero((branches.label != REGULAR) & (branches.label != END))
         page.add(
             f'<p class="answer">{len(branches.sizes)} branches of motions along the '
-            f"{_text(plain(x.words).lower())}, {_text(ends)}, with {special} special points. "
+            f"{escaped(plain(x.words).lower())}, {escaped(ends)}, with {special} special points. "
             "Branches say which motions there are and where they lose their stability, not "
             "which of them a string has: for a window run a sweep.</p>"
         )
@@ -176,12 +166,6 @@ def _add_comparison(
         return ""
     page.add(f'<section class="first">{first}{paragraph(LIMITS, "limits")}</section>')
     return f'<section id="compared"><h2>The two compared</h2>{tables}</section>'
-
-
-def _title(session: Session) -> str:
-    """The title of the study in the words of the user; of one without a title the name
-    of the file."""
-    return " ".join(session.study.title.split()) or Path(session.path).name
 
 
 def _names(paths: Sequence[str]) -> list[str]:
@@ -217,54 +201,33 @@ def _add_file(page: _Page, part: Part, motions: int, stem: str) -> list[str]:
             trace = shlex.quote(f"{stem}_trace{number}.h5")
             commands.append(_add_motion(page, session, place).replace(" -o trace.h5", f" -o {trace}"))
     for heading, lines in part.summaries:
-        page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
+        page.add(f"<h3>{escaped(heading)}</h3>", f"<pre>{escaped(chr(10).join(lines))}</pre>")
     return commands
 
 
 def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
-    units = session.units
+    """The diagrams and maps that the explorer draws of the same file; of several starts
+    or samples the picture that fits."""
     names = sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name])))
     more = {"responses": response_styles()}
-    if results.slice and not names:
-        _add_maps(page, [basin_area(results, units)])
-        return
-    if not names:
+    if member := member_dimension(results):
+        page.add(picture(results, None, f"All {member}s", session.units))
+    elif not names:
         page.add("<p>A single operating point.</p>")
-        return
-    if member_dimension(results):
-        _add_members(page, session, results)
     elif len(names) > 1 and len(results.coords[names[1]]) > MAX_DIAGRAMS:
-        x, y = names[0], names[1]
         procedures = [str(name) for name in results.coords["procedure"]]
-        for held, where in _held_values(results, names[2:], units):
+        for held, where in _held_values(results, names[2:], session.units):
+            request = {"colour": "response", "x": names[0], "y": names[1], "held": held}
             for number, procedure in enumerate(procedures):
-                words = ", ".join(
-                    ["Responses", *([procedure] if len(procedures) > 1 else []), *([where] if where else [])]
-                )
-                page.add(f"<h4>{_text(words)}</h4>")
-                page.add_drawing(
-                    "map", [plane(results, units, "response", x, y, held)], {**more, "procedure": number}, words
-                )
+                words = ", ".join(filter(None, ("Responses", procedure if len(procedures) > 1 else "", where)))
+                page.add(f"<h4>{escaped(words)}</h4>")
+                page.add_drawing("map", [session.plane(request)], {**more, "procedure": number}, words)
     else:
-        for held, words in _held_values(results, names[1:], units):
-            if words:
-                page.add(f"<h4>{_text(words)}</h4>")
-            panels = drawn_in(results.attrs).panels
-            replies = [
-                _thinned(session.diagram({"y": p.peaks, "x": names[0], "held": held}))
-                for p in panels
-                if p.greatest in results.variables
-            ]
+        panels = [panel for panel in drawn_in(results.attrs).panels if panel.greatest in results.variables]
+        for held, words in _held_values(results, names[1:], session.units):
+            page.add(f"<h4>{escaped(words)}</h4>" if words else "")
+            replies = [_thinned(session.diagram({"y": p.peaks, "x": names[0], "held": held})) for p in panels]
             page.add_drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
-    if len(names) == 2 and not member_dimension(results):
-        _add_maps(page, verdict_areas(results, units, names[0], names[1]))
-
-
-def _add_maps(page: _Page, areas: Iterable[TitledReply]) -> None:
-    """Maps with their titles."""
-    for words, reply in areas:
-        page.add(f"<h4>{_text(words)}</h4>")
-        page.add_drawing("map", [reply], {"responses": response_styles(), "procedure": 0}, words)
 
 
 def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) -> list[str]:
@@ -287,7 +250,7 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
                 words = f"{branches.meanings.get(label, str(label))} at {x.value(float(branches.numbers[point]))}"
                 branch_rows.append(("", f"{words} (point {point})"))
         first += size
-    page.add(_table(branch_rows))
+    page.add(table((), branch_rows))
     file, study, again, orbit = map(
         shlex.quote, (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5")))
     )
@@ -303,7 +266,7 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
 def _held_values(results: Results, others: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:
     """All combinations of some values of the ``others`` of the axes, as indices by axis
     and in words."""
-    values = [evenly_spaced(len(results.coords[name])) for name in others]
+    values = [evenly_spaced(range(len(results.coords[name])), MAX_DIAGRAMS) for name in others]
     for index in product(*values):
         words = [
             f"{plain(quantity(name, units).words)}: {quantity(name, units).value(float(results.coords[name][i]))}"
@@ -321,61 +284,13 @@ def _thinned(reply: Reply) -> Reply:
     return head, {**columns, "values": values[..., :keep] if columns["constant"].any() else values[..., -keep:]}
 
 
-def _add_members(page: _Page, session: Session, results: Results) -> None:
-    """The probabilities of samples, or the diagram of several starts with a line for
-    each start."""
-    units, axis, member = session.units, longest(results), member_dimension(results)
-    if member == SAMPLE and len(results.swept) == 2:
-        x, y = sorted(results.swept, key=lambda name: -len(results.coords[name]))
-        _add_maps(page, probability_areas(results, units, x, y))
-        return
-    if member == SAMPLE and len(results.swept) == 1:
-        words = f"Probabilities along {axis}"
-        page.add_drawing("lines", [probability_lines(results, units, axis)], {"responses": response_styles()}, words)
-        return
-    if len(results.swept) != 1:
-        page.add(f"<p>Several {member}s over several axes: see the numbers below.</p>")
-        return
-    place = [0 if name not in (axis, member) else slice(None) for name in results.grid]
-    series = Line(results, axis, tuple(place))
-    outcomes = np.swapaxes(outcome(series["status"], series["response"]), 0, 1)
-    x_edges = edges(series.x) / quantity(axis, units).scale
-    replies: list[Reply] = []
-    for panel in drawn_in(results.attrs).panels:
-        if panel.greatest not in results.variables:
-            continue
-        values = np.swapaxes(np.asarray(series[panel.greatest], dtype=float), 0, 1)[..., np.newaxis]
-        head = {
-            "x": axis_data(results, axis, units),
-            "y": quantity_data(panel.greatest, units),
-            "hover_quantities": [],
-            "hysteresis": [],
-            "procedures": [f"{member} {i}" for i in range(len(outcomes))],
-            "lines": [],
-            "edges": [x_edges[0], x_edges[-1]],
-        }
-        replies.append(
-            (
-                head,
-                {
-                    "values": values / quantity(panel.greatest, units).scale,
-                    "outcome": outcomes,
-                    "constant": np.zeros(outcomes.shape, bool),
-                },
-            )
-        )
-    page.add_drawing(
-        "lines", replies, {"responses": response_styles()}, f"Greatest values along {axis}, of every {member}"
-    )
-
-
 def _add_motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
     """Add the motion of one point; return the command line that computes it, "" where
     the run failed."""
     try:
         head, columns = session.replay({"place": list(place), "seconds": MOTION_SECONDS})
     except NsdrillError as error:
-        page.add(f"<p>{_text(str(error))}</p>")
+        page.add(f"<p>{escaped(str(error))}</p>")
         return ""
     step = max(1, round(MOTION_SAMPLE / head["interval"])) if head["interval"] else 1
     drawn = session.meta()["drawn"]
@@ -398,12 +313,12 @@ def _add_motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
     }
     head["channels"] = [channel for channel in head["channels"] if channel["name"] in shown]
     title = ", ".join(f"{a} {b}" for a, b in head["from"])
-    page.add(f"<figure><figcaption><strong>{_text(title)}</strong><br>{_text(', '.join(head['labels']))}<br>")
+    page.add(f"<figure><figcaption><strong>{escaped(title)}</strong><br>{escaped(', '.join(head['labels']))}<br>")
     if head["ended"]:
-        page.add(_text(f"It ended early: {head['ended']}."))
+        page.add(escaped(f"It ended early: {head['ended']}."))
     else:
         ending = "the stored state, bit for bit" if head["same_bits"] else f"not the stored state: {head['differing']}"
-        page.add(_text(f"Run again for this page, it ends in: {ending}."))
+        page.add(escaped(f"Run again for this page, it ends in: {ending}."))
     page.add("</figcaption>")
     page.add_drawing("motion", [(head, shown)], {"drawn": drawn}, f"The motion at {title}")
     page.add("</figure>")
@@ -447,15 +362,6 @@ def _middle_of_longest(mask: Array, axis: int) -> tuple[int, ...]:
 # ---- HTML
 
 
-def _text(text: str) -> str:
-    return html.escape(str(text), quote=True)
-
-
-def _table(rows: Sequence[tuple[str, str]]) -> str:
-    cells = "".join(f"<tr><th scope='row'>{_text(a)}</th><td>{_text(b)}</td></tr>" for a, b in rows)
-    return f"<table>{cells}</table>"
-
-
 def _document(title: str, page: _Page) -> str:
     """The whole page. Its policy allows only its own scripts and style, and loads
     nothing."""
@@ -475,10 +381,10 @@ def _document(title: str, page: _Page) -> str:
     return "".join(
         [
             '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
-            f'<meta http-equiv="Content-Security-Policy" content="{_text(policy)}">\n',
+            f'<meta http-equiv="Content-Security-Policy" content="{escaped(policy)}">\n',
             '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
             '<meta name="generator" content="nsdrill">\n',
-            f'<title>{_text(title)} – nsdrill</title>\n<link rel="icon" '
+            f'<title>{escaped(title)} – nsdrill</title>\n<link rel="icon" '
             f'href="data:,">\n<style>{style}</style>\n</head>\n',
             f'<body class="report paper">\n{chr(10).join(page.pieces)}\n',
             "<noscript>The diagrams need JavaScript; all text is here without.</noscript>\n",

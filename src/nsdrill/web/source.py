@@ -77,9 +77,9 @@ class Source:
             self.experiment = prepare(self.branches.study)
             return
         self.results = self._read()
-        from nsdrill.app.stored import stored_experiment
+        from nsdrill.app.overrides import stored_experiment
 
-        self.experiment = stored_experiment(self.path, self.results.attrs, self.results.coords, self.results.drawn)
+        self.experiment = stored_experiment(self.path, self.results)
 
     def _read(self) -> Results:
         from nsdrill.app.reading import read_any
@@ -108,9 +108,9 @@ class Source:
 
     @property
     def attrs(self) -> Mapping[str, Any]:
-        """The attributes of the results, or those that a study would give them."""
-        if self.results is not None:
-            return self.results.attrs
+        """The attributes of the file, or those that a study would give it."""
+        if (file := self.results or self.branches) is not None:
+            return file.attrs
         return {
             "model": self.study.model.name,
             "study_resolved": json_text(self.study.resolved),

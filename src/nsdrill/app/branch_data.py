@@ -1,0 +1,265 @@
+"""The Dataset of branches: their points with stability, special points and features, and
+curves of special points in a second number."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nsdrill import interrupt
+from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
+from nsdrill.app.continuation_setup import RANGE_PARTS, ContinuationSetup, number_of
+from nsdrill.app.provenance import provenance
+from nsdrill.data import Array, json_text
+from nsdrill.kernel.batch import Batch, choose_lanes
+from nsdrill.kernel.settings import Simulation
+from nsdrill.models.leaves import OPERATION
+from nsdrill.observe.thresholds import Record
+from nsdrill.orbit.borders import borders
+from nsdrill.orbit.branch import ENDINGS
+from nsdrill.orbit.curve import Condition
+from nsdrill.orbit.explore import Found
+from nsdrill.orbit.flow import Flow
+from nsdrill.orbit.labels import unstable_beside
+from nsdrill.orbit.multipliers import finer_multipliers
+from nsdrill.study.study import Study
+from nsdrill.sweep.work import Variant as Compiled
+from nsdrill.sweep.work import compiled_parts
+from nsdrill.units import CF
+from nsdrill.variables import OK, dimension_of
+
+CIRCLE_PERIODS = 200  # of a motion on an invariant circle, over which its features are measured
+UNSTABLE = 1e6  # largest multiplier of a motion that an integration still follows
+
+
+def _numbers(dims: str | tuple[str, ...], values: Any, meaning: str, units: str = "1", **attrs: Any) -> tuple[Any, ...]:
+    """A variable of numbers."""
+    return dims, np.asarray(values), {"units": units, "long_name": meaning, **attrs}
+
+
+def _counts(dim: str, values: Iterable[int], meaning: str, dtype: Any = np.int64, **attrs: Any) -> tuple[Any, ...]:
+    """A variable of whole numbers."""
+    return _numbers(dim, np.array([*values], dtype), meaning, **attrs)
+
+
+def _words(dim: str, values: Iterable[str], meaning: str) -> tuple[Any, ...]:
+    """A variable of words."""
+    return dim, np.array([*values], dtype=object), {"long_name": meaning}
+
+
+def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
+    """The Dataset of branches."""
+    import xarray
+
+    study, continuation, branches = setup.study, setup.continuation, found.branches
+    orbits = [entry.point.found for branch in branches for entry in branch.marked]
+    numbers = np.array([orbit.values[-1] for orbit in orbits])
+    keys = dict.fromkeys((*OPERATION, continuation.along))
+    at = {
+        dimension_of(key): numbers if key == continuation.along else np.full(len(orbits), number_of(study, key))
+        for key in keys
+    }
+    contacts = (*flow.equations.contacts, *flow.equations.levels)
+    coordinates = {
+        **{dimension_of(key): ("point", at[dimension_of(key)], _axis_attrs(study, key)) for key in keys},
+        "state_name": _words("state_name", setup.model.states(setup.variant), "state name"),
+        **({"contact": _words("contact", contacts, "contact")} if contacts else {}),
+    }
+    data = {**_branch_variables(found), **_point_variables(setup, flow, found)}
+    if contacts:
+        touches = np.stack([orbit.touches[:, 2] for orbit in orbits])
+        data["touches"] = _numbers(("point", "contact"), touches, "how often in a period a contact begins")
+    circles = np.repeat([one.motion == CIRCLE for one in branches], [len(one) for one in branches])
+    largest = np.nanmax(np.abs(data["multiplier_real"][1] + 1j * data["multiplier_imag"][1]), axis=1)
+    features = _features(setup, data["state"][1], data["period"][1], numbers, circles, largest)
+    known = {variable.name: variable for variable in study.model.features}
+    data |= {
+        name: _numbers("point", values, known[name].long_name, known[name].units)
+        for name, values in features.items()
+        if name in known
+    }
+    attrs = {
+        **provenance(study, "continue"),
+        "nsdrill_kind": "branches",
+        "along": dimension_of(continuation.along),
+        "along_key": continuation.along,
+        "continue_from": continuation.low,
+        "continue_to": continuation.high,
+        "seeds": json_text(dict(Counter(found.seeds))),
+        "rtol": flow.rtol,
+    }
+    return xarray.Dataset(data, coordinates, attrs)
+
+
+def _branch_variables(found: Found) -> dict[str, tuple[Any, ...]]:
+    """The variables of whole branches, and to which branch each point belongs."""
+    branches = found.branches
+    sizes = [len(one) for one in branches]
+    springs = "number of the branch from which it springs, -1 for none"
+    place = "point of the parent, counted within it, at which it springs; -1 for none"
+    size = "number of points of the branch"
+    of_point = np.repeat(np.arange(len(branches)), sizes)
+    return {
+        "motion": _words("branch", (one.motion for one in branches), "kind of motion"),
+        "lobes": _counts("branch", (one.lobes for one in branches), "period in lobes"),
+        "parent": _counts("branch", (one.parent for one in branches), springs),
+        "parent_point": _counts("branch", (one.parent_point for one in branches), place),
+        "closed": _counts("branch", (one.closed for one in branches), "1 for a closed branch", np.int8),
+        "end_reason": _words("branch", (one.end_reason for one in branches), "why the branch ends"),
+        "row_size": _counts("branch", sizes, size, sample_dimension="point"),
+        "branch_of_point": _counts("point", of_point, "number of the branch"),
+    }
+
+
+def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found) -> dict[str, tuple[Any, ...]]:
+    """The variables of points that continuation itself knows."""
+    entries = [entry for branch in found.branches for entry in branch.marked]
+    points = [entry.point for entry in entries]
+    orbits = [point.found for point in points]
+    finer = finer_multipliers(flow, found.branches, interrupt.check)
+    multipliers = np.full((len(points), max(map(len, finer))), np.nan + 0j)
+    for place, values in enumerate(finer):
+        multipliers[place, : len(values)] = values[np.argsort(-np.abs(values), kind="stable")]
+    meanings = meanings_of(setup.study.model)
+    flags = {
+        "flag_values": np.array([*meanings], np.int16),
+        "flag_meanings": " ".join(one.name for one in meanings.values()),
+    }
+    period = "period; of circles the time between two lobes"
+    rotation = "rotation of an invariant circle over a lobe"
+    outside = "number of multipliers outside the unit circle; 0: stable; at a bifurcation that of its more stable side"
+    iterations, of_multiplier = (point.iterations for point in points), ("point", "multiplier")
+    states = np.stack([orbit.state for orbit in orbits])
+    return {
+        "label": _counts("point", (entry.label for entry in entries), "kind of special point", np.int16, **flags),
+        "label_note": _words("point", (entry.words for entry in entries), "what the label means here beyond its kind"),
+        "period": _numbers("point", [orbit.period for orbit in orbits], period, "s"),
+        "rotation_number": _numbers("point", [orbit.rotation for orbit in orbits], rotation, "rad"),
+        "multiplier_real": _numbers(of_multiplier, multipliers.real, "Floquet multipliers, real parts"),
+        "multiplier_imag": _numbers(of_multiplier, multipliers.imag, "Floquet multipliers, imaginary parts"),
+        "unstable": _counts("point", map(unstable_beside, entries), outside, np.int16),
+        "arclength": _numbers("point", [point.s for point in points], "arclength from the branch's begin"),
+        "iterations": _counts("point", iterations, "iterations of Newton's method", np.int16),
+        "residual": _numbers("point", [point.residual for point in points], "residual in natural scales"),
+        "state": (("point", "state_name"), states, {"long_name": "state at the drive angle 0, in SI"}),
+    }
+
+
+def _axis_attrs(study: Study, key: str) -> dict[str, Any]:
+    """The attributes of the coordinate of an axis."""
+    leaf = study.keys.axes[key]
+    resolved = study.keys.leaf(leaf.key, study.resolved)
+    return {"units": CF[resolved.units], "long_name": resolved.meaning or key, "key": leaf.key}
+
+
+def _features(
+    setup: ContinuationSetup, states: Array, periods: Array, numbers: Array, circles: Array, largest: Array
+) -> dict[str, Array]:
+    """The features of every point, as in a results file, observed over one period, on a
+    circle over many; NaN where the motion is too unstable to be followed that long.
+
+    ``states`` [n, states] and ``periods`` [s] are those of the motions at ``numbers``
+    (SI) of the continued number, ``circles`` those on invariant circles, and
+    ``largest`` their largest multipliers in absolute value; all but ``states`` [n]."""
+    study, model = setup.study, setup.model
+    record = Record(peaks=1)
+    lanes = choose_lanes(1000)
+    variant = Compiled(study.model, setup.variant)
+    rows, width = variant.rows, model.outcome_width(record, setup.variant)
+    n = len(states)
+    durations = np.where(circles, CIRCLE_PERIODS * periods, periods)
+    values = setup.values(numbers[:, None], (setup.continuation.along,))
+    table = model.pack(values, study.thresholds)
+    runs = model.runs(table, setup.variant, np.concatenate([states, np.zeros((n, 1))], axis=1))
+    runs = replace(runs, transient=np.zeros(n), observe=durations)
+    store = model.store(lanes, study.parameters, record)
+    batch = Batch(lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000))
+    batch.add_many(np.arange(n), runs)
+    outcome, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
+    parts = compiled_parts(lanes, variant)
+    remaining = n
+    while remaining:
+        interrupt.check()
+        done = batch.advance(parts, 1.0, True)
+        outcome[done.job], ok[done.job] = done.outcome, done.status == OK
+        parameters[done.job] = done.parameters
+        remaining -= len(done.job)
+    features = model.features(
+        outcome,
+        parameters,
+        durations,  # type: ignore[arg-type]
+        setup.variant,
+    )
+    good = ok & stays_on_motion(largest, circles)
+    return {name: np.where(good, value, np.nan) for name, value in features.items()}
+
+
+def stays_on_motion(largest: Array, circles: Array) -> Array:
+    """Whether a run stays on the motion for the observation time: bool [n]. ``largest``
+    [n] is the largest multiplier over a period in absolute value; motions on
+    ``circles`` (bool [n]) are observed over many periods."""
+    with np.errstate(over="ignore"):
+        return ~(largest ** np.where(circles, CIRCLE_PERIODS, 1) > UNSTABLE)
+
+
+def conditions_of(setup: ContinuationSetup) -> dict[int, Condition]:
+    """The conditions that hold along the curves of the study, by the label of the
+    points that the curves continue."""
+    curves, contacts = setup.continuation.curves, setup.model.contacts
+    assert curves is not None
+    of_multipliers = {
+        "fold": (FOLD, Condition(multiplier=1.0)),
+        "doubling": (DOUBLING, Condition(multiplier=-1.0)),
+        "torus": (TORUS, Condition(pair=True)),
+        "hopf": (HOPF, Condition(pair=True)),
+    }
+    grazing = {
+        one.code: Condition(contact=contacts.index(one.contact), which=1 if one.when == "reached" else 0)
+        for one in setup.study.model.grazing
+        if one.border in curves.of
+    }
+    return dict(condition for name, condition in of_multipliers.items() if name in curves.of) | grazing
+
+
+def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int) -> Any:
+    """``data`` with the curves along which special points continue in the plane of the
+    continued number and a second one."""
+    continuation, study = setup.continuation, setup.study
+    curves = continuation.curves
+    assert curves is not None
+    scales = ((continuation.high - continuation.low) / RANGE_PARTS, (curves.high - curves.low) / RANGE_PARTS)
+    contacts, known = setup.model.contacts, dict[str, Flow]()
+
+    def flows(condition: Condition) -> Flow:
+        # A motion that just reaches a contact is also a motion without that contact,
+        # whose equations are smooth.
+        name = "" if condition.of_monodromy or not condition.which else contacts[condition.contact]
+        if name not in known:
+            known[name] = setup.flow((continuation.along, curves.over), scales, workers, name)
+        return known[name]
+
+    start = number_of(study, dimension_of(curves.over))
+    ranges = ((continuation.low, continuation.high), (curves.low, curves.high))
+    lines = borders(flows, found.branches, conditions_of(setup), start, ranges, curves.points, interrupt.check)
+    points = [point for one in lines for point in one.points]
+    numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
+    along, over = dimension_of(continuation.along), dimension_of(curves.over)
+    ends = [" ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in lines]
+    size, outside = "number of points of the curve", "number of multipliers outside the unit circle"
+    return data.assign(
+        curve_label=("curve", np.array([one.label for one in lines], np.int16), dict(data["label"].attrs)),
+        curve_motion=_words("curve", (one.motion for one in lines), "kind of motion"),
+        curve_lobes=_counts("curve", (one.lobes for one in lines), "period in lobes"),
+        curve_branch=_counts("curve", (one.branch for one in lines), "a branch that it passes"),
+        curve_end_reason=_words("curve", ends, "why the curve ends"),
+        curve_row_size=_counts("curve", (len(one.points) for one in lines), size, sample_dimension="curve_point"),
+        curve_unstable=_counts("curve_point", (point.found.unstable for point in points), outside, np.int16),
+        **{
+            f"curve_{along}": ("curve_point", numbers[:, 0], _axis_attrs(study, continuation.along)),
+            f"curve_{over}": ("curve_point", numbers[:, 1], _axis_attrs(study, curves.over)),
+        },
+    ).assign_attrs(over=over, over_key=curves.over)
