@@ -27,7 +27,7 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import evenly_spaced
-from nsdrill.variables import INFERRED, OK
+from nsdrill.variables import INFERRED, OK, SAMPLE
 from nsdrill.web.answers import LIMITS, comparison, escaped, file_answer, paragraph, picture, table
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import Reply, member_dimension
@@ -114,6 +114,13 @@ def report(
             page.add(f"<h2>{escaped(names[number])}: {escaped(titles[number])}</h2>")
         made.append((names[number], _add_file(page, part, motions, stems[number])))
         page.add("</section>")
+    _add_made(page, parts, made)
+    page.add(f"<p>This page: <code>{escaped(command)}</code></p></section></main>")
+    return _document(titles[0], page)
+
+
+def _add_made(page: _Page, parts: Sequence[Part], made: Sequence[tuple[str, list[str]]]) -> None:
+    """How each file was made, and the command lines that make it again, by its name."""
     page.add('<section id="made"><h2>How this was made</h2>')
     for part, (name, commands) in zip(parts, made, strict=True):
         page.add(f"<h3>{escaped(name)}</h3>" if len(parts) > 1 else "")
@@ -122,8 +129,6 @@ def report(
             f"<p>To make it again:</p><pre>{escaped(chr(10).join(commands))}</pre>",
             study_details(part.session),
         )
-    page.add(f"<p>This page: <code>{escaped(command)}</code></p></section></main>")
-    return _document(titles[0], page)
 
 
 def _add_answer(
@@ -191,7 +196,7 @@ def _add_file(page: _Page, part: Part, motions: int, stem: str) -> list[str]:
             raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
         return _add_branches(page, session, session.branches, stem)
     places = representatives(results, motions)
-    page.add("<h3>Diagrams</h3>", '<p class="screen">Point at a diagram for its numbers.</p>')
+    page.add("<h3>Diagrams</h3>")
     _add_diagrams(page, session, results)
     study, again = (shlex.quote(f"{stem}_{name}") for name in ("study.yaml", "again.h5"))
     commands = [f"nsdrill show {shlex.quote(session.path)} --study > {study}", f"nsdrill run {study} -o {again}"]
@@ -210,11 +215,15 @@ def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
     or samples the picture that fits."""
     names = sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name])))
     more = {"responses": response_styles()}
-    if member := member_dimension(results):
+    hint = '<p class="screen">Point at a diagram for its numbers.</p>'
+    if (member := member_dimension(results)) == SAMPLE and 0 < len(names) < 3:
+        page.add("<p>The probabilities are with the answer, above.</p>")
+    elif member:
         page.add(picture(results, None, f"All {member}s", session.units))
     elif not names:
         page.add("<p>A single operating point.</p>")
     elif len(names) > 1 and len(results.coords[names[1]]) > MAX_DIAGRAMS:
+        page.add(hint)
         procedures = [str(name) for name in results.coords["procedure"]]
         for held, where in _held_values(results, names[2:], session.units):
             request = {"colour": "response", "x": names[0], "y": names[1], "held": held}
@@ -223,6 +232,7 @@ def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
                 page.add(f"<h4>{escaped(words)}</h4>")
                 page.add_drawing("map", [session.plane(request)], {**more, "procedure": number}, words)
     else:
+        page.add(hint)
         panels = [panel for panel in drawn_in(results.attrs).panels if panel.greatest in results.variables]
         for held, words in _held_values(results, names[1:], session.units):
             page.add(f"<h4>{escaped(words)}</h4>" if words else "")
