@@ -14,6 +14,8 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.plot.look import apply_limits, look_of
+from nsdrill.plot.registry import choose_kind
 from nsdrill.study import parse_study
 
 STUDY = """
@@ -112,6 +114,15 @@ def test_a_sample_is_drawn_as_a_sweep_of_its_own(both: Results) -> None:
         plot.draw(both, "map", at={"sample": 16})
     with pytest.raises(InputError, match="it needs samples of uncertain numbers"):
         plot.draw(plot.cut(both, {"sample": 3}), "tornado")
+
+
+def test_limits_leave_the_samples_of_the_unknowns(both: Results) -> None:
+    """By which a picture knows what no run has in common with the others."""
+    kind, _ = choose_kind(both, "probability")
+    part, ends = apply_limits(both, kind, look_of(xlim=(5.0, 12.0)))
+    assert ends == (5.0, 12.0)
+    assert part.swept == both.swept
+    assert part.drawn == both.drawn
 
 
 @pytest.mark.parametrize("kind", ["probability", "tornado", "window"])

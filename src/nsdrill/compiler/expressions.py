@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import FunctionType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,61 +31,45 @@ from nsdrill.compiler.language import (
     plain,
 )
 
-CONSTANT_OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
-    ast.Pow: operator.pow,
-    ast.BitAnd: operator.and_,
-    ast.BitOr: operator.or_,
-    ast.BitXor: operator.xor,
-    ast.LShift: operator.lshift,
-    ast.RShift: operator.rshift,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Is: operator.is_,
-    ast.IsNot: operator.is_not,
-    ast.In: lambda a, b: a in b,
-    ast.NotIn: lambda a, b: a not in b,
+
+class Operation(NamedTuple):
+    """An operation on two operands: on constants, as instructions by the kind of values
+    (none where there is none), and what to write in its place."""
+
+    plain: Callable[[Any, Any], Any]
+    instructions: Mapping[str, str] = {}
+    instead: str = ""
+
+
+OPERATIONS: dict[type, Operation] = {
+    ast.Add: Operation(operator.add, {"d": "fadd", "i": "add"}),
+    ast.Sub: Operation(operator.sub, {"d": "fsub", "i": "sub"}),
+    ast.Mult: Operation(operator.mul, {"d": "fmul", "i": "mul"}),
+    ast.Div: Operation(operator.truediv, {"d": "fdiv"}, "a division of floats: float(a) / float(b)"),
+    ast.FloorDiv: Operation(operator.floordiv, {"i": "sdiv"}, "of integers; of floats np.floor(a / b)"),
+    ast.Mod: Operation(operator.mod, {"i": "srem"}, "of integers; of floats np.fmod"),
+    ast.Pow: Operation(operator.pow),
+    ast.MatMult: Operation(operator.matmul),
+    ast.BitAnd: Operation(operator.and_, {"i": "and", "b": "and"}),
+    ast.BitOr: Operation(operator.or_, {"i": "or", "b": "or"}),
+    ast.BitXor: Operation(operator.xor, {"i": "xor", "b": "xor"}),
+    ast.LShift: Operation(operator.lshift, {"i": "shl"}),
+    ast.RShift: Operation(operator.rshift, {"i": "ashr"}),
+    ast.Lt: Operation(operator.lt, {"d": "olt", "i": "slt"}),
+    ast.LtE: Operation(operator.le, {"d": "ole", "i": "sle"}),
+    ast.Gt: Operation(operator.gt, {"d": "ogt", "i": "sgt"}),
+    ast.GtE: Operation(operator.ge, {"d": "oge", "i": "sge"}),
+    ast.Eq: Operation(operator.eq, {"d": "oeq", "i": "eq", "b": "eq"}),
+    ast.NotEq: Operation(operator.ne, {"d": "une", "i": "ne", "b": "ne"}),
+    ast.Is: Operation(operator.is_),
+    ast.IsNot: Operation(operator.is_not),
+    ast.In: Operation(lambda a, b: a in b),
+    ast.NotIn: Operation(lambda a, b: a not in b),
 }
 CONSTANT_SIGNS: dict[type, Callable[[Any], Any]] = {
     ast.USub: operator.neg,
     ast.UAdd: operator.pos,
     ast.Invert: operator.invert,
-}
-# The instructions of an operation, by the kind of its operands.
-OPERATIONS: dict[type, dict[str, str]] = {
-    ast.Add: {"d": "fadd", "i": "add"},
-    ast.Sub: {"d": "fsub", "i": "sub"},
-    ast.Mult: {"d": "fmul", "i": "mul"},
-    ast.Div: {"d": "fdiv"},
-    ast.FloorDiv: {"i": "sdiv"},
-    ast.Mod: {"i": "srem"},
-    ast.BitAnd: {"i": "and", "b": "and"},
-    ast.BitOr: {"i": "or", "b": "or"},
-    ast.BitXor: {"i": "xor", "b": "xor"},
-    ast.LShift: {"i": "shl"},
-    ast.RShift: {"i": "ashr"},
-}
-COMPARISONS: dict[type, dict[str, str]] = {
-    ast.Lt: {"d": "olt", "i": "slt"},
-    ast.LtE: {"d": "ole", "i": "sle"},
-    ast.Gt: {"d": "ogt", "i": "sgt"},
-    ast.GtE: {"d": "oge", "i": "sge"},
-    ast.Eq: {"d": "oeq", "i": "eq", "b": "eq"},
-    ast.NotEq: {"d": "une", "i": "ne", "b": "ne"},
-}
-INSTEAD: dict[type, str] = {
-    ast.Div: "a division of floats: float(a) / float(b)",
-    ast.Mod: "of integers; of floats np.fmod",
-    ast.FloorDiv: "of integers; of floats np.floor(a / b)",
 }
 SUM = "a loop, or the terms written out"
 INSTEAD_OF_EXPRESSIONS: dict[type, str] = {
@@ -221,18 +205,19 @@ class Expressions:
     def binary(self, op: type, a: Any, b: Any, nodes: tuple[ast.expr, ...] = ()) -> Any:
         """The operation on ``a`` and ``b``, which come from ``nodes``."""
         if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME):
-            return plain(CONSTANT_OPERATIONS[op](a, b))
+            return plain(OPERATIONS[op].plain(a, b))
         if isinstance(a, Lane) or isinstance(b, Lane):
             found = self._with_lane(op, a, b)
             if found is not None:
                 return found
-        if "b" not in OPERATIONS.get(op, {}):
+        _, instructions, instead = OPERATIONS[op]
+        if "b" not in instructions:
             for truth, node, other in zip((a, b), nodes, (b, a), strict=False):
                 _check_no_truth(truth, node, other)
         one, two = self.pair(a, b)
-        instruction = OPERATIONS.get(op, {}).get(one.kind)
+        instruction = instructions.get(one.kind)
         if instruction is None:
-            instead = _instead_of_power(b) if op is ast.Pow else INSTEAD.get(op)
+            instead = _instead_of_power(b) if op is ast.Pow else instead
             allowed = f"; allowed: {instead}" if instead else ""
             raise Refusal(f"this operation is not defined for {KINDS[one.kind]}{allowed}")
         if op in (ast.Mod, ast.FloorDiv):  # a division by zero would end the process
@@ -329,9 +314,9 @@ class Expressions:
 
     def compare(self, op: type, a: Any, b: Any) -> Any:
         if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME):
-            return bool(CONSTANT_OPERATIONS[op](a, b))
+            return bool(OPERATIONS[op].plain(a, b))
         one, two = self.pair(a, b)
-        name = COMPARISONS.get(op, {}).get(one.kind)
+        name = OPERATIONS[op].instructions.get(one.kind)
         if name is None:
             raise Refusal(f"this comparison is not defined for {KINDS[one.kind]}")
         return self.text.comparison(name, one, two)
@@ -528,7 +513,9 @@ class Expressions:
         best = arguments[0]
         for other in arguments[1:]:
             other, best = self.pair(other, best)
-            best = self.text.selection(self.text.comparison(COMPARISONS[op][best.kind], other, best), other, best)
+            best = self.text.selection(
+                self.text.comparison(OPERATIONS[op].instructions[best.kind], other, best), other, best
+            )
         return best
 
     def _converted(self, v: Any, kind: str) -> Value:

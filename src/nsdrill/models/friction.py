@@ -155,7 +155,8 @@ def laws_that_read(key: str) -> str:
         return ""
     if len(others) == 1:
         return f"all laws but {others[0]}"
-    return f"law{'s' if len(words) > 1 else ''} {' and '.join(words)}"
+    *several, last = words
+    return f"laws {', '.join(several)} and {last}" if several else f"law {last}"
 
 
 def rate_at_rest(section: Any, normal: Any, per_mass: Any) -> Any:

@@ -167,12 +167,6 @@ def in_parts(model: Description, values: Mapping[str, Any]) -> Iterator[tuple[di
         yield compiled, np.flatnonzero(part_of.ravel() == number)
 
 
-def is_further_axis(key: str) -> bool:
-    """Whether a sweep of any model may vary the number at this dotted key."""
-    name = dimension_of(key)
-    return any(axes.get(name, ("",))[0] == key for _, axes in of_all(further_axes))
-
-
 def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Values:
     """``parameters`` and ``initial`` with the ``values`` of the axes, those of the
     operation among them. A choice has one value, and the keys that its word does not

@@ -12,11 +12,9 @@ import math
 import re
 from typing import Any
 
-import numpy as np
-
 from nsdrill.abi import CLOSES, OPENS, Rows
 from nsdrill.compiler.functions import compiled, inlined
-from nsdrill.compiler.words import fma, lowest_bit
+from nsdrill.compiler.words import lowest_bit
 from nsdrill.elementary import angle_between
 from nsdrill.generate import constants, define
 from nsdrill.observe import inside, interpolant
@@ -48,27 +46,9 @@ CONSTANTS = {
     "CLOSES": CLOSES,
     "PROMINENCE": PROMINENCE,
 }
-HELPERS = (
-    "quintic",
-    "cubic",
-    "rate_of",
-    "middle_of_quintic",
-    "middle_of_cubic",
-    "middle_of_rate",
-    "mean_square",
-    "value",
-    "slope",
-    "top_of_cubic",
-)
-EVENTS = (
-    "has_extremum",
-    "integral_above",
-    "lower_estimate",
-    "measure_events",
-    "record_maximum",
-    "record_returns",
-    "store_peak",
-)
+HELPERS = {
+    word: found for module in (interpolant, inside) for word, found in vars(module).items() if not word.startswith("_")
+}
 
 
 def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
@@ -117,20 +97,9 @@ class ChannelText:
         its body."""
         head = [constants(W=self.lanes), f"def {name}({given}):"]
         text = "\n".join([*head, *indented(lines), ""])
-        namespace |= dict(self.helpers.values())
-        namespace |= {word: getattr(interpolant, word) for word in HELPERS}
-        namespace |= {word: getattr(inside, word) for word in EVENTS}
-        function = define(
-            name,
-            text,
-            np=np,
-            math=math,
-            fma=fma,
-            angle_between=angle_between,
-            lowest_bit=lowest_bit,
-            **CONSTANTS,
-            **namespace,
-        )
+        namespace |= HELPERS | CONSTANTS | dict(self.helpers.values())
+        namespace |= {"math": math, "angle_between": angle_between, "lowest_bit": lowest_bit}
+        function = define(name, text, **namespace)
         return compiled(*kinds)(function)
 
     # Rows and expressions in the text.

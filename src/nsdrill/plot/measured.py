@@ -121,9 +121,10 @@ def draw_fit(
     with house_style():
         figure = new_figure(page_width(), 1.2 + PANEL_HEIGHT * rows + (0.25 if with_names else 0.0))
         grid = figure.add_gridspec(rows, 1, height_ratios=[1.0] * rows)
+        cells = [grid[row].subgridspec(1, COLUMNS) for row in range(unknown_rows)]
         for place, key in enumerate(samples):
             row, column = divmod(place, COLUMNS)
-            axes = figure.add_subplot(grid[row].subgridspec(1, COLUMNS)[column])
+            axes = figure.add_subplot(cells[row][column])
             _draw_unknown(axes, quantity(key, units), prior[key], samples[key], bins_for(number))
         panels = [figure.add_subplot(grid[row]) for row in range(unknown_rows, rows)]
         for axes, name in zip(panels, measured.values, strict=True):

@@ -19,7 +19,7 @@ from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.ranges import bound_text
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import SLICE, shown
+from nsdrill.study.keys import SLICE, Resolved, shown
 from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import axis_values, refined_axes
 from nsdrill.units import USUAL
@@ -54,7 +54,7 @@ class Checker:
     An uncertain number, with its samples in ``drawn``, is to them an axis with these
     values."""
 
-    def __init__(self, at: Reading, resolved: dict[str, Any], drawn: Mapping[str, Array] | None = None) -> None:
+    def __init__(self, at: Reading, resolved: Resolved, drawn: Mapping[str, Array] | None = None) -> None:
         self.document, self.faulty, self.resolved = at.document, tuple(at.faulty), resolved
         self.model, self.leaves = at.keys.model, at.keys.leaves
         self.drawn = drawn or {}

@@ -78,6 +78,7 @@ MEANINGS: dict[str, str] = {
 
 
 Schema = dict[str, Any]  # a part of a JSON Schema
+Resolved = dict[str, Any]  # a complete study, or a part of one, as plain data in SI
 Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"  # what YAML has
 
 

@@ -17,7 +17,7 @@ from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import MODEL_LEAF, keys_named, shown
+from nsdrill.study.keys import MODEL_LEAF, Resolved, keys_named, shown
 from nsdrill.study.read import Document, apply_overrides, parse, read_text
 from nsdrill.study.schema import study_form
 from nsdrill.study.study import Study, build, study_from_resolved
@@ -85,11 +85,11 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
     return made
 
 
-def _resolve(at: Reading, given: dict[str, Any]) -> dict[str, Any]:
+def _resolve(at: Reading, given: Resolved) -> Resolved:
     """The complete study as plain data, from the values ``given``: defaults filled in,
     axes ascending."""
     keys, ramps = at.keys, _take_ramps(given.get("operation", {}))
-    resolved: dict[str, Any] = {"title": given.get("title", ""), "model": keys.model.name}
+    resolved: Resolved = {"title": given.get("title", ""), "model": keys.model.name}
     if "units" in given:
         resolved["units"] = given["units"]
     for section, cls in keys.sections.items():
@@ -121,7 +121,7 @@ def _resolve(at: Reading, given: dict[str, Any]) -> dict[str, Any]:
     return resolved
 
 
-def _take_ramps(operation: dict[str, Any]) -> dict[str, list[list[float]]]:
+def _take_ramps(operation: Resolved) -> dict[str, list[list[float]]]:
     """The ramps of the section ``operation`` as [times, values], each replaced there by
     its value at time zero."""
     ramps = {}
@@ -132,7 +132,7 @@ def _take_ramps(operation: dict[str, Any]) -> dict[str, list[list[float]]]:
     return ramps
 
 
-def _swept_axes(at: Reading, sweep: dict[str, Any], resolved: dict[str, Any]) -> dict[str, Any]:
+def _swept_axes(at: Reading, sweep: Resolved, resolved: Resolved) -> Resolved:
     """The axes of the sweep in the order of the file, which is that of the dimensions
     of the results."""
     keys = at.keys
@@ -153,7 +153,7 @@ def _plain(value: Any) -> Any:
     return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
-def _merged(defaults: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+def _merged(defaults: Resolved, given: Resolved) -> Resolved:
     return {
         name: _merged(value, given.get(name, {})) if value and isinstance(value, dict) else given.get(name, value)
         for name, value in defaults.items()

@@ -25,7 +25,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
-from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_named
+from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, Resolved, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
 
@@ -89,7 +89,7 @@ class Study:
     text: str = ""
     source: str = ""
     overrides: tuple[str, ...] = ()
-    resolved: dict[str, Any] = field(default_factory=dict)
+    resolved: Resolved = field(default_factory=dict)
     sha256: str = ""
     refine: int = 0
     refined: tuple[str, ...] = ()
@@ -143,7 +143,7 @@ LAW_KEYS = ("law", "dynamic_from", "b0", "b1", "b2", "b3")
 
 
 def study_from_resolved(
-    resolved: dict[str, Any], text: str = "", source: str = "", overrides: Sequence[str] = (), *, most: int = 10**8
+    resolved: Resolved, text: str = "", source: str = "", overrides: Sequence[str] = (), *, most: int = 10**8
 ) -> Study:
     """The study that ``resolved`` describes, with at most ``most`` values of an axis
     and as many samples. :class:`FileError` where it is not a resolved study of this
@@ -157,7 +157,7 @@ def study_from_resolved(
         ) from error
 
 
-def _made(resolved: dict[str, Any], most: int) -> Study:
+def _made(resolved: Resolved, most: int) -> Study:
     keys = keys_named(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
     known, model = _with_law(resolved, keys.leaves), keys.model
     operation = build(Operation, resolved["operation"])
@@ -208,7 +208,7 @@ def _made(resolved: dict[str, Any], most: int) -> Study:
 
 
 def _axes(
-    keys: Keys, sweep: dict[str, Any], swept: tuple[str, ...], refined: tuple[str, ...], operation: Operation, most: int
+    keys: Keys, sweep: Resolved, swept: tuple[str, ...], refined: tuple[str, ...], operation: Operation, most: int
 ) -> dict[str, np.ndarray]:
     """The values of the three axes of the operation, then of the others that are swept.
     ValueError where they are beyond their range."""
@@ -222,7 +222,7 @@ def _axes(
     return axes
 
 
-def _drawn(resolved: dict[str, Any], keys: Keys, axes: dict[str, np.ndarray], most: int) -> dict[str, np.ndarray]:
+def _drawn(resolved: Resolved, keys: Keys, axes: dict[str, np.ndarray], most: int) -> dict[str, np.ndarray]:
     """The samples of the unknowns by key; none where the study has none. ValueError
     where they are not such."""
     if "uncertain" not in resolved:
@@ -234,18 +234,18 @@ def _drawn(resolved: dict[str, Any], keys: Keys, axes: dict[str, np.ndarray], mo
     return draws(resolved["uncertain"], keys)
 
 
-def _axis(leaf: Leaf, keys: Keys, resolved: dict[str, Any]) -> Axis:
+def _axis(leaf: Leaf, keys: Keys, resolved: Resolved) -> Axis:
     return Axis(leaf.key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})")
 
 
-def _known(resolved: dict[str, Any], section: str, cls: type) -> dict[str, Any]:
+def _known(resolved: Resolved, section: str, cls: type) -> Resolved:
     """A section, of the fields of ``cls``, with what an earlier version did not know as
     it was then."""
     names = {item.name for item in fields(cls)}
     return {name: off for (of, name), off in NEW_KEYS.items() if of == section and name in names} | resolved[section]
 
 
-def _with_law(resolved: dict[str, Any], leaves: dict[str, Leaf]) -> dict[str, Any]:
+def _with_law(resolved: Resolved, leaves: dict[str, Leaf]) -> Resolved:
     """A resolved study of any version with the keys of the bit's friction law, if its
     model has them."""
     bit = resolved.get("bit", {})
@@ -255,7 +255,7 @@ def _with_law(resolved: dict[str, Any], leaves: dict[str, Leaf]) -> dict[str, An
     return {**resolved, "bit": {**bit, "friction": {**bit["friction"], **law}}}
 
 
-def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
+def build(cls: type, data: Resolved, lenient: bool = False) -> Any:
     """A tree of dataclasses from nested data with exactly their keys. Where
     ``lenient``, keys that an older version did not know may be missing and have their
     defaults: never those of the physics."""
@@ -279,7 +279,7 @@ def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
     return made
 
 
-def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
+def refined_axes(sweep: Resolved) -> tuple[str, ...]:
     """The axes of a resolved sweep that are refined: those given as {from, to, points},
     but for the one along which the state is carried."""
     if not sweep["refine"]:
@@ -310,7 +310,7 @@ def axis_values(axis: Any, refine: int = 0, most: int = 10**8, choice: str = "")
     return values
 
 
-def digest(resolved: dict[str, Any]) -> str:
+def digest(resolved: Resolved) -> str:
     """SHA-256 of what influences the numbers of a sweep: all but the title, the units,
     the continuation, and the operating values and ramps that swept axes replace. (Studies
     that sweep words are younger than all keys.)"""
@@ -328,7 +328,7 @@ def digest(resolved: dict[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
+def _as_before(parts: Resolved) -> Resolved:
     """A study of the main model without what earlier versions did not know, where it is
     as it was then: so that it keeps its digest."""
     parts = {name: value for name, value in parts.items() if name != "model"}
@@ -356,7 +356,7 @@ def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
     return parts
 
 
-def _without(data: dict[str, Any], sections: Sequence[str], name: str) -> dict[str, Any]:
+def _without(data: Resolved, sections: Sequence[str], name: str) -> Resolved:
     """Nested ``data`` without ``name`` of a section; as it was where it has none."""
     if not sections:
         return {key: value for key, value in data.items() if key != name}

@@ -26,7 +26,7 @@ from nsdrill.sampling import (
     part_below,
 )
 from nsdrill.study.forms import Form, Listed, Member, One, Reading, Section
-from nsdrill.study.keys import MEANINGS, Keys, Leaf, Plain, Schema, shown
+from nsdrill.study.keys import MEANINGS, Keys, Leaf, Plain, Resolved, Schema, shown
 from nsdrill.study.read import KeyPath
 from nsdrill.units import QuantityError
 from nsdrill.variables import short_key
@@ -58,7 +58,7 @@ def correlation(raw: Plain) -> tuple[str, str, float]:
     raise QuantityError(shown(raw), "two keys of unknowns and their rank correlation: [KEY, KEY, 0.5]")
 
 
-def uncertain_of(section: dict[str, Any]) -> Uncertain:
+def uncertain_of(section: Resolved) -> Uncertain:
     """What a resolved section says."""
     return Uncertain(
         {key: numbers for key, numbers in section.items() if key not in HOW},
@@ -70,7 +70,7 @@ def uncertain_of(section: dict[str, Any]) -> Uncertain:
     )
 
 
-def draws(section: dict[str, Any], keys: Keys) -> dict[str, Array]:
+def draws(section: Resolved, keys: Keys) -> dict[str, Array]:
     """The samples of a resolved section by key, in the order of the axes. ValueError
     where a value is none of its key."""
     unknown = uncertain_of(section)
@@ -155,7 +155,7 @@ def _named(at: Reading, path: KeyPath, numbers: dict[str, Any], leaf: Leaf) -> A
     return {kind: {name: value[name] for name in NUMBERS_OF[kind]} | {k: v for k, v in ends.items() if v is not None}}
 
 
-def take_uncertain(at: Reading, given: dict[str, Any], swept: Mapping[str, Any]) -> dict[str, Any] | None:
+def take_uncertain(at: Reading, given: Resolved, swept: Mapping[str, Any]) -> Resolved | None:
     """The resolved section from the values ``given``, None where no number is uncertain
     or where the section is at fault. ``swept`` are the axes of the sweep."""
     keys, faults_before = at.keys, len(at.faults)

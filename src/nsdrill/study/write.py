@@ -15,13 +15,12 @@ from nsdrill.data import differences
 from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, keys_named
+from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Resolved, keys_named
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.uncertain import FACTOR, HOW
 from nsdrill.units import from_si
 from nsdrill.variables import MODEL, long_key, short_key
 
-Resolved = dict[str, Any]  # a complete study as plain data
 MAX_TOLD = 6  # keys in a message
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from nsdrill.models import drives
 from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.derived_quantities import slope_held, steepest_fall, torsional_matrix
+from nsdrill.models.christoforou_yigit.derived_quantities import fall_withstood, slope_held, torsional_matrix
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
 from nsdrill.models.christoforou_yigit.further_quantities import HALF_WAVES, HORIZONTAL, WAVES, lateral_frequencies
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -152,6 +152,6 @@ def slopes_held_by_soft_torque(
             "drive.frequency": np.asarray(frequency, float)[:, None] / (2 * math.pi),
         },
     )
-    return steepest_fall(
+    return fall_withstood(
         torsional_matrix(with_drive, k, gains(with_drive, k)), k, parameters.drillstring.torsional_damping
     )

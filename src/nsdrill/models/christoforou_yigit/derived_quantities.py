@@ -15,6 +15,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import Gains, reflection
 from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import Operation
+from nsdrill.models.stability import growing, quantities_of_drive, steepest_fall
 
 
 def derived_quantities(
@@ -92,7 +93,7 @@ def _torsion(
     the fall of friction with bit speed."""
     law = None if parameters.drive.ideal else gains(parameters, k)
     matrix = torsional_matrix(parameters, k, law)
-    slope = float(steepest_fall(matrix, k, parameters.drillstring.torsional_damping))
+    slope = float(fall_withstood(matrix, k, parameters.drillstring.torsional_damping))
     least_fall = slope / operation.wob if operation.wob > 0.0 and slope > 0.0 else 0.0
     onset_speed = onset(parameters, k, least_fall) if least_fall > 0.0 else None
     quantities = {
@@ -116,42 +117,13 @@ def _torsion(
     quantities |= {
         "pipe_impedance": DerivedQuantity(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe")
     }
-    if parameters.drive.regulated:
-        pass  # the voltage compensates the droop
-    elif parameters.drive.kind == "dc_motor":
-        per_damping = 1.0 / float(parameters.drive.motor_damping)
-        quantities["droop"] = DerivedQuantity(
-            mean_torque(parameters, operation, k) * per_damping,
-            "rad/s",
-            "fall of the motor's speed under the steady torque",
-        )
-    else:
-        quantities |= {
-            "drive_stiffness": DerivedQuantity(float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"),
-            "drive_damping": DerivedQuantity(float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"),
-        }
-    quantities["drive_reflection"] = DerivedQuantity(
-        None if reflected is None else float(abs(reflected)),
-        "1",
-        "share of a wave at the torsional frequency that the drive reflects",
-    )
-    if parameters.drive.torque_limit is not None:
-        reserve = float(parameters.drive.torque_limit) - mean_torque(parameters, operation, k)
-        quantities["torque_reserve"] = DerivedQuantity(
-            reserve, "N m", "torque limit of the drive less the steady torque"
-        )
-    eigenvalues = np.linalg.eigvals(matrix)
-    modes = sorted((eigenvalue for eigenvalue in eigenvalues if eigenvalue.imag > 0), key=abs)
-    for number, eigenvalue in enumerate(modes, start=1):
-        quantities |= {
-            f"drive_mode_{number}": DerivedQuantity(
-                float(abs(eigenvalue)), "rad/s", f"frequency {number} of string and drive"
-            ),
-            f"drive_damping_{number}": DerivedQuantity(
-                float(-eigenvalue.real / abs(eigenvalue)), "1", "its damping ratio, off bottom"
-            ),
-        }
-    return quantities
+    drive, mean = parameters.drive, mean_torque(parameters, operation, k)
+    if drive.kind == "dc_motor" and not drive.regulated:  # else the voltage compensates the droop
+        droop = mean * (1.0 / float(drive.motor_damping))
+        meaning = "fall of the motor's speed under the steady torque"
+        quantities["droop"] = DerivedQuantity(droop, "rad/s", meaning)
+    by_torque = None if drive.kind == "dc_motor" else law
+    return quantities | quantities_of_drive(drive, matrix, mean, reflected, by_torque)
 
 
 def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None = None) -> np.ndarray:
@@ -185,41 +157,21 @@ def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarr
     (motor torque, lag, drive speed, twist, bit speed)."""
     drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
     inertia, c_s, per_time = (float(drive.top_inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time))
-    if drive.regulated:
-        law = regulator(parameters, k, 0.0, 0.0)
-        damping = float(drive.motor_damping) + law.drive_speed
-        if law.lag + law.twist != 0.0:
-            return np.array(
-                [
-                    [
-                        -(1.0 + law.torque) * per_time,
-                        -law.lag * per_time,
-                        -damping * per_time,
-                        -law.twist * per_time,
-                        -law.bit_speed * per_time,
-                    ],
-                    [0.0, 0.0, 1.0, 0.0, 0.0],
-                    [1.0 / inertia, -k_t / inertia, -c_s / inertia, k_t / inertia, c_s / inertia],
-                    [0.0, 0.0, 0.0, 0.0, 1.0],
-                    [0.0, k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
-                ]
-            )
+    law = regulator(parameters, k, 0.0, 0.0)  # without gains 0
+    circuit, damping = -(1.0 + law.torque) * per_time, float(drive.motor_damping) + law.drive_speed
+    if law.lag + law.twist != 0.0:
         return np.array(
             [
-                [
-                    -(1.0 + law.torque) * per_time,
-                    -damping * per_time,
-                    -law.lag / k_t * per_time,
-                    -law.bit_speed * per_time,
-                ],
-                [1.0 / inertia, -c_s / inertia, -1.0 / inertia, c_s / inertia],
-                [0.0, k_t, 0.0, -k_t],
-                [0.0, c_s / J, 1.0 / J, -(c_t + c_s) / J],
+                [circuit, -law.lag * per_time, -damping * per_time, -law.twist * per_time, -law.bit_speed * per_time],
+                [0.0, 0.0, 1.0, 0.0, 0.0],
+                [1.0 / inertia, -k_t / inertia, -c_s / inertia, k_t / inertia, c_s / inertia],
+                [0.0, 0.0, 0.0, 0.0, 1.0],
+                [0.0, k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
             ]
         )
     return np.array(
         [
-            [-per_time, -float(drive.motor_damping) * per_time, 0.0, 0.0],
+            [circuit, -damping * per_time, -law.lag / k_t * per_time, -law.bit_speed * per_time],
             [1.0 / inertia, -c_s / inertia, -1.0 / inertia, c_s / inertia],
             [0.0, k_t, 0.0, -k_t],
             [0.0, c_s / J, 1.0 / J, -(c_t + c_s) / J],
@@ -230,36 +182,24 @@ def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarr
 def slope_held(parameters: Parameters, k: Coefficients) -> float:
     """The steepest fall of the friction torque with bit speed [N m s/rad] with which
     steady drilling is stable; negative where the drive itself is unstable."""
-    return float(steepest_fall(torsional_matrix(parameters, k), k, parameters.drillstring.torsional_damping))
+    return float(fall_withstood(torsional_matrix(parameters, k), k, parameters.drillstring.torsional_damping))
 
 
-def steepest_fall(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray:
+def fall_withstood(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray:
     """As :func:`slope_held`, for strings and drives with these matrices of
     :func:`torsional_matrix` [..., n, n]: array [...]. ``c_t`` is the torsional damping
     [N m s/rad]."""
     # with an ideal drive oscillations grow where the fall exceeds the damping
     if matrix.shape[-1] == 2:
         return np.full(matrix.shape[:-2], float(c_t))
-    J = float(k.J)
-    critical_damping = 2.0 * math.sqrt(J * float(k.k_t))  # a critical damping
-    low = np.full(matrix.shape[:-2], -critical_damping)
-    high = np.full(matrix.shape[:-2], c_t + 4.0 * critical_damping)
-    falling = matrix.copy()
-    for _ in range(60):  # bisection: stable below, unstable above
-        middle = 0.5 * (low + high)
-        # a fall acts as negative damping at the bit
-        falling[..., -1, -1] = matrix[..., -1, -1] + middle / J
-        stable = np.linalg.eigvals(falling).real.max(axis=-1) < 0.0
-        low, high = np.where(stable, middle, low), np.where(stable, high, middle)
-    return low
+    critical = 2.0 * math.sqrt(float(k.J) * float(k.k_t))  # a critical damping
+    return steepest_fall(matrix, -1, float(k.J), -critical, c_t + 4.0 * critical)
 
 
 def growth_at_rest(parameters: Parameters, k: Coefficients) -> complex | None:
     """The eigenvalue [1/s] of the fastest growing deviation of string and drive,
     without friction at the bit; None where none grows."""
-    eigenvalues = np.linalg.eigvals(torsional_matrix(parameters, k))
-    fastest = eigenvalues[np.argmax(eigenvalues.real)]
-    return complex(fastest) if fastest.real > 1e-9 * np.abs(eigenvalues).max() else None
+    return growing(torsional_matrix(parameters, k))
 
 
 def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -> float:

@@ -66,9 +66,7 @@ def circuit(parameters: Parameters, k: Coefficients) -> Circuit | None:
     drive = parameters.drive
     if drive.kind != "dc_motor":
         return None
-    if not drive.regulated:
-        return Circuit(float(drive.motor_damping), float(drive.circuit_time))
-    law = regulator(parameters, k, 0.0, 0.0)
+    law = regulator(parameters, k, 0.0, 0.0)  # without gains 0
     scale = 1.0 + law.torque
     damping, stiffness = (drive.motor_damping + law.drive_speed) / scale, law.lag / scale
     return Circuit(float(damping), float(drive.circuit_time / scale), float(stiffness), law.of_bit)

@@ -16,7 +16,6 @@ from nsdrill.models.segments.linear import (
     drive_impedance,
     growth_at_rest,
     onset,
-    oscillating_modes,
     slope_held,
     string_at,
     torsional_frequencies,
@@ -24,6 +23,7 @@ from nsdrill.models.segments.linear import (
 )
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import String, steady_of, string_of
+from nsdrill.models.stability import quantities_of_drive
 
 MODES = 3  # modes of string and drive among the derived quantities
 
@@ -79,34 +79,12 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
         ),
         "pipe_impedance": DerivedQuantity(pipe, "N m s/rad", "torsional impedance of the pipe"),
     }
-    if drive.kind in LAWS:
-        law = law_of(parameters, string)
-        quantities |= {
-            "drive_stiffness": DerivedQuantity(float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"),
-            "drive_damping": DerivedQuantity(float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"),
-        }
     if drive.kind != "ideal":
-        share = None if reflected is None else float(abs(reflected))
-        meaning = "share of a wave at the first torsional frequency that the drive reflects"
-        quantities |= {
-            "drive_inertia": DerivedQuantity(
-                float(law_at_top.inertia), "kg m^2", "inertia of drive and kelly, as it is felt"
-            ),
-            "drive_reflection": DerivedQuantity(share, "1", meaning),
-        }
-    if drive.torque_limit is not None and drive.kind in LAWS:
-        reserve = float(drive.torque_limit) - torque
-        quantities["torque_reserve"] = DerivedQuantity(
-            reserve, "N m", "torque limit of the drive less the steady torque"
-        )
-    for number, root in enumerate(oscillating_modes(torsional_matrix(parameters, string), MODES), start=1):
-        quantities |= {
-            f"drive_mode_{number}": DerivedQuantity(abs(root), "rad/s", f"frequency {number} of string and drive"),
-            f"drive_damping_{number}": DerivedQuantity(
-                -root.real / abs(root), "1", "its damping ratio, without bit friction"
-            ),
-        }
-    return quantities
+        inertia, meaning = float(law_at_top.inertia), "inertia of drive and kelly, as it is felt"
+        quantities["drive_inertia"] = DerivedQuantity(inertia, "kg m^2", meaning)
+    law = law_of(parameters, string) if drive.kind in LAWS else None
+    matrix = torsional_matrix(parameters, string)
+    return quantities | quantities_of_drive(drive, matrix, torque, reflected, law, MODES)
 
 
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:

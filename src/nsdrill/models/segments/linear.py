@@ -19,8 +19,8 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.segments.drive import first_frequency, gains_of, law_of
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import String, bit_torque, steady_of, string_of
+from nsdrill.models.stability import growing, steepest_fall
 
-BISECTIONS = 50
 SPEEDS = np.geomspace(0.05, 1000.0, 400)  # rad/s, searched for the onset
 STEP = 1e-5  # of the bit speed, in the slope of the torque
 
@@ -29,7 +29,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 def torsional_matrix(parameters: Parameters, string: String) -> Array:
     """d(rates)/d(coordinates) without friction at the bit, whose speed is the last of
-    the angular speeds (its row: :func:`bit_row`)."""
+    the angular speeds."""
     drive, stiffnesses, n = (parameters.drive, string.torsional_stiffnesses, string.pipes + string.collars)
     motor = not drive.by_torque
     top = string.drive_inertia if motor else law_of(parameters, string).inertia + string.pipe.inertia / 2
@@ -74,16 +74,6 @@ def torsional_matrix(parameters: Parameters, string: String) -> Array:
     return matrix[np.ix_(keep, keep)]
 
 
-def bit_row(parameters: Parameters, matrix: Array) -> int:
-    """The row of the bit's speed in the :func:`torsional_matrix`."""
-    return len(matrix) - 1 - int(not parameters.drive.by_torque)
-
-
-def oscillating_modes(matrix: Array, count: int) -> list[complex]:
-    """The first ``count`` eigenvalues that oscillate, by their frequency."""
-    return sorted((complex(root) for root in np.linalg.eigvals(matrix) if root.imag > 0), key=abs)[:count]
-
-
 def torsional_frequencies(string: String, count: int) -> Array:
     """The first ``count`` torsional frequencies [rad/s] of the string below a held
     top."""
@@ -111,9 +101,7 @@ def axial_free(parameters: Parameters, string: String) -> float:
 def growth_at_rest(parameters: Parameters, string: String) -> complex | None:
     """The eigenvalue [1/s] of string and drive, without friction at the bit, that grows
     fastest; None where none grows."""
-    roots = np.linalg.eigvals(torsional_matrix(parameters, string))
-    worst = roots[np.argmax(roots.real)]
-    return complex(worst) if worst.real > 1e-9 * np.abs(roots).max() else None
+    return growing(torsional_matrix(parameters, string))
 
 
 def slope_held(parameters: Parameters, string: String) -> float:
@@ -121,20 +109,10 @@ def slope_held(parameters: Parameters, string: String) -> float:
     steady drilling is stable; negative where the drive itself makes the string
     oscillate."""
     matrix = torsional_matrix(parameters, string)
-    bit = bit_row(parameters, matrix)
-    stiffnesses, inertias = (
-        np.asarray(string.torsional_stiffnesses, dtype=float),
-        np.asarray(string.inertias, dtype=float),
-    )
-    bound = sum(string.drags) + 4.0 * math.sqrt(float(np.max(stiffnesses) * np.sum(inertias)))
-    low, high = -bound, bound
-    for _ in range(BISECTIONS):  # stable at low, unstable at high
-        middle = 0.5 * (low + high)
-        falling = matrix.copy()
-        falling[bit, bit] += middle / inertias[-1]
-        stable = np.linalg.eigvals(falling).real.max() < 0.0
-        low, high = (middle, high) if stable else (low, middle)
-    return low
+    bit = len(matrix) - 1 - int(not parameters.drive.by_torque)
+    greatest, inertia = float(np.max(string.torsional_stiffnesses)), float(np.sum(string.inertias))
+    bound = sum(string.drags) + 4.0 * math.sqrt(greatest * inertia)
+    return float(steepest_fall(matrix, bit, string.inertias[-1], -bound, bound))
 
 
 def fall_of_torque(parameters: Parameters, wob: Any, force: Any, speed: Any) -> Any:
