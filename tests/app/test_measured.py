@@ -144,7 +144,7 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         ("wob [kN],bit_force [kN]\n10,20\n", "the column 'bit_force', which is not known. Did you mean bit_force_max"),
         ("wob [kN],bit_force [kN]\n10,20\n", "bit_force by itself is a signal over time, which needs a column time."),
         ("wob,bit_force_max [kN]\n10,20\n", "wob: found no unit; allowed: wob [klbf] or another unit of force in"),
-        ("wob [kN],gamma [api]\n10,20\n", "--ignore 'gamma' passes over it"),
+        ("wob [kN],gamma [api]\n10,20\n", "ignore=['gamma'] passes over it"),
         ("wob [kN],bit_force_max [kN]\n10,2x\n", "line 2: bit_force_max: found '2x'; allowed: a number."),
         ('wob [kN],bit_force_max [kN]\n10,"2,5"\n', "Write a decimal point"),
         (
@@ -168,7 +168,7 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         (log(name="gamma"), "the column 'gamma', which is not known"),
         (log(name="TQA"), "rename={'TQA': 'surface_torque'} says what it is"),
         ("RPM [rpm],bit_force_max [kN]\n60,20\n", "Did you mean rotary_speed? Allowed"),
-        ("RPM [rpm],bit_force_max [kN]\n60,20\n", "--rename 'RPM=rotary_speed'"),
+        ("RPM [rpm],bit_force_max [kN]\n60,20\n", "rename={'RPM': 'rotary_speed'}"),
         ("TQA [kN*m],wob [kN]\n5,20\n", "Did you mean surface_torque_mean?"),
         (log(lambda rows: [*rows[:9], rows[9].rpartition(",")[0] + ",", *rows[10:]]), "line 11: surface_torque: found"),
         ("time [s],wob [kN],hook_load [kN]\n0,1,2\n", "It is one of the model segments; the study has another."),
@@ -187,8 +187,8 @@ def test_wrong_options(table):
     for how, said in (
         (Reading(rename={"TQA": "surface_torque"}), "rename: found no column 'TQA'; allowed: those of the file"),
         (Reading(ignore=["TQA"]), "ignore: found no column 'TQA'"),
-        (Reading(errors={"bit_force_max": "5 rpm"}), "--error bit_force_max: found '5 rpm'"),
-        (Reading(errors={"bit_force_max": "-5 percent"}), "--error bit_force_max: found '-5 percent'"),
+        (Reading(errors={"bit_force_max": "5 rpm"}), "errors bit_force_max: found '5 rpm'"),
+        (Reading(errors={"bit_force_max": "-5 percent"}), "errors bit_force_max: found '-5 percent'"),
         (Reading(errors={"radius_max": "1 mm"}), "errors: found radius_max, which is not measured"),
     ):
         with pytest.raises(InputError) as caught:

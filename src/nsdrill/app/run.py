@@ -316,7 +316,7 @@ def _with_failed_pending(experiment: Experiment, log: RunLog) -> RunLog:
     has_failed_checks = study.simulation.verify and any_failed(log)
     if not rerun.any() and not has_failed_checks and not np.any(status == PENDING):
         return log
-    old_attrs, new_attrs = log.header["attrs"], provenance(study, f"run {option('retry_failed')}")
+    old_attrs, new_attrs = log.header["attrs"], provenance(study, "run --retry-failed")
     old_limit = resolved_study(old_attrs)["simulation"]["max_steps"]
     change = (
         ""

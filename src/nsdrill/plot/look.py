@@ -241,10 +241,9 @@ def resolve_ends(
 ) -> tuple[float, float]:
     """The two ``ends`` as numbers in SI ``units``, an open one as ``least`` or
     ``greatest``. InputError where an end is not a number, or they do not ascend."""
-    words = ("from", "to") if name == "time" else (name, name)
     low, high = (
-        open_end if value is None else value_of(word, value, units)
-        for word, value, open_end in zip(words, ends, (least, greatest), strict=True)
+        open_end if value is None else value_of(name, value, units)
+        for value, open_end in zip(ends, (least, greatest), strict=True)
     )
     if None not in ends and not low < high:
         raise InputError(f"{option(name)}: found {low:g} to {high:g} {units}; allowed: the lower end first.")
