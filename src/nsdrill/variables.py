@@ -100,6 +100,14 @@ class Variable:
     flag_meanings: str | None = None
     only: str | None = None
 
+    def words(self, value: int) -> str:
+        """A flag value in words: ``ok``, ``bit_bounce+whirl``; ``none`` for an empty
+        mask."""
+        names = (self.flag_meanings or "").split()
+        if self.flag_masks is not None:
+            return "+".join(name for mask, name in zip(self.flag_masks, names, strict=True) if value & mask) or "none"
+        return dict(zip(self.flag_values or (), names, strict=True)).get(value, str(value))
+
 
 def flag(name: str, long_name: str, words: str, only: str | None = None) -> Variable:
     """A label whose values 0, 1, 2, ... have these ``words``."""

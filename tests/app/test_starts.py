@@ -16,10 +16,11 @@ from nsdrill.analysis.attractors import wilson
 from nsdrill.app.attractors import attractors
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.summary import reclassify, summarize
+from nsdrill.app.table import table, write_rows
 from nsdrill.app.trajectory import replay, simulate
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
-from nsdrill.store import open_results, part_path, read_partial, read_point, read_results, to_csv
+from nsdrill.store import open_results, part_path, read_partial, read_point, read_results
 from nsdrill.study import parse_study
 
 # Near 2000 m smooth drilling and bit-bounce coexist; ten seconds do not settle them,
@@ -174,7 +175,7 @@ def test_numbers_are_the_same_along_the_axis(made: Path, tmp_path: Path) -> None
 
 
 def test_the_table_has_a_column_for_the_start(made: Path, tmp_path: Path) -> None:
-    to_csv(read_results(made), tmp_path / "out.csv")
+    write_rows(table(read_results(made)), tmp_path / "out.csv")
     with open(tmp_path / "out.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["start"] for row in rows] == [str(k) for k in range(7)] * 2

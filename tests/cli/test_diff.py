@@ -126,7 +126,7 @@ def test_a_study_that_is_none(call: Call, shared: Path, text: str) -> None:
         file.attrs["study_resolved"] = text
     answer = call("diff", shared / "small.h5", "odd.h5")
     assert answer.code == 2
-    assert "does not hold a study" in answer.err or "should be a study as JSON" in answer.err
+    assert "does not hold a study" in answer.err or "should be a JSON object" in answer.err
 
 
 def test_traces(call: Call, shared: Path) -> None:

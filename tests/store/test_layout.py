@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from nsdrill.app.table import table, write_rows
 from nsdrill.errors import FileError
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import (
@@ -20,7 +21,6 @@ from nsdrill.store import (
     read_point,
     read_results,
     rewrite_labels,
-    to_csv,
     write_results,
 )
 from nsdrill.store.layout import file_order, to_file, to_memory
@@ -169,7 +169,7 @@ def test_labels_are_put_where_their_points_are(case, path):
 
 def test_a_table_has_a_row_for_each_point(case, path, tmp_path):
     log, lengths, _ = case
-    to_csv(read_results(path), tmp_path / "out.csv")
+    write_rows(table(read_results(path)), tmp_path / "out.csv")
     lines = (tmp_path / "out.csv").read_text().splitlines()
     assert len(lines) == 1 + log.n_points
     assert [head.partition(" ")[0] for head in lines[0].split(",")[: len(lengths)]] == list(lengths)

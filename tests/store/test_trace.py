@@ -10,9 +10,10 @@ import pytest
 import xarray as xr
 from model_tables import TRACE_VARIABLES
 
+from nsdrill.app.table import table, write_rows
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
-from nsdrill.store import kind_of, read_results, read_trace, to_csv, to_netcdf, write_trace
+from nsdrill.store import kind_of, read_results, read_trace, to_netcdf, write_trace
 
 from .samples import POINTS, SHAPE, make_results
 
@@ -91,7 +92,7 @@ def test_results_and_trace_are_not_mixed_up(path, tmp_path):
 def test_csv_gives_back_every_bit_and_the_flags_in_words(tmp_path):
     make_results(tmp_path / "out.h5", peaks=2)
     results = read_results(tmp_path / "out.h5")
-    to_csv(results, tmp_path / "out.csv", peaks=True, states=True)
+    write_rows(table(results, peaks=True, states=True), tmp_path / "out.csv")
     with open(tmp_path / "out.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == POINTS
@@ -115,7 +116,7 @@ def test_csv_gives_back_every_bit_and_the_flags_in_words(tmp_path):
         assert row["status_words"] == words[int(row["status"])]
         known = {0: "none", 1: "bit_bounce"}[int(row["response"])]
         assert row["response_words"] == (known if row["status_words"] == "ok" else "unknown")
-    to_csv(results, tmp_path / "out.csv")
+    write_rows(table(results), tmp_path / "out.csv")
     header = (tmp_path / "out.csv").read_text().splitlines()[0]
     assert "peaks" not in header
     assert "state_" not in header

@@ -17,6 +17,7 @@ import nsdrill
 from nsdrill.app.provenance import processor, versions
 from nsdrill.app.run import run_study
 from nsdrill.app.summary import reclassify
+from nsdrill.app.table import table, write_rows
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError
 from nsdrill.store import (
@@ -28,7 +29,6 @@ from nsdrill.store import (
     read_point,
     read_results,
     read_trace,
-    to_csv,
     write_results,
     write_trace,
 )
@@ -135,8 +135,8 @@ def test_commands_that_read(file, tmp_path, monkeypatch, capsys):
 def test_the_table_is_that_of_version_2(name, tmp_path):
     old = read_results(FOLDER / f"{name}.h5")
     write_results(tmp_path / "new.h5", MemoryLog.of(old))
-    to_csv(old, tmp_path / "old.csv", peaks=True, states=True)
-    to_csv(read_results(tmp_path / "new.h5"), tmp_path / "new.csv", peaks=True, states=True)
+    write_rows(table(old, peaks=True, states=True), tmp_path / "old.csv")
+    write_rows(table(read_results(tmp_path / "new.h5"), peaks=True, states=True), tmp_path / "new.csv")
     assert (tmp_path / "old.csv").read_bytes() == (tmp_path / "new.csv").read_bytes()
 
 

@@ -8,13 +8,19 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from nsdrill.errors import InputError, Refusal, StudyError
-
-if TYPE_CHECKING:
-    from nsdrill.study.keys import Leaf
-    from nsdrill.study.study import Study
+from nsdrill.models.leaves import as_value, words_of
+from nsdrill.study.keys import SAMPLE_LEAF, Leaf, axes_of_all, did_you_mean, shown
+from nsdrill.study.load import load_study, parse_study
+from nsdrill.study.read import override_texts, yaml_text
+from nsdrill.study.study import Study
+from nsdrill.study.write import study_text
+from nsdrill.units import QuantityError, WithUnit, parse_with_unit, to_si
+from nsdrill.variables import dimension_of, short_key
 
 THE_STUDY = "the study"  # the name in messages of a study that is not a file
 
@@ -22,18 +28,12 @@ THE_STUDY = "the study"  # the name in messages of a study that is not a file
 def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
     """``study`` as a Study: a Study, the name of a file, YAML text or a mapping.
     ``set`` changes keys; ``name`` is its name in messages."""
-    from nsdrill.study.load import load_study, parse_study
-    from nsdrill.study.read import yaml_text
-    from nsdrill.study.study import Study
-
     texts = texts_in(set, "set")
     if isinstance(study, Study):
         if not texts:
             return study
         if study.text:
             return parse_study(study.text, study.source or name, [*study.overrides, *texts])
-        from nsdrill.study.write import study_text
-
         return parse_study(study_text(study.resolved), study.source or name, texts)
     if isinstance(study, Mapping):
         try:
@@ -53,8 +53,6 @@ def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
 
 def texts_in(changes: Any, name: str) -> list[str]:
     """Changes of keys as texts ``key=value``; ``name`` is that of the argument."""
-    from nsdrill.study.read import override_texts
-
     if changes is None:
         return []
     if isinstance(changes, Mapping):
@@ -90,9 +88,6 @@ def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
     """The values of axes by key, in SI: those of ``at``, a mapping or pairs, and those
     given as arguments (``apart``). The axes are those of the ``study``, else of any model;
     ``at`` may also have the number of a sample."""
-    from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
-    from nsdrill.variables import dimension_of, short_key
-
     leaves = axes_of_all()
     if study is not None:
         leaves = {name: study.keys.leaf(leaf.key, study.resolved) for name, leaf in study.keys.axes.items()}
@@ -115,10 +110,6 @@ def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
 def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
     """A value of an axis in SI, which remembers the unit of a text; a Refusal outside
     the range of its key."""
-    from nsdrill.models.leaves import as_value, words_of
-    from nsdrill.study.keys import did_you_mean, shown
-    from nsdrill.units import QuantityError, WithUnit, parse_with_unit
-
     try:
         if isinstance(value, str) and leaf.kind == "quantity":
             leaf.read(value)  # within its range
@@ -149,8 +140,6 @@ def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
 
 def seconds_in(name: str, value: Any) -> float:
     """A time [s]."""
-    from nsdrill.units import QuantityError, to_si
-
     try:
         number = to_si(value, "s") if isinstance(value, str) else _float(value)
     except QuantityError as error:
@@ -162,8 +151,6 @@ def seconds_in(name: str, value: Any) -> float:
 
 def _float(value: Any) -> float | None:
     """A number of Python, numpy or xarray as a float; None for anything else."""
-    import numpy as np
-
     if getattr(value, "ndim", None) == 0:
         value = value.item()
     if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
@@ -176,8 +163,6 @@ def _float(value: Any) -> float | None:
 
 def is_whole(value: Any) -> bool:
     """Whether ``value`` is a whole number."""
-    import numpy as np
-
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 

@@ -20,7 +20,7 @@ from nsdrill.models.leaves import values_in_parts, word_or_number
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Attractors
-from nsdrill.store import Sink, columns, flag_words, points_in_block, read_results
+from nsdrill.store import Sink, columns, points_in_block, read_results
 from nsdrill.study.study import Study
 from nsdrill.variables import OK
 
@@ -150,11 +150,11 @@ def attractor_as_data(attractor: Attractor, sampled: bool) -> dict[str, Any]:
     ``sampled`` have an interval of the share."""
     data: dict[str, Any] = {
         "number": attractor.number,
-        "response": flag_words(BY_NAME["response"], attractor.response),
-        "whirl_kind": flag_words(BY_NAME["whirl_kind"], attractor.whirl_kind),
+        "response": BY_NAME["response"].words(attractor.response),
+        "whirl_kind": BY_NAME["whirl_kind"].words(attractor.whirl_kind),
     }
     if attractor.motion is not None:
-        data |= {"motion": flag_words(BY_NAME["motion"], attractor.motion), "period": attractor.period}
+        data |= {"motion": BY_NAME["motion"].words(attractor.motion), "period": attractor.period}
     return data | {
         "members": attractor.members,
         "unsettled": attractor.unsettled,

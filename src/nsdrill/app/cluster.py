@@ -48,19 +48,7 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         ) from error
     if scheduler is None:
         count = workers or processors()
-        with _terminal_signals_blocked():
-            # Without its warnings, that a busy worker is killed at the end.
-            try:
-                cluster = LocalCluster(
-                    n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR
-                )
-            except RuntimeError as error:
-                raise NsdrillError(
-                    f"The Dask workers on this machine did not start ({error}). Nothing has run. "
-                    f"A Python script is "
-                    'read again by each of them: put its calls below `if __name__ == "__main__":`.'
-                ) from error
-        with cluster, Client(cluster) as client:
+        with _local_cluster(LocalCluster, count) as cluster, Client(cluster) as client:
             yield _Cluster(client), count
         return
     try:
@@ -87,6 +75,19 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
                     "anew."
                 )
         yield _Cluster(client), workers or threads
+
+
+def _local_cluster(make: Any, count: int) -> Any:
+    """A temporary cluster on this machine; NsdrillError where it does not start."""
+    with _terminal_signals_blocked():
+        # Without its warnings, that a busy worker is killed at the end.
+        try:
+            return make(n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR)
+        except RuntimeError as error:
+            raise NsdrillError(
+                f"The Dask workers on this machine did not start ({error}). Nothing has run. A Python script is "
+                'read again by each of them: put its calls below `if __name__ == "__main__":`.'
+            ) from error
 
 
 class _Cluster(Executor):

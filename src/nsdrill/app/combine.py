@@ -18,6 +18,7 @@ import numpy as np
 
 from nsdrill.app.experiment import prepare
 from nsdrill.app.provenance import provenance, versions
+from nsdrill.app.summary import relabelled
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
@@ -67,8 +68,6 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     if "points_run" in first:
         combined = replace(combined, attrs={**attrs, **_refinement([results.attrs for _, results in named])})
     if "start" in combined.coords:  # number attractors consistently along the new axis
-        from nsdrill.app.summary import relabelled
-
         combined = relabelled(combined, json.loads(attrs.get("classification", "[]")))
     return combined, key
 

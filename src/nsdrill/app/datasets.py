@@ -11,13 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill.app.arguments import name_in
+from nsdrill.app.overrides import overrides_of
+from nsdrill.app.reading import is_branches, outline, outline_of, read_any, units_in
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import InputError
+from nsdrill.models.registry import model_in
+from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.store import kept_of, open_branches, recorded
+from nsdrill.variables import Variable
 
 if TYPE_CHECKING:
     from xarray import Dataset
-
-    from nsdrill.variables import Variable
 
 
 def is_dataset(data: Any) -> bool:
@@ -33,8 +37,6 @@ def units_for(units: Any, data: Any) -> str:
     """``units``, "si" or "field"; where it is None those that the study in a Dataset or
     file asks for. InputError for others."""
     if units is None:
-        from nsdrill.app.reading import units_in
-
         return units_of(data.attrs) if is_dataset(data) else units_in(name_in(data))
     if units not in ("si", "field"):
         raise InputError(f"units: found {units!r}; allowed: si or field.")
@@ -58,8 +60,6 @@ def _with_variables_only(data: Any, names: Iterable[str]) -> Dataset:
 def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
     """The results or trace in a Dataset or file; of results only the variables
     ``names``, if given."""
-    from nsdrill.app.overrides import overrides_of
-    from nsdrill.app.reading import read_any
     from nsdrill.store.dataset import from_dataset
 
     if not is_dataset(data):
@@ -84,8 +84,7 @@ def validated(data: Results | Trace) -> Results | Trace:
 
 def with_missing_features(results: Results) -> Results:
     """``results`` with NaN for the features that their version of nsdrill lacked."""
-    from nsdrill.app.provenance import model_digest
-    from nsdrill.models.registry import model_in
+    from nsdrill.app.provenance import model_digest  # late: the compiled sources, of which show needs none
 
     if results.attrs.get("model_digest") == model_digest(model_in(results.attrs).name):
         return results
@@ -96,9 +95,6 @@ def with_missing_features(results: Results) -> Results:
 
 def variables_of(results: Results) -> tuple[Variable, ...]:
     """The variables that a file of these results should have."""
-    from nsdrill.models.registry import model_in
-    from nsdrill.store import kept_of, recorded
-
     model = model_in(results.attrs).name
     return recorded(kept_of(results.coords, results.more, results.variables, model, results.drawn))
 
@@ -133,8 +129,6 @@ def missing_variable_errors(name: str) -> Iterator[None]:
     try:
         yield
     except KeyError as error:
-        from nsdrill.models.vocabulary import BY_NAME
-
         if not error.args or error.args[0] not in BY_NAME:
             raise
         raise InputError(f"{name}: found results without {error.args[0]}; allowed: results that have it.") from error
@@ -143,9 +137,6 @@ def missing_variable_errors(name: str) -> Iterator[None]:
 def branches_in(data: Any) -> Any:
     """The Dataset of branches where ``data`` is one, or the name of a file of branches;
     else None."""
-    from nsdrill.app.reading import is_branches
-    from nsdrill.store import open_branches
-
     if is_dataset(data):
         return data if "branch" in data.dims else None
     path = name_in(data)
@@ -155,9 +146,6 @@ def branches_in(data: Any) -> Any:
 def outline_in(data: Any) -> Results | Trace:
     """As :func:`data_in`, but the variables of results are zeros, which take no memory;
     for the names and the shape."""
-    from nsdrill.app.reading import outline, outline_of
-    from nsdrill.models.vocabulary import BY_NAME
-
     if not is_dataset(data):
         return outline(name_in(data))
     found = data_in(data, ())

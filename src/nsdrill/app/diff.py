@@ -67,12 +67,7 @@ def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str |
         f"Dataset {label}" if isinstance(data, Results | Trace) else os.fspath(data)
         for label, data in (("a", a), ("b", b))
     ]
-    try:
-        differing = changes(_study(data_a.attrs), _study(data_b.attrs))
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        where = " or ".join(names)
-        raise FileError(f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
-    study = [{"key": key, "a": old, "b": new} for key, old, new in differing]
+    study = _study_changes(data_a, data_b, names)
     differences: dict[str, Any] = {
         "kind": "diff",
         "files": names,
@@ -98,6 +93,16 @@ def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str |
         and all(row["same"] for row in (*differences["axes"], *differences["variables"]))
     )
     return differences
+
+
+def _study_changes(a: Results | Trace, b: Results | Trace, names: list[str]) -> list[dict[str, Any]]:
+    """The keys of the studies that differ, with both values; FileError, about these
+    ``names``, where one holds no study."""
+    try:
+        return [{"key": key, "a": old, "b": new} for key, old, new in changes(_study(a.attrs), _study(b.attrs))]
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        where = " or ".join(names)
+        raise FileError(f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
 
 
 def _kind(data: Results | Trace) -> str:

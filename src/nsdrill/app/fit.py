@@ -285,14 +285,13 @@ def _unknown_values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
     return {key: rounded(quantile(numbers, u[:, i])) for i, (key, numbers) in enumerate(keys.items())}
 
 
-def _fit_summary(
-    study: Study, measured: Measured, keys: dict[str, Any], fitted: Posterior, predicted: dict[str, Array]
-) -> dict[str, Any]:
+def _unknown_summaries(study: Study, keys: dict[str, Any], fitted: Posterior) -> list[dict[str, Any]]:
+    """What the data tell of each unknown."""
     from scipy.special import ndtr
 
     quantiles = ndtr(fitted.z)
     order = np.argsort(fitted.z, axis=0)
-    widths, correlations = fitted.widths, fitted.correlations
+    widths = fitted.widths
     unknowns = []
     for i, (key, numbers) in enumerate(keys.items()):
         edges = np.cumsum(fitted.weights[order[:, i]])
@@ -310,6 +309,14 @@ def _fit_summary(
                 "at_the_end": end_pressed(quantiles[:, i], fitted.weights, width),
             }
         )
+    return unknowns
+
+
+def _fit_summary(
+    study: Study, measured: Measured, keys: dict[str, Any], fitted: Posterior, predicted: dict[str, Array]
+) -> dict[str, Any]:
+    widths, correlations = fitted.widths, fitted.correlations
+    unknowns = _unknown_summaries(study, keys, fitted)
     names = [row["key"] for row in unknowns]
     pairs = [
         {"keys": [names[i], names[j]], "correlation": float(correlations[i, j])}

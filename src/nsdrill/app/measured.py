@@ -409,23 +409,7 @@ def _over_time(
     _in_range(path, settings, at, names)
     step = float(np.median(np.diff(time))) if len(time) > 1 else math.inf
     coarse = step > SLOWEST
-    kept, short = [], 0
-    for start, stop in _stretches(time, settings, step):
-        start = int(np.searchsorted(time, time[start] + options.settle)) if stop > start else start
-        if stop - start < 3 or time[stop - 1] - time[start] < options.shortest - options.settle:
-            short += 1
-            continue
-        kept.append((start, stop))
-    if not kept:
-        raise FileError(
-            f"{path}: found no stretch of at least {options.shortest:g} s in which the settings "
-            f"stay within {100 * SAME:g} % of their mean; allowed: at least one. --shortest "
-            f"takes shorter ones."
-        )
-    notes.append(
-        f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
-        + (f"; {short} shorter than {options.shortest:g} s are left out" if short else "")
-    )
+    kept = _observed_stretches(path, time, settings, step, options, notes)
     if coarse:
         notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
     points = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
@@ -444,6 +428,36 @@ def _over_time(
         )
     where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
     return _measured(path, points, features, {}, where, names, options, notes)
+
+
+def _observed_stretches(
+    path: str | os.PathLike[str],
+    time: Array,
+    settings: dict[str, Array],
+    step: float,
+    options: Reading,
+    notes: list[str],
+) -> list[tuple[int, int]]:
+    """The first row, and the row after the last, of what is used of each stretch that is
+    long enough."""
+    kept, short = [], 0
+    for start, stop in _stretches(time, settings, step):
+        start = int(np.searchsorted(time, time[start] + options.settle)) if stop > start else start
+        if stop - start < 3 or time[stop - 1] - time[start] < options.shortest - options.settle:
+            short += 1
+            continue
+        kept.append((start, stop))
+    if not kept:
+        raise FileError(
+            f"{path}: found no stretch of at least {options.shortest:g} s in which the settings "
+            f"stay within {100 * SAME:g} % of their mean; allowed: at least one. --shortest "
+            f"takes shorter ones."
+        )
+    notes.append(
+        f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
+        + (f"; {short} shorter than {options.shortest:g} s are left out" if short else "")
+    )
+    return kept
 
 
 def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:

@@ -29,7 +29,9 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Schedule
 from nsdrill.models.steepness import METHODS
 from nsdrill.observe.thresholds import Record
+from nsdrill.study import parse_study
 from nsdrill.study.study import Study
+from nsdrill.study.write import study_text
 from nsdrill.sweep.engine import Engine
 from nsdrill.sweep.method import Chosen
 from nsdrill.sweep.plan import Plan
@@ -94,8 +96,6 @@ class Motions:
     def at(self, values: Mapping[str, float], changes: Mapping[str, str] | None = None) -> Study:
         """The study of one point at these ``values`` of the axes, with ``changes`` of
         further keys (texts as in a study). InputError where it is not valid."""
-        from nsdrill.study import parse_study
-
         texts = [f"{key if '.' in key else f'operation.{key}'}={text}" for key, text in (changes or {}).items()]
         try:
             return parse_study(self._texts(tuple(values.items())), "the point", texts)
@@ -109,8 +109,6 @@ class Motions:
             raise InputError(f"{faults}.") from None
 
     def _text(self, values: tuple[tuple[str, float], ...]) -> str:
-        from nsdrill.study.write import study_text
-
         return study_text(self.resolved(dict(values)))
 
     def resolved(self, values: Mapping[str, float]) -> dict[str, Any]:

@@ -43,6 +43,7 @@ from nsdrill.store import (
     rewrite_log,
     write_results,
 )
+from nsdrill.store.claims import Claim
 from nsdrill.study.study import IN_WORDS_ONLY, Study, digest
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress
@@ -123,31 +124,7 @@ def run_study(
     going_on = (resume or retry_failed) and os.path.lexists(part_path(path))
     _check_cost(experiment, workers, in_file=True, large=large or going_on)
     state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
-    part = part_path(path)
-    log: RunLog | None = None
-    try:
-        if state == "new":
-            log = RunLog.create(part, header_of(experiment), experiment.plan.points, experiment.kept)
-            if not overwrite and os.path.lexists(path):  # of a run that ended since claim()
-                log.discard()
-                raise FileError(
-                    f"{path}: another process has just made this file. Choose another name, or "
-                    f"replace it "
-                    "by --overwrite."
-                )
-        elif state == "resume":
-            log = RunLog.open(part)
-        else:
-            log = log_from_results(path, part)
-        if state != "new":
-            try:
-                _check_same(study, log, part if state == "resume" else path, retry_failed)
-            except FileError:
-                if state == "finished":
-                    log.discard()
-                raise
-            if retry_failed:
-                log = _with_failed_pending(experiment, log)
+    with _log_of(experiment, path, state, overwrite, retry_failed) as log:
         already = int(np.count_nonzero(log.done()))
         if state == "finished" and _complete(experiment, log):
             attrs = getattr(_results(experiment, log), "attrs", {})
@@ -155,8 +132,7 @@ def run_study(
             return RunResult(path, experiment.plan.points, _count_failed(log), 0.0, 0, already, attrs)
         started_at = time.perf_counter()
         try:
-            recovery_text = log.recovery_text
-            with interrupt.with_end_message(lambda: f"Interrupted: {recovery_text()}"):
+            with interrupt.with_end_message(lambda: f"Interrupted: {log.recovery_text()}"):
                 progress = _run_missing(experiment, log, workers, watch, executor, lanes)
                 seconds = time.perf_counter() - started_at
                 results = _results(experiment, log)
@@ -166,11 +142,33 @@ def run_study(
             raise Interrupted(log) from None
         failed, remedy = _count_failed(log), _advice(experiment, log)
         log.discard()
-    finally:
-        if log is not None:
-            log.close()
     attrs = getattr(results, "attrs", {})
     return RunResult(path, experiment.plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy)
+
+
+def _log_of(experiment: Experiment, path: Path, state: Claim, overwrite: bool, retry_failed: bool) -> RunLog:
+    """The log of a run into ``path``: a new one, or that of the same study which is to be
+    finished. FileError where it is of another study."""
+    part = part_path(path)
+    if state == "new":
+        log = RunLog.create(part, header_of(experiment), experiment.plan.points, experiment.kept)
+    else:
+        log = RunLog.open(part) if state == "resume" else log_from_results(path, part)
+    try:
+        if state == "new":
+            if not overwrite and os.path.lexists(path):  # of a run that ended since claim()
+                raise FileError(
+                    f"{path}: another process has just made this file. Choose another name, or replace it "
+                    "by --overwrite."
+                )
+            return log
+        _check_same(experiment.study, log, part if state == "resume" else path, retry_failed)
+        return _with_failed_pending(experiment, log) if retry_failed else log
+    except BaseException as error:
+        if state != "resume" and isinstance(error, FileError):
+            log.discard()
+        log.close()
+        raise
 
 
 def _check_cost(experiment: Experiment, workers: int, *, in_file: bool, large: bool) -> None:

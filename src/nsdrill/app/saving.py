@@ -11,7 +11,7 @@ from nsdrill.app.datasets import variables_of, with_missing_features
 from nsdrill.app.table import table, write_rows
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.store import MemoryLog, claim_file, to_csv, write_results, write_trace
+from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
 from nsdrill.variables import COUNTED
 
 ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
@@ -25,16 +25,13 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
     if suffix not in ENDINGS:
         raise InputError(f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: {', '.join(ENDINGS)}.")
     claim_file(path, overwrite)
-    if isinstance(data, Trace):
-        if suffix == ".csv":
-            write_rows(table(data), path, overwrite)
-        else:
-            write_trace(path, data, overwrite=overwrite)
-        return
-    data = with_missing_features(data)
-    _check_whole(data)
+    if isinstance(data, Results):
+        data = with_missing_features(data)
+        _check_whole(data)
     if suffix == ".csv":
-        to_csv(data, path, overwrite=overwrite)
+        write_rows(table(data), path, overwrite)
+    elif isinstance(data, Trace):
+        write_trace(path, data, overwrite=overwrite)
     else:
         write_results(path, MemoryLog.of(data))
 

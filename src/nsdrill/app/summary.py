@@ -16,13 +16,14 @@ import numpy as np
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent
-from nsdrill.app.datasets import missing_variable_errors
+from nsdrill.app.probability import rows
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words, values_in_parts, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
-from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
+from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
+from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 
@@ -50,8 +51,7 @@ def summarize(data: Results | Trace) -> dict[str, Any]:
 
 
 def _summarize_results(results: Results) -> dict[str, Any]:
-    status, model = results["status"], model_in(results.attrs)
-    ok, known = status == OK, (status == OK) | (status == INFERRED)
+    status = results["status"]
     summary: dict[str, Any] = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
@@ -70,73 +70,72 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         "procedures": [str(p) for p in results.coords["procedure"]],
         "points": int(status.size),
         "status": _counts("status", status),
-        "responses": {},
-        "whirl_kinds": {},
-        "severities": {},
-        "ranges": {},
-    }
-    for i, procedure in enumerate(summary["procedures"]):
-        summary["responses"][procedure] = _counts("response", results["response"][i][known[i]])
-        if "whirl_kind" in results.variables:
-            kinds = results["whirl_kind"][i][ok[i]]
-            summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
-        summary["severities"][procedure] = {
-            name: _counts(name, results[name][i][ok[i]]) for name in model.severities if name in results.variables
-        }
-    if "motion" in results.variables:
-        summary["motions"] = {
-            procedure: _counts("motion", results["motion"][i][ok[i]])
-            for i, procedure in enumerate(summary["procedures"])
-        }
-    summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
-    for name in (*model.shown, *EXPONENT):
-        if name not in results.variables:
-            continue
-        values = results[name][ok]
-        values = values[np.isfinite(values)]
-        if values.size:
-            summary["ranges"][name] = {
-                "min": float(values.min()),
-                "max": float(values.max()),
-                "units": BY_NAME[name].units,
-                "meaning": BY_NAME[name].long_name,
+        **_labels(results),
+        "ranges": _ranges(results),
+        "settled": int(np.count_nonzero(results["settled"][status == OK])),
+        "failed": [
+            {
+                **{name: results.coords[name][i].item() for name, i in zip(results.grid, place, strict=True)},
+                "status": BY_NAME["status"].words(int(status[tuple(place)])),
             }
-    failed = np.argwhere(has_failed(status))
-    summary["failed"] = [
-        {
-            **{name: results.coords[name][i].item() for name, i in zip(results.grid, place, strict=True)},
-            "status": flag_words(BY_NAME["status"], int(status[tuple(place)])),
-        }
-        for place in failed
-    ]
+            for place in np.argwhere(has_failed(status))
+        ],
+    }
     if "trusted" in results.variables:
         summary["trust"] = trust_of(results)
     if SAMPLE in results.coords:
         summary |= _uncertain(results)
-        if "points_run" in results.attrs:
-            summary["refinement"] = refinement_of(results)
-        return summary
-    if "start" in results.coords:
-        summary["starts"] = len(results.coords["start"])
-        summary["slice"] = results.slice
+    elif "start" in results.coords:
+        # late: it groups starts with the equations of the model
         from nsdrill.app.attractors import attractors
 
-        summary["operating_points"] = attractors(results)
-        return summary
-    summary["hysteresis"] = hysteresis(results)
-    if len(results.swept) == 1:
-        summary["intervals"] = intervals(results)
+        starts = {"starts": len(results.coords["start"]), "slice": results.slice}
+        return summary | starts | {"operating_points": attractors(results)}
+    else:
+        summary["hysteresis"] = hysteresis(results)
+        if len(results.swept) == 1:
+            summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:
         summary["refinement"] = refinement_of(results)
     return summary
+
+
+def _labels(results: Results) -> dict[str, Any]:
+    """The counts of the labels of each procedure."""
+    status, names = results["status"], model_in(results.attrs).severities
+    ok, procedures = status == OK, [str(name) for name in results.coords["procedure"]]
+
+    def counts(name: str, where: np.ndarray) -> dict[str, dict[str, int]]:
+        if name not in results.variables:
+            return {}
+        return {one: _counts(name, results[name][i][where[i]]) for i, one in enumerate(procedures)}
+
+    severities = {name: counts(name, ok) for name in names if name in results.variables}
+    whirls = ok & (results["whirl_kind"] > 0) if "whirl_kind" in results.variables else ok
+    return {
+        "responses": counts("response", ok | (status == INFERRED)),
+        "whirl_kinds": counts("whirl_kind", whirls),
+        "severities": {one: {name: found[one] for name, found in severities.items()} for one in procedures},
+        **({"motions": counts("motion", ok)} if "motion" in results.variables else {}),
+    }
+
+
+def _ranges(results: Results) -> dict[str, dict[str, Any]]:
+    """The least and the greatest value of each feature that is shown."""
+    ranges = {}
+    for name in (*model_in(results.attrs).shown, *EXPONENT):
+        values = results[name][results["status"] == OK] if name in results.variables else np.empty(0)
+        values = values[np.isfinite(values)]
+        if values.size:
+            about = {"units": BY_NAME[name].units, "meaning": BY_NAME[name].long_name}
+            ranges[name] = {"min": float(values.min()), "max": float(values.max()), **about}
+    return ranges
 
 
 def _uncertain(results: Results) -> dict[str, Any]:
     """The summary of samples: their number, the unknowns (each with the median
     ``value`` and the 5 % and 95 % quantiles ``from`` and ``to``), and the probability
     of each outcome."""
-    from nsdrill.app.probability import rows
-
     unknowns: dict[str, Any] = {}
     counted = len(results.coords[SAMPLE][independent(results)])
     for unknown, values in results.drawn.items():
@@ -169,8 +168,6 @@ def refinement_of(results: Results) -> dict[str, Any]:
 def trust_of(results: Results) -> dict[str, Any]:
     """The results of the checks: points by verdict, failed checks, and the changes of
     the response."""
-    from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
-
     codes = {
         "agree": AGREES,
         "features_differ": FEATURES_DIFFER,
@@ -190,8 +187,8 @@ def trust_of(results: Results) -> dict[str, Any]:
         changed += [
             {
                 "check": check,
-                "from": flag_words(BY_NAME["response"], int(a)),
-                "to": flag_words(BY_NAME["response"], int(b)),
+                "from": BY_NAME["response"].words(int(a)),
+                "to": BY_NAME["response"].words(int(b)),
                 "points": int(n),
             }
             for (a, b), n in zip(pairs.T, points, strict=True)
@@ -208,7 +205,7 @@ def _axis(results: Results, name: str) -> dict[str, Any]:
 
 def _counts(name: str, values: np.ndarray) -> dict[str, int]:
     codes, counts = np.unique(values, return_counts=True)
-    return {flag_words(BY_NAME[name], int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
+    return {BY_NAME[name].words(int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
 
 
 def intervals(results: Results) -> list[dict[str, Any]]:
@@ -231,7 +228,7 @@ def intervals(results: Results) -> list[dict[str, Any]]:
             ):
                 continue
             state = "response" if status[start] == OK else "status"
-            word = flag_words(BY_NAME[state], int((response if state == "response" else status)[start]))
+            word = BY_NAME[state].words(int((response if state == "response" else status)[start]))
             rows.append(
                 {
                     "procedure": str(procedure),
@@ -333,7 +330,6 @@ def new_labels(
     from nsdrill.app.attractors import labels_of
     from nsdrill.app.overrides import stored_experiment
     from nsdrill.app.refinement import reinfer
-    from nsdrill.observe.trust import trust_labels
     from nsdrill.study import change_thresholds
 
     experiment = stored_experiment(path, results)
@@ -341,8 +337,10 @@ def new_labels(
     thresholds = change_thresholds(study.thresholds, overrides)
     scales = _state_scales(study, results)
     model = study.model.dynamics
-    with missing_variable_errors(os.fspath(path)):
+    try:
         labels = model.classify(results.variables, results["status"], thresholds, scales)
+    except KeyError as error:
+        raise InputError(f"{path}: found results without {error.args[0]}; allowed: results that have it.") from error
         if "start" in results.coords:
             labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     if "trusted" in results.variables:

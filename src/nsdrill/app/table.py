@@ -8,38 +8,101 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from nsdrill.data import Results, Trace
 from nsdrill.files import replacing
+from nsdrill.models.leaves import words_along
+from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.quantity import find
-from nsdrill.store.export import csv_rows
+from nsdrill.store.layout import in_words
 from nsdrill.store.trace import trace_variables
-from nsdrill.units import rounded_from_si
+from nsdrill.units import CF, rounded_from_si
+from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
+_DEFAULT_ROOMS = ("run", "label", "feature", "trust")
 _HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
 
 
 def table(
     data: Results | Trace, units: str = "si", *, peaks: bool = False, section: bool = False, states: bool = False
 ) -> Iterator[list[Any]]:
-    """The headings and the rows of results, as :func:`nsdrill.store.export.csv_rows`
-    makes them, or of a trace, a row for each sample; in field units, which are in the
-    headings, where ``units`` is "field"."""
-    rows = _trace_rows(data) if isinstance(data, Trace) else csv_rows(data, peaks=peaks, section=section, states=states)
+    """The headings and the rows of results, one per point: its coordinates, every
+    variable, and the flags also in words. The word is ``unknown`` for a label that a
+    point lacks because its run failed or has not been made. Of a trace there is a row
+    for each sample.
+
+    ``peaks``, ``section`` and ``states`` add a column per peak, return to the section
+    and state: ``axial_peaks_0 [m]``, ``final_state_lag [rad]``. Numbers are written with
+    enough digits to restore the same bits, in SI; in field units, which are in the
+    headings, where ``units`` is "field". A missing one is ``nan``. Rows are made one at a
+    time, so memory does not grow with the table.
+    """
+    if isinstance(data, Trace):
+        rows = _trace_rows(data)
+    else:
+        optional = {"peaks": peaks, "section": section, "states": states}
+        rows = _rows(data, (*_DEFAULT_ROOMS, *(room for room, wanted in optional.items() if wanted)))
     return _in_field_units(rows) if units == "field" else rows
-
-
-def _trace_rows(trace: Trace) -> Iterator[list[Any]]:
-    """Numbers have enough digits to restore the same bits."""
-    variables = trace_variables(trace)
-    columns = [trace.time, *(trace.variables[variable.name] for variable in variables)]
-    yield ["time [s]", *(f"{variable.name} [{variable.units}]" for variable in variables)]
-    yield from map(list, zip(*(column.tolist() for column in columns), strict=True))
 
 
 def write_rows(rows: Iterator[list[Any]], path: str | os.PathLike[str], overwrite: bool = True) -> None:
     """Write ``rows`` as CSV."""
     with replacing(path, overwrite=overwrite) as whole, whole.text() as file:
         csv.writer(file).writerows(rows)
+
+
+def _rows(results: Results, rooms: tuple[str, ...]) -> Iterator[list[Any]]:
+    chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
+    units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": "", "procedure": ""}
+    units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
+    unknowns = [unknown for unknown in results.drawn if "sample" in results.grid]
+    heads = [_heading(name, units[name]) for name in results.grid]
+    heads += [_heading(unknown.name, CF[unknown.units]) for unknown in unknowns]
+    yield [*heads, *_headings(results, chosen)]
+    coordinates = {name: in_words(name, results.coords[name]) for name in results.grid}
+    for place in np.ndindex(*results.shape):
+        row: list[Any] = [coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)]
+        row += [results.drawn[unknown][place[results.grid.index("sample")]].item() for unknown in unknowns]
+        for variable in chosen:
+            value = results.variables[variable.name][place]
+            row.extend(np.atleast_1d(value).tolist())
+            if variable.flag_meanings is not None:
+                row.append(variable.words(int(value)) if _has_value(results, variable, place) else "unknown")
+        yield row
+
+
+def _has_value(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
+    """Whether the point has a value of this variable: only a run that ended well has
+    labels, but an inferred point has a response."""
+    if variable.room != "label":
+        return True
+    check = variable.name.removesuffix("_response")
+    status = int(results[f"{check}_status" if check in CHECKS else "status"][place])
+    return status == OK or (status == INFERRED and variable.name == "response")
+
+
+def _headings(results: Results, chosen: list[Variable]) -> Iterator[str]:
+    for variable in chosen:
+        if extra := variable.dims[len(POINT) :]:
+            for item in results.coords[extra[0]].tolist():
+                units = IN_TRACE[item].units if variable.room == "states" else variable.units
+                yield _heading(f"{variable.name}_{item}", units)
+        elif variable.flag_meanings is not None:
+            yield from (variable.name, f"{variable.name}_words")
+        else:
+            yield _heading(variable.name, "" if variable.dtype.startswith("i") else variable.units)
+
+
+def _heading(name: str, units: str) -> str:
+    return f"{name} [{units}]" if units else name
+
+
+def _trace_rows(trace: Trace) -> Iterator[list[Any]]:
+    variables = trace_variables(trace)
+    columns = [trace.time, *(trace.variables[variable.name] for variable in variables)]
+    yield ["time [s]", *(f"{variable.name} [{variable.units}]" for variable in variables)]
+    yield from map(list, zip(*(column.tolist() for column in columns), strict=True))
 
 
 def _in_field_units(rows: Iterator[list[Any]]) -> Iterator[list[Any]]:

@@ -32,6 +32,7 @@ from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, STEP_LIMIT
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MAX_SAMPLES = 50_000_000
+_STORED = ("status", "initial_state", "final_state")
 
 
 @dataclass(frozen=True)
@@ -88,21 +89,8 @@ def simulate(
     if any(map(words_of, study.swept)):  # keys that the chosen words do not read take defaults
         parameters, start_of_all, _ = chosen_at(study.parameters, study.initial, {})
         study = replace(study, parameters=parameters, initial=start_of_all)
-    overrides = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
-    try:
-        schedule = schedule_of(
-            study, {name: None if value is None else float(value) for name, value in overrides.items()}
-        )
-        operation = schedule.start
-        for one in study.model.orders:
-            if one.upper != "operation.depth" or operation.depth > (length := attrgetter(one.lower)(study.parameters)):
-                continue
-            found, least = f"{operation.depth:g} m", f"{length:g} m"
-            if isinstance(depth, WithUnit):
-                found, least = readable(depth, "m"), readable(WithUnit(length, depth.unit), "m")
-            raise ValueError(f"depth: found {found}, allowed: more than {one.words}, {least}")
-    except ValueError as error:
-        raise InputError(f"The operating point is outside the model. {error}.") from error
+    schedule = _schedule(study, {"depth": depth, "wob": wob, "rotary_speed": rotary_speed})
+    operation = schedule.start
     simulation = study.simulation
     if duration is None and schedule.ramps:
         duration = schedule.end
@@ -122,6 +110,24 @@ def simulate(
     if words := [key for key in study.swept if words_of(key)]:
         extra["at"] = json_text({key: word_in(study.parameters, study.initial, key) for key in words})
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
+
+
+def _schedule(study: Study, values: Mapping[str, float | None]) -> Schedule:
+    """The schedule of a run at these ``values``; InputError where it begins outside the
+    model."""
+    try:
+        schedule = schedule_of(study, {name: None if value is None else float(value) for name, value in values.items()})
+        found, depth = schedule.start.depth, values["depth"]
+        for one in study.model.orders:
+            least = attrgetter(one.lower)(study.parameters) if one.upper == "operation.depth" else -np.inf
+            if found <= least:
+                texts = [f"{length:g} m" for length in (found, least)]
+                if isinstance(depth, WithUnit):
+                    texts = [readable(depth, "m"), readable(WithUnit(least, depth.unit), "m")]
+                raise ValueError(f"depth: found {texts[0]}, allowed: more than {one.words}, {texts[1]}")
+    except ValueError as error:
+        raise InputError(f"The operating point is outside the model. {error}.") from error
+    return schedule
 
 
 def replay(
@@ -152,28 +158,20 @@ def replay(
     requested = {**(at or {}), **{name: value for name, value in operation.items() if value is not None}}
     sample_number = _sample(path, requested.pop(SAMPLE, None), plan.samples)
     wanted = _on_axes(path, experiment, requested)
-    if procedure is None:
-        if len(plan.procedures) > 1:
-            raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
-        procedure = plan.procedures[0]
+    if procedure is None and len(plan.procedures) > 1:
+        raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
+    procedure = procedure or plan.procedures[0]
     start_number = _start(path, start, plan.starts)
     try:
         number, values_there = plan.find(wanted, procedure, start_number, sample_number)
     except ValueError as error:
         raise InputError(f"{path}: {error}.") from error
-    place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
-    names = ("status", "initial_state", "final_state")
-    point = {name: source[name][place] for name in names} if isinstance(source, Results) else read_point(path, *place)
-    if point["status"] == PENDING:
-        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
-    if point["status"] == INFERRED:
-        status = (outline if isinstance(source, Results) else read_results(source, ["status"]))["status"]
-        raise InputError(f"{path}: {_not_run(status, plan, number, units_of(study))}")
+    point = _stored_point(source, experiment, number)
     implicit = bool(experiment.chosen.points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, values_there)
     axes = {key: np.array([value]) for key, value in values_there.items()}
     study = replace(study, parameters=here.parameters, initial=here.initial, axes=axes, drawn={})
-    point = point | {name: select_states(study, outline.coords["state"], point[name]) for name in names[1:]}
+    point = point | {name: select_states(study, outline.coords["state"], point[name]) for name in _STORED[1:]}
     schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
     if further := {key: word_or_number(key, value) for key, value in values_there.items() if key not in OPERATION}:
@@ -184,16 +182,40 @@ def replay(
         extra[SAMPLE] = sample_number
     initial = np.asarray(point["initial_state"], dtype=float)
     result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra, implicit)
+    return _compared(result, study, point, outline.attrs)
+
+
+def _compared(result: Trajectory, study: Study, point: Mapping[str, Any], attrs: Mapping[str, Any]) -> Trajectory:
+    """The replay ``result``, compared with the stored ``point`` of a file with the root
+    attributes ``attrs``."""
+    final = np.asarray(point["final_state"])
     same = result.status == int(point["status"]) and bool(
-        np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
+        np.array_equal(result.trace.attrs["final_state"], final, equal_nan=True)
     )
     states = study.model.dynamics.states(study.model.dynamics.variant(study.parameters))
     return replace(
         result,
         same_bits=same,
-        differing=tuple(unlike(outline.attrs, "numpy_version", "processor")),
-        apart="" if same else _apart(result.trace, states, np.asarray(point["final_state"])),
+        differing=tuple(unlike(attrs, "numpy_version", "processor")),
+        apart="" if same else _apart(result.trace, states, final),
     )
+
+
+def _stored_point(source: Results | str | os.PathLike[str], experiment: Experiment, number: int) -> dict[str, Any]:
+    """The status and the states of a point of the sweep; InputError where it was not
+    run."""
+    plan = experiment.plan
+    place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
+    if isinstance(source, Results):
+        path, point = IN_MEMORY, {name: source[name][place] for name in _STORED}
+    else:
+        path, point = os.fspath(source), read_point(source, *place)
+    if point["status"] == PENDING:
+        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
+    if point["status"] == INFERRED:
+        status = (source if isinstance(source, Results) else read_results(source, ["status"]))["status"]
+        raise InputError(f"{path}: {_not_run(status, plan, number, units_of(experiment.study))}")
+    return point
 
 
 def _apart(trace: Trace, names: tuple[str, ...], stored: Array) -> str:
@@ -335,18 +357,7 @@ def _trace(
 ) -> Trajectory:
     """The run with its trace. ``implicit`` is the method; None: that of the study."""
     total = simulation.transient + simulation.observe
-    if not 0 < sample <= total:
-        allowed = f"at most the {total:g} s of the run" if sample > 0 else "more than 0 s"
-        raise Refusal("sample", _seconds(sample), allowed)
-    sample = float(sample)
-    samples = int(np.floor(total / sample * (1 + 1e-12))) + 1
-    if samples > MAX_SAMPLES:
-        raise Refusal(
-            "sample",
-            f"{samples} samples of {total:g} s",
-            f"at most {MAX_SAMPLES} of them",
-            "Sample more coarsely, or shorten the run.",
-        )
+    samples, sample = _samples(total, sample), float(sample)
     if implicit is None:
         implicit = _implicit(study, schedule)
     method = METHODS[1] if implicit else METHODS[0]
@@ -370,7 +381,7 @@ def _trace(
         "observe": simulation.observe,
         "rtol": simulation.rtol,
         "method": method,
-        "status": (BY_NAME["status"].flag_meanings or "").split()[run.status],
+        "status": BY_NAME["status"].words(run.status),
         "steps": run.accepted,
         "rejected": run.rejected,
         "initial_state": initial,
@@ -380,6 +391,19 @@ def _trace(
     remedy = advice(method, study.model, _knots(study, schedule)) if run.status == STEP_LIMIT else ""
     variables = sampled_variables(study, schedule, initial, time, run.states)
     return Trajectory(Trace(time, variables, attrs), run.status, advice=remedy)
+
+
+def _samples(total: float, sample: float) -> int:
+    """The number of samples of a run of ``total`` [s]; a Refusal where there is none, or
+    where there are too many."""
+    if not 0 < sample <= total:
+        allowed = f"at most the {total:g} s of the run" if sample > 0 else "more than 0 s"
+        raise Refusal("sample", _seconds(sample), allowed)
+    samples = int(np.floor(total / float(sample) * (1 + 1e-12))) + 1
+    if samples > MAX_SAMPLES:
+        found, hint = f"{samples} samples of {total:g} s", "Sample more coarsely, or shorten the run."
+        raise Refusal("sample", found, f"at most {MAX_SAMPLES} of them", hint)
+    return samples
 
 
 def _implicit(study: Study, schedule: Schedule) -> bool:

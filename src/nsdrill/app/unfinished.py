@@ -119,7 +119,7 @@ class Part:
 
     def _replace(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
         # late: it imports the compiler
-        from nsdrill.app.provenance import processor, versions
+        from nsdrill.app.provenance import processor, versions  # late: show needs no compiled sources
 
         head = {
             "magic": _MAGIC + self.what,
@@ -156,8 +156,6 @@ class Part:
         """The plain data and arrays that :meth:`write` wrote. FileError where the file is
         damaged or from other ``inputs``, which the message names, or where other
         versions may give other numbers."""
-        from nsdrill.app.provenance import unlike
-
         try:
             head = _head(self.path)
             with np.load(self.path, allow_pickle=False) as file:
@@ -168,6 +166,8 @@ class Part:
             raise FileError(
                 f"{self.path}: made from {inputs}. Go on with what it was made from, or start anew by --overwrite."
             )
+        from nsdrill.app.provenance import unlike
+
         if differing := unlike(head):
             raise FileError(
                 f"{self.path}: made with other versions, whose numbers may differ "

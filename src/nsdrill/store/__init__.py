@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from nsdrill.store.branches import open_branches, write_branches
     from nsdrill.store.claims import check_target, claim, claim_file
     from nsdrill.store.dataset import from_dataset, open_results, to_dataset
-    from nsdrill.store.export import flag_words, to_csv, to_netcdf
+    from nsdrill.store.hdf5 import to_netcdf
     from nsdrill.store.log import RunLog, part_path
     from nsdrill.store.memory import MemoryLog
     from nsdrill.store.read import (
@@ -47,7 +47,6 @@ __all__ = [
     "claim_file",
     "collect",
     "columns",
-    "flag_words",
     "from_dataset",
     "kept_of",
     "kind_of",
@@ -66,7 +65,6 @@ __all__ = [
     "recorded",
     "rewrite_labels",
     "rewrite_log",
-    "to_csv",
     "to_dataset",
     "to_netcdf",
     "variables_in",
@@ -88,7 +86,6 @@ __getattr__ = late(
         "claim_file": "nsdrill.store.claims",
         "collect": "nsdrill.store.read",
         "columns": "nsdrill.store.results",
-        "flag_words": "nsdrill.store.export",
         "from_dataset": "nsdrill.store.dataset",
         "kept_of": "nsdrill.store.read",
         "kind_of": "nsdrill.store.read",
@@ -107,9 +104,8 @@ __getattr__ = late(
         "recorded": "nsdrill.store.records",
         "rewrite_log": "nsdrill.store.rewrite",
         "rewrite_labels": "nsdrill.store.read",
-        "to_csv": "nsdrill.store.export",
         "to_dataset": "nsdrill.store.dataset",
-        "to_netcdf": "nsdrill.store.export",
+        "to_netcdf": "nsdrill.store.hdf5",
         "variables_in": "nsdrill.store.read",
         "write_branches": "nsdrill.store.branches",
         "write_results": "nsdrill.store.results",

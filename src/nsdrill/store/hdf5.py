@@ -239,6 +239,16 @@ def check_readable(path: str | os.PathLike[str]) -> None:
     raise FileError(f"{path}: this file is {found}. Give a file that nsdrill run wrote.{measured}")
 
 
+def to_netcdf(path: str | os.PathLike[str], path_nc: str | os.PathLike[str], *, overwrite: bool = True) -> None:
+    """Copy the results file ``path`` to ``path_nc``. A results file is already a
+    netCDF-4 file, HDF5 with dimension scales and no type that netCDF lacks, so its
+    bytes are checked and copied."""
+    with opened(path):
+        pass
+    with replacing(path_nc, overwrite=overwrite) as copy, open(path, "rb") as file:
+        shutil.copyfileobj(file, copy)
+
+
 def damaged(path: str | os.PathLike[str], why: str) -> FileError:
     """The error for a file of nsdrill that is damaged, for the reason ``why``."""
     return FileError(f"{path}: the file is damaged or incomplete: {why}. Take it from a backup or make it again.")

@@ -27,6 +27,7 @@ from nsdrill.plot.answer import (
     percent,
     warnings,
 )
+from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.look import Look
 from nsdrill.plot.saving import svg
 from nsdrill.variables import SAMPLE
@@ -165,8 +166,6 @@ def comparison(
         found = contrast(results[0], results[1], severity, confidence, names)
     except InputError as error:
         return "", paragraph(f"The two windows are not compared: {error}")
-    from nsdrill.plot.kinds.window import draw_two
-
     body, head = contrast_rows(found, units)[1:], ("", f"a: {names[0]}", f"b: {names[1]}")
     axis = Formatter(units).name(found["windows"][0]["axes"][0])
     first = "".join(

@@ -16,6 +16,7 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.plot.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.plot.labels import quantity
 from nsdrill.store import hdf5, open_branches
 from nsdrill.study.study import Study, study_from_resolved
@@ -147,8 +148,6 @@ FURTHER_COLOURS = ("#332288", "#AA4499", "#882255", "#117733")
 def _colour(kind: str, kinds: list[str]) -> str:
     """The colour of a kind of motion: that of the pictures; of several periodic kinds
     one each."""
-    from nsdrill.plot.kinds.branches import COLOURS
-
     name = kind.partition(" over ")[0]
     periodic = [one for one in kinds if one.startswith("periodic over ")]
     if kind in periodic[1:]:
@@ -158,8 +157,6 @@ def _colour(kind: str, kinds: list[str]) -> str:
 
 def _mark(code: int, codes: list[int]) -> dict[str, str]:
     """The marker and the colour of a label, as in the pictures."""
-    from nsdrill.plot.kinds.branches import GRAZING_MARKERS, MARKERS
-
     grazing = sorted(set(codes) - MARKERS.keys())
     if code in MARKERS:
         marker, colour = MARKERS[code]

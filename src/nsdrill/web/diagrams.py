@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
-from nsdrill.analysis.outcome import text
+from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import quantity
+from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, edges, is_logarithmic, line, positions, robust_limits
 from nsdrill.variables import OK, POINT
 from nsdrill.web.shown import classes, quantity_data, response_styles
@@ -99,15 +99,7 @@ def diagram(
     name = panel.greatest if panel and y not in results.variables else y
     if name not in results.variables or BY_NAME[name].dtype != "f8":
         raise InputError(f"y: found {y}; allowed: peaks or a feature of these results.")
-    shown = quantity(y, units)
-    values = np.asarray(series[name], dtype=float)
-    values = values[..., np.newaxis] if values.ndim == 2 else values
-    constant = np.zeros(values.shape[:2], bool)
-    # a motion without peaks is drawn at its constant value
-    if panel is not None and values.shape[2] > 1:
-        constant = ~np.isfinite(values).any(axis=2)
-        values = values.copy()
-        values[..., 0] = np.where(constant, series[panel.greatest], values[..., 0])
+    values, constant = _peaks(series, name, panel.greatest if panel else None)
     outcomes = series.outcome
     x_edges = edges(series.x) / quantity(axis, units).scale
     names = [n for n in model_in(results.attrs).shown if n in results.variables]
@@ -127,10 +119,22 @@ def diagram(
         "edges": [x_edges[0], x_edges[-1]],
     }
     scales = np.array([quantity(n, units).scale for n in names])
-    columns = {"values": values / shown.scale, "outcome": outcomes, "constant": constant}
+    columns = {"values": values / quantity(y, units).scale, "outcome": outcomes, "constant": constant}
     if names:
         columns["hover"] = np.stack([np.asarray(series[n], dtype=float) for n in names], axis=-1) / scales
     return head, columns
+
+
+def _peaks(series: Line, name: str, greatest: str | None) -> tuple[Array, Array]:
+    """The values [procedure, point, peak] of a variable, and where a motion is constant: it
+    has no peaks and is drawn at its ``greatest`` value."""
+    values = np.array(series[name], dtype=float)
+    values = values[..., np.newaxis] if values.ndim == 2 else values
+    if greatest is None or values.shape[2] == 1:
+        return values, np.zeros(values.shape[:2], bool)
+    constant = np.asarray(~np.isfinite(values).any(axis=2))
+    values[..., 0] = np.where(constant, series[greatest], values[..., 0])
+    return values, constant
 
 
 def _reference_lines(results: Results, series: Line, mode: str | None, axis: str, units: str) -> list[dict[str, Any]]:
@@ -168,8 +172,6 @@ def plane(
         values = np.asarray(results[name])[tuple(index)]
         return np.swapaxes(values, 1, 2) if transposed else values
 
-    from nsdrill.analysis.outcome import outcome
-
     values, outcomes = select(colour).astype(float), outcome(select("status"), select("response"))
     if values.size > MAX_CELLS:
         raise InputError(f"The map has {values.size} cells; allowed: {MAX_CELLS}. Use nsdrill plot.")
@@ -192,12 +194,6 @@ def plane(
         "limits": None if is_label else [low, high],
     }
     return head, {"values": np.where(outcomes < 0, np.nan, values), "outcome": outcomes}
-
-
-def longest(results: Results) -> str:
-    """The axis with the most values, as in the pictures; an axis of numbers before one
-    of words."""
-    return max(results.swept or ["rotary_speed"], key=lambda name: (not words_along(name), len(results.coords[name])))
 
 
 def _place_of(results: Results, held: Mapping[str, int], member: int) -> list[int]:

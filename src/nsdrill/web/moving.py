@@ -1,5 +1,6 @@
 """The replies with a motion: a stored point run again, a motion that goes on from any
-state, the motion of a point of the branches, and the section of a point."""
+state, that of a point of the branches, the section of a point, and the diagram around the
+present point: points along one number, each run from the present state."""
 
 from __future__ import annotations
 
@@ -11,26 +12,38 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsdrill.data import Trace
+from nsdrill.analysis.outcome import outcome
+from nsdrill.app.motions import Motion
+from nsdrill.app.provenance import unlike
+from nsdrill.app.wording import ENDINGS
+from nsdrill.data import Array, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_of
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.plot.kinds.returns import section_of
 from nsdrill.plot.labels import quantity
+from nsdrill.study.study import Study
 from nsdrill.variables import OK, dimension_of
 from nsdrill.web import asked
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.saving import command, point_rows
 from nsdrill.web.shown import label_words, quantity_data, value_rows
-from nsdrill.web.sliders import DEFAULT_SLIDERS, changes, start_state, value_at
+from nsdrill.web.sliders import CONTINUOUS, DEFAULT_SLIDERS, changes, start_state, value_at
 
 if TYPE_CHECKING:
-    from nsdrill.app.motions import Motion
-    from nsdrill.study.study import Study
-    from nsdrill.web.source import Source
+    from nsdrill.web.session import Session
 
 
-def orbit(session: Source, request: Mapping[str, Any]) -> Reply:
+# The number of points, fewer where the string is slow to compute; the times of each
+# point in s; and the half width of the diagram relative to the value.
+MAX_POINTS, MIN_POINTS = 96, 12
+SETTLE, OBSERVE = 60.0, 40.0
+MAX_STEPS = 1.2e6  # of all points, of a string of eight states: about 1 s on few, old processors
+HALF_WIDTH = 0.2
+
+
+def orbit(session: Session, request: Mapping[str, Any]) -> Reply:
     """The motion of a ``point`` of the branches: over one period where it is
     unstable, else over whole periods of :data:`asked.DEFAULT_SECONDS` or more."""
     branches, point = session.branches, asked.integer(request, "point", -1)
@@ -65,10 +78,8 @@ def orbit(session: Source, request: Mapping[str, Any]) -> Reply:
     return head, columns
 
 
-def replay(session: Source, request: Mapping[str, Any]) -> Reply:
+def replay(session: Session, request: Mapping[str, Any]) -> Reply:
     """The last ``seconds`` of the stored point at ``place``, run again."""
-    from nsdrill.app.provenance import unlike
-
     place, results = session.place(request), session.sweep()
     seconds = asked.seconds(request)
     with session.computing():
@@ -89,7 +100,7 @@ def replay(session: Source, request: Mapping[str, Any]) -> Reply:
     return head, columns
 
 
-def live(session: Source, request: Mapping[str, Any]) -> Reply:
+def live(session: Session, request: Mapping[str, Any]) -> Reply:
     """The motion from ``state`` on with ``changes``; from the study's own start
     where no state is given. ``settle`` and ``observe`` are those of a point of a
     local diagram. ``chosen`` says that the state was clicked, and nothing else."""
@@ -117,7 +128,7 @@ def live(session: Source, request: Mapping[str, Any]) -> Reply:
     return head, columns
 
 
-def _middle_of_sweep(session: Source) -> str:
+def _middle_of_sweep(session: Session) -> str:
     """The values at which the page of a study that sweeps begins, as a sentence."""
     values = session.motions.own
     swept = [name for name in session.study.swept if not words_of(name)] if session.results is None else []
@@ -127,7 +138,58 @@ def _middle_of_sweep(session: Source) -> str:
     return f" The study sweeps; this is the middle: {', '.join(map(' '.join, texts))}." if texts else ""
 
 
-def section(session: Source, request: Mapping[str, Any]) -> Reply:
+def local(session: Session, request: Mapping[str, Any]) -> Reply:
+    """A diagram around the present point along ``key``; each of its points is run
+    from ``state``."""
+    values, key = session.values(request), asked.name(request, "key")
+    leaf = session.adjustable.get(key)
+    if leaf is None or leaf.kind not in CONTINUOUS:
+        raise InputError(f"key: found {key}; allowed: a number of the study that has a slider.")
+    with session.computing():
+        study = session.motions.at(values, changes(session, request))
+        state = start_state(session, request, study)
+        state = session.motions.start(study) if state is None else state
+        centre = float(value_at(study.resolved, leaf.key) or 0.0)
+        width = asked.number(request, "wide", 0.001, 10.0, HALF_WIDTH) * (abs(centre) or 1.0)
+        low, high = max(leaf.low, centre - width), min(leaf.high, centre + width)
+        for end in (low, high):  # InputError where the study is not valid there
+            session.motions.at(values, {**changes(session, request), key: leaf.text(end)})
+        probe = session.motions.run_from(study, state, asked.DEFAULT_SECONDS, asked.DEFAULT_SECONDS)
+        cost = max(1.0, len(state) / 9) * probe.steps / asked.DEFAULT_SECONDS * (SETTLE + OBSERVE)
+        points = int(np.clip(MAX_STEPS / cost, MIN_POINTS, MAX_POINTS))
+        x = np.linspace(low, high, points)
+        columns = session.motions.run_along(study, state, key, x, settle=SETTLE, observe=OBSERVE)
+    return _local_diagram(session, study, key, x, columns, centre, state)
+
+
+def _local_diagram(
+    session: Session, study: Study, key: str, x: Array, point_columns: Mapping[str, Array], centre: float, state: Array
+) -> Reply:
+    axis = quantity_data(dimension_of(key), session.units)
+    head: dict[str, Any] = {
+        "x": {**axis, "key": key, "values": x / axis["scale"], "log": False},
+        "exact": x,
+        "centre": centre / axis["scale"],
+        "settle": SETTLE,
+        "observe": OBSERVE,
+        "panels": [],
+        "procedures": ["from here"],
+        "state": state,
+        "states": session.motions.states(study),
+    }
+    columns: dict[str, Array] = {"outcome": outcome(point_columns["status"], point_columns["response"])[np.newaxis]}
+    for panel in drawn_in(session.attrs).panels:
+        values = point_columns[panel.peaks].copy()
+        constant = np.asarray(~np.isfinite(values).any(axis=1))
+        values[:, 0] = np.where(constant, point_columns[panel.greatest], values[:, 0])
+        shown = quantity_data(panel.peaks, session.units)
+        head["panels"].append({**shown, "mode": panel.mode, "trace": panel.trace})
+        columns[panel.peaks] = values[np.newaxis] / shown["scale"]
+        columns[f"{panel.peaks} constant"] = constant[np.newaxis]
+    return head, columns
+
+
+def section(session: Session, request: Mapping[str, Any]) -> Reply:
     """The returns of the stored point at ``place`` to the Poincare section, in the
     planes of the model."""
     place, results = session.place(request), session.sweep()
@@ -137,8 +199,6 @@ def section(session: Source, request: Mapping[str, Any]) -> Reply:
         returns = {name: results[name][place] for name in results.variables if name.startswith("section_")}
         source = "stored returns"
     else:
-        from nsdrill.plot.kinds.returns import section_of
-
         simulation = session.study.simulation
         with session.computing():
             motion = session.motions.replay(
@@ -159,11 +219,9 @@ def section(session: Source, request: Mapping[str, Any]) -> Reply:
     return {"planes": planes, "words": f"{count} {source}"}, columns
 
 
-def motion_reply(session: Source, motion: Motion, study: Study, labels: Mapping[str, Any]) -> Reply:
+def motion_reply(session: Session, motion: Motion, study: Study, labels: Mapping[str, Any]) -> Reply:
     """The reply with a motion."""
-    from nsdrill.app.wording import ENDINGS
-
-    status = (BY_NAME["status"].flag_meanings or "").split()[motion.status]
+    status = BY_NAME["status"].words(motion.status)
     model, variables = study.model, motion.variables
     names = [v.name for v in model.trace if v.name in variables and quantity(v.name).scale]
     hole = model.hole(study.parameters) if model.hole else None

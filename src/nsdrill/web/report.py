@@ -25,10 +25,12 @@ from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
-from nsdrill.variables import INFERRED, OK
+from nsdrill.plot.registry import longest
+from nsdrill.plot.slices import evenly_spaced
+from nsdrill.variables import INFERRED, OK, SAMPLE
 from nsdrill.web.answers import LIMITS, comparison, escaped, file_answer, paragraph, picture, table
 from nsdrill.web.branches import Branches
-from nsdrill.web.diagrams import Reply, longest, member_dimension
+from nsdrill.web.diagrams import Reply, member_dimension
 from nsdrill.web.origin import origin_rows, study_details
 from nsdrill.web.packet import packed
 from nsdrill.web.server import static
@@ -112,6 +114,13 @@ def report(
             page.add(f"<h2>{escaped(names[number])}: {escaped(titles[number])}</h2>")
         made.append((names[number], _add_file(page, part, motions, stems[number])))
         page.add("</section>")
+    _add_made(page, parts, made)
+    page.add(f"<p>This page: <code>{escaped(command)}</code></p></section></main>")
+    return _document(titles[0], page)
+
+
+def _add_made(page: _Page, parts: Sequence[Part], made: Sequence[tuple[str, list[str]]]) -> None:
+    """How each file was made, and the command lines that make it again, by its name."""
     page.add('<section id="made"><h2>How this was made</h2>')
     for part, (name, commands) in zip(parts, made, strict=True):
         page.add(f"<h3>{escaped(name)}</h3>" if len(parts) > 1 else "")
@@ -120,8 +129,6 @@ def report(
             f"<p>To make it again:</p><pre>{escaped(chr(10).join(commands))}</pre>",
             study_details(part.session),
         )
-    page.add(f"<p>This page: <code>{escaped(command)}</code></p></section></main>")
-    return _document(titles[0], page)
 
 
 def _add_answer(
@@ -189,7 +196,7 @@ def _add_file(page: _Page, part: Part, motions: int, stem: str) -> list[str]:
             raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
         return _add_branches(page, session, session.branches, stem)
     places = representatives(results, motions)
-    page.add("<h3>Diagrams</h3>", '<p class="screen">Point at a diagram for its numbers.</p>')
+    page.add("<h3>Diagrams</h3>")
     _add_diagrams(page, session, results)
     study, again = (shlex.quote(f"{stem}_{name}") for name in ("study.yaml", "again.h5"))
     commands = [f"nsdrill show {shlex.quote(session.path)} --study > {study}", f"nsdrill run {study} -o {again}"]
@@ -208,11 +215,15 @@ def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
     or samples the picture that fits."""
     names = sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name])))
     more = {"responses": response_styles()}
-    if member := member_dimension(results):
+    hint = '<p class="screen">Point at a diagram for its numbers.</p>'
+    if (member := member_dimension(results)) == SAMPLE and 0 < len(names) < 3:
+        page.add("<p>The probabilities are with the answer, above.</p>")
+    elif member:
         page.add(picture(results, None, f"All {member}s", session.units))
     elif not names:
         page.add("<p>A single operating point.</p>")
     elif len(names) > 1 and len(results.coords[names[1]]) > MAX_DIAGRAMS:
+        page.add(hint)
         procedures = [str(name) for name in results.coords["procedure"]]
         for held, where in _held_values(results, names[2:], session.units):
             request = {"colour": "response", "x": names[0], "y": names[1], "held": held}
@@ -221,6 +232,7 @@ def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
                 page.add(f"<h4>{escaped(words)}</h4>")
                 page.add_drawing("map", [session.plane(request)], {**more, "procedure": number}, words)
     else:
+        page.add(hint)
         panels = [panel for panel in drawn_in(results.attrs).panels if panel.greatest in results.variables]
         for held, words in _held_values(results, names[1:], session.units):
             page.add(f"<h4>{escaped(words)}</h4>" if words else "")
@@ -264,21 +276,13 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
 def _held_values(results: Results, others: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:
     """All combinations of some values of the ``others`` of the axes, as indices by axis
     and in words."""
-    values = [_evenly_spaced(len(results.coords[name])) for name in others]
+    values = [evenly_spaced(range(len(results.coords[name])), MAX_DIAGRAMS) for name in others]
     for index in product(*values):
         words = [
             f"{plain(quantity(name, units).words)}: {quantity(name, units).value(float(results.coords[name][i]))}"
             for name, i in zip(others, index, strict=True)
         ]
         yield dict(zip(others, (int(i) for i in index), strict=True)), ", ".join(words)
-
-
-def _evenly_spaced(count: int) -> list[int]:
-    """Up to :data:`MAX_DIAGRAMS` of the indices below ``count``, evenly spaced, with the
-    first and the last."""
-    if count <= MAX_DIAGRAMS:
-        return list(range(count))
-    return [round(number * (count - 1) / (MAX_DIAGRAMS - 1)) for number in range(MAX_DIAGRAMS)]
 
 
 def _thinned(reply: Reply) -> Reply:

@@ -8,23 +8,23 @@ import shlex
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from nsdrill.app.trajectory import option_of
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number, words_of
 from nsdrill.plot.labels import operating_point
+from nsdrill.study import parse_study
+from nsdrill.study.write import study_text
 from nsdrill.web.diagrams import member_dimension
 from nsdrill.web.shown import value_rows
 from nsdrill.web.sliders import DEFAULT_SLIDERS, changes, start_state
 
 if TYPE_CHECKING:
-    from nsdrill.web.source import Source
+    from nsdrill.web.session import Session
 
 
-def saved(session: Source, request: Mapping[str, Any]) -> dict[str, Any]:
+def saved(session: Session, request: Mapping[str, Any]) -> dict[str, Any]:
     """The present point as a study file: its ``text``, and a ``name`` to
     propose."""
-    from nsdrill.study import parse_study
-    from nsdrill.study.write import study_text
-
     study = session.motions.at(session.values(request), changes(session, request))
     head = [f"One operating point, saved from the explorer of {os.path.basename(session.path)}"]
     operation = {name: getattr(study.operation, name) for name in DEFAULT_SLIDERS}
@@ -47,7 +47,7 @@ def saved(session: Source, request: Mapping[str, Any]) -> dict[str, Any]:
     return {"text": study_text(resolved, head), "name": "point.yaml"}
 
 
-def point_rows(session: Source, place: tuple[int, ...]) -> list[list[str]]:
+def point_rows(session: Session, place: tuple[int, ...]) -> list[list[str]]:
     """The axes of a point and their values, in words."""
     results = session.sweep()
     point: list[list[str]] = []
@@ -63,10 +63,8 @@ def point_rows(session: Source, place: tuple[int, ...]) -> list[list[str]]:
     return point
 
 
-def command(session: Source, place: tuple[int, ...]) -> str:
+def command(session: Session, place: tuple[int, ...]) -> str:
     """The command line that writes the trace of a point."""
-    from nsdrill.app.trajectory import option_of
-
     results, leaves = session.sweep(), session.study.keys.axes
     parts = ["nsdrill replay", shlex.quote(session.path)]
     keys = {axis.name: axis.key for axis in results.more}

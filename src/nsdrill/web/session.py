@@ -1,4 +1,5 @@
-"""The explorer of one file, without HTTP: the replies to the requests of a page.
+"""The explorer of one file, without HTTP: what was opened, its motions, which run one at a
+time, and the replies to the requests of a page.
 
 A session keeps no state between requests: a page sends the state from which a motion
 continues, so that several pages of one session do not disturb each other. Requests are
@@ -9,25 +10,179 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Mapping
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cached_property
+from pathlib import Path
 from typing import Any
 
-from nsdrill.data import frozen_modes, overrides
+import numpy as np
+
+from nsdrill import interrupt
+from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.app.motions import Motions
+from nsdrill.app.overrides import stored_experiment
+from nsdrill.app.reading import is_branches, read_any
+from nsdrill.data import Array, Results, Trace, frozen_modes, json_text, overrides
+from nsdrill.errors import FileError, InputError
 from nsdrill.models.registry import drawn_in
-from nsdrill.web import around, asked, diagrams, maps, moving, saving
-from nsdrill.web.branches import branch_choices, branch_diagram, with_branches
+from nsdrill.plot.registry import is_study
+from nsdrill.store import kind_of, variables_in
+from nsdrill.study import load_study
+from nsdrill.study.keys import Leaf
+from nsdrill.study.study import Study
+from nsdrill.variables import OK, POINT
+from nsdrill.web import asked, diagrams, maps, moving, saving
+from nsdrill.web.branches import Branches, branch_choices, branch_diagram, read_branches, with_branches
 from nsdrill.web.diagrams import Reply
+from nsdrill.web.moving import MAX_POINTS
 from nsdrill.web.shown import response_styles
-from nsdrill.web.sliders import DEFAULT_SLIDERS, sliders
-from nsdrill.web.source import Source
+from nsdrill.web.sliders import DEFAULT_SLIDERS, adjustable, sliders
+
+_READ_GROUPS = ("run", "feature", "label", "trust", "peaks", "section", "states")
 
 
-class Session(Source):
-    """A source (:class:`nsdrill.web.source.Source`) that answers requests: most with a
-    reply (:mod:`nsdrill.web.packet`), ``meta`` and ``saved`` with plain data."""
+class Session:
+    """The file ``path``: results, an unfinished run, branches, or a study with
+    ``overrides`` applied. Over the diagrams of results lie the branches of the file
+    ``over``, if given.
+
+    FileError or InputError where it is something else.
+    """
 
     replay, live, orbit, section = moving.replay, moving.live, moving.orbit, moving.section
-    local, saved = around.local, saving.saved
+    local, saved = moving.local, saving.saved
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        units: str | None = None,
+        overrides: list[str] | None = None,
+        over: str | os.PathLike[str] | None = None,
+    ) -> None:
+        self.path = os.fspath(path)
+        self.branches: Branches | None = None if over is None else read_branches(over)
+        self._compute_lock = threading.Lock()
+        self.results: Results | None = None
+        self.experiment: Experiment
+        if is_study(path):
+            self.experiment = prepare(load_study(Path(path), overrides or []))
+        else:
+            if overrides:
+                raise InputError(f"--set: found with {self.path}; allowed: with a study, which ends in .yaml or .yml.")
+            self._open()
+        self.units = units or self.study.units
+        if over is not None and self.results is None:
+            raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
+        if self.branches is not None and self.branches.study.model is not self.study.model:
+            raise InputError(
+                f"--over: found branches of the model {self.branches.study.model.name}; "
+                f"allowed: of {self.study.model.name}."
+            )
+
+    def _open(self) -> None:
+        if is_branches(self.path):
+            self.branches = read_branches(self.path)
+            self.experiment = prepare(self.branches.study)
+            return
+        self.results = self._read()
+        self.experiment = stored_experiment(self.path, self.results)
+
+    def _read(self) -> Results:
+        if os.path.lexists(self.path) and kind_of(self.path) == "trace":
+            raise FileError(f"{self.path}: found a trace; allowed: results, or a study. Draw it with nsdrill plot.")
+        names = None
+        if os.path.lexists(self.path):
+            names = [v.name for v in variables_in(self.path) if v.room in _READ_GROUPS or v.dims == POINT]
+        results = read_any(self.path, names)
+        assert not isinstance(results, Trace)
+        return results
+
+    @property
+    def study(self) -> Study:
+        """The study whose motions are explored."""
+        return self.experiment.study
+
+    @property
+    def kind(self) -> str:
+        """``results``, ``branches`` or ``study``."""
+        if self.results is not None:
+            return "results"
+        return "study" if self.branches is None else "branches"
+
+    @property
+    def attrs(self) -> Mapping[str, Any]:
+        """The attributes of the file, or those that a study would give it."""
+        if (file := self.results or self.branches) is not None:
+            return file.attrs
+        return {
+            "model": self.study.model.name,
+            "study_resolved": json_text(self.study.resolved),
+            "study_overrides": json_text(list(self.study.overrides)),
+        }
+
+    @property
+    def title(self) -> str:
+        """The title of the study; the name of the file where it has none."""
+        return " ".join(self.study.title.split()) or os.path.basename(self.path)
+
+    def sweep(self) -> Results:
+        """The results; InputError where there are none."""
+        if self.results is None:
+            raise InputError("found a study, which has no points; allowed: with results.")
+        return self.results
+
+    def place(self, request: Mapping[str, Any]) -> tuple[int, ...]:
+        """The place of a point in the grid of the results, from a request."""
+        return asked.place(request, self.sweep().shape)
+
+    def values(self, request: Mapping[str, Any]) -> dict[str, float]:
+        """The values of the axes at the point that the page started from."""
+        if self.results is None or request.get("place") is None:
+            return self.motions.own
+        return self.motions.values(self.place(request))
+
+    # Motions
+
+    @cached_property
+    def adjustable(self) -> dict[str, Leaf]:
+        """The keys of the study that may change while the string rotates."""
+        return adjustable(self.study.keys)
+
+    @cached_property
+    def motions(self) -> Motions:
+        """The motions of the string; imported at first use, as this loads the
+        compiler."""
+        return Motions(self.experiment, self.results)
+
+    @contextmanager
+    def computing(self) -> Iterator[None]:
+        """One run at a time; KeyboardInterrupt where nobody waits for it any more."""
+        while not self._compute_lock.acquire(timeout=0.1):
+            interrupt.check()
+        try:
+            interrupt.check()
+            yield
+        finally:
+            self._compute_lock.release()
+
+    def warm(self) -> None:
+        """Load or compile the machine code that a first click, slider and local diagram
+        need, which a short run of each does. The lock is released in between, so that a
+        page is served meanwhile."""
+        values = self.motions.own
+        study = self.motions.at(values)
+        with self.computing():
+            motion = self.motions.run_from(study, self.motions.start(study), 0.1, asked.SAMPLE)
+        time.sleep(0.01)  # a waiting request takes the lock first
+        if motion.status == OK:
+            near: Array = np.linspace(0.99, 1.01, MAX_POINTS) * values["rotary_speed"]
+            with self.computing():
+                self.motions.run_along(study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01)
+
+    # What a page asks for
 
     def meta(self) -> dict[str, Any]:
         """What a page needs at the beginning: names, words, units, colours, sliders."""

@@ -9,7 +9,9 @@ from typing import Any
 
 from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT
 from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.plot import style
 from nsdrill.plot.labels import Shown, quantity
+from nsdrill.plot.style import RESPONSES
 from nsdrill.quantity import find
 from nsdrill.variables import INFERRED, OK, has_failed
 
@@ -65,22 +67,16 @@ def value_rows(names: Any, values: Mapping[str, Any], units: str) -> list[list[s
 def response_styles() -> list[dict[str, str]]:
     """The name, colour and marker of each combination of critical responses; see
     :mod:`nsdrill.plot.style`."""
-    from nsdrill.plot.style import RESPONSES
-
     return [{"name": style.name, "colour": style.colour, "marker": style.marker} for style in RESPONSES]
 
 
 def outcome_words(code: int) -> str:
     """The outcome of a point (:mod:`nsdrill.analysis.outcome`) in words."""
-    from nsdrill.plot.style import RESPONSES
-
     return {PENDING_POINT: "not run yet", FAILED_POINT: "failed"}.get(code) or RESPONSES[code].name
 
 
 def classes(name: str) -> list[dict[str, str]]:
     """The words and the colour of each value of a label."""
-    from nsdrill.plot import style
-
     if name == "motion":
         return [{"name": motion.name, "colour": motion.colour} for motion in style.MOTIONS]
     words = (BY_NAME[name].flag_meanings or "").split()
@@ -97,7 +93,7 @@ def label_words(values: Mapping[str, Any]) -> list[str]:
     if status == INFERRED:
         return [f"{outcome_words(int(values['response']))} (inferred from its neighbours, not run)"]
     if has_failed(status) or status != OK:
-        return [(BY_NAME["status"].flag_meanings or "").split()[status].replace("_", " ")]
+        return [BY_NAME["status"].words(status).replace("_", " ")]
     texts = [outcome_words(int(values["response"]))]
     for name, value in values.items():
         variable = BY_NAME.get(name)

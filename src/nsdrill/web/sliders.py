@@ -11,14 +11,14 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.errors import InputError
 from nsdrill.quantity import find
+from nsdrill.study.keys import Keys, Leaf
+from nsdrill.study.study import Study
 from nsdrill.variables import dimension_of
 from nsdrill.web import asked
 from nsdrill.web.shown import in_words, quantity_data
 
 if TYPE_CHECKING:
-    from nsdrill.study.keys import Keys, Leaf
-    from nsdrill.study.study import Study
-    from nsdrill.web.source import Source
+    from nsdrill.web.session import Session
 
 CONTINUOUS = ("quantity", "number")  # kinds of leaves that vary without a step
 DEFAULT_SLIDERS = ("rotary_speed", "wob", "depth")  # the sliders that a page opens with
@@ -88,7 +88,7 @@ def sliders(study: Study, units: str, leaves: Mapping[str, Leaf]) -> list[dict[s
     return rows
 
 
-def changes(session: Source, request: Mapping[str, Any]) -> dict[str, str]:
+def changes(session: Session, request: Mapping[str, Any]) -> dict[str, str]:
     """The changed keys with their values as a study writes them. In a request,
     numbers are in SI and texts have a unit."""
     wanted = request.get("changes") or {}
@@ -110,7 +110,7 @@ def changes(session: Source, request: Mapping[str, Any]) -> dict[str, str]:
     return texts
 
 
-def start_state(session: Source, request: Mapping[str, Any], study: Study) -> Array | None:
+def start_state(session: Session, request: Mapping[str, Any], study: Study) -> Array | None:
     """The state of the request in the states of the string of ``study``, which may
     differ from those of the page: another drive has others. None where the request
     has no state."""
