@@ -113,9 +113,9 @@ def test_help_shows_the_function_that_draws() -> None:
     assert "panel : str, optional" in shown
     assert "PACKAGE CONTENTS" not in shown
     from nsdrill import plot
-    from nsdrill.plot import isolines
+    from nsdrill.plot import cells
 
-    assert inspect.ismodule(isolines)
+    assert inspect.ismodule(cells)
 
     assert inspect.isfunction(plot)
     assert plot.draw.__module__ == "nsdrill.plot"  # type: ignore[attr-defined]

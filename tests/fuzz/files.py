@@ -9,6 +9,7 @@ own, so that a crash of the HDF5 library is seen.
 from __future__ import annotations
 
 import collections
+import gc
 import json
 import math
 import multiprocessing
@@ -304,6 +305,7 @@ def attempt(folder: Path, bases: Path, seed: int, number: int, note: Callable[[s
     can be shown."""
     chance = random.Random(f"{seed} {number}")
     path = folder / "out.h5"
+    gc.collect()
     base = chance.choice((*STUDIES, "up_down", "rock_map", "starts"))
     shutil.copyfile((bases if base in STUDIES else OLD) / f"{base}.h5", path)
     note(f"{base}: {'; '.join(mutate(path, chance))}")

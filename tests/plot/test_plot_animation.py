@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from made_up import GAP, make_results, make_trace
 from matplotlib.patches import Circle
 from PIL import Image
+from seen import artists
 
 from nsdrill import plot
 from nsdrill.data import Trace
@@ -29,19 +29,15 @@ def whirl() -> Trace:
     return trace
 
 
-def of(axes: Any, gid: str) -> list[Any]:
-    return [one for one in (*axes.patches, *axes.lines, *axes.texts) if one.get_gid() == gid]
-
-
 def test_hole_and_collar_are_to_scale(whirl: Trace) -> None:
     (axes,) = plot.draw(whirl, "hole").axes
-    (wall,), (collar,) = of(axes, "wall"), of(axes, "collar")
+    (wall,), (collar,) = artists(axes, "wall"), artists(axes, "collar")
     assert isinstance(wall, Circle)
     assert wall.get_radius() == pytest.approx(1e3 * (GAP + COLLAR / 2))
     assert collar.get_radius() == pytest.approx(1e3 * COLLAR / 2)
     assert collar.get_center() == pytest.approx((1e3 * whirl["x"][-1], 1e3 * whirl["y"][-1]))
     assert axes.get_aspect() == 1.0
-    spoke = np.array(of(axes, "spoke")[0].get_data())
+    spoke = np.array(artists(axes, "spoke")[0].get_data())
     angle = np.arctan2(*(spoke[:, 1] - spoke[:, 0])[::-1])
     wanted = whirl["drive_angle"][-1] + whirl["twist"][-1]
     assert np.cos(angle - wanted) == pytest.approx(1.0), "the collar turns with the bit"
@@ -50,7 +46,7 @@ def test_hole_and_collar_are_to_scale(whirl: Trace) -> None:
 def test_the_point_says_how_wide_a_collar_is_that_was_an_axis(whirl: Trace) -> None:
     whirl.attrs["at"] = json.dumps({"drillstring.collar.outer_diameter": 0.2})
     (axes,) = plot.draw(whirl, "hole", units="field").axes
-    assert of(axes, "collar")[0].get_radius() == pytest.approx(0.1 / 0.0254)
+    assert artists(axes, "collar")[0].get_radius() == pytest.approx(0.1 / 0.0254)
 
 
 def test_a_trace_without_widths_is_told(whirl: Trace, trace: Trace) -> None:
@@ -65,9 +61,9 @@ def test_the_direction_of_an_orbit_is_marked(whirl: Trace) -> None:
     """The triangles point along the motion at their places, and the dot is the last
     sample."""
     (axes,) = plot.draw(whirl, "orbit").axes
-    (end,) = of(axes, "end")
+    (end,) = artists(axes, "end")
     assert (end.get_xdata()[0], end.get_ydata()[0]) == pytest.approx((1e3 * whirl["x"][-1], 1e3 * whirl["y"][-1]))
-    marks = of(axes, "direction")
+    marks = artists(axes, "direction")
     assert len(marks) == 2
     for mark in marks:
         place = int(np.argmin(np.hypot(1e3 * whirl["x"] - mark.get_xdata()[0], 1e3 * whirl["y"] - mark.get_ydata()[0])))

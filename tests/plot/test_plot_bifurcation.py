@@ -11,6 +11,7 @@ from made_up import GAP, make_results
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from seen import artists, legend_words
 
 from nsdrill import plot
 from nsdrill.data import Results
@@ -23,16 +24,8 @@ from nsdrill.variables import DIVERGED, OK
 PEAKS = ("axial_peaks", "bit_speed_peaks", "radius_peaks")
 
 
-def drawn(figure: Figure, start: str) -> list:
-    return [line for axes in figure.axes for line in axes.get_lines() if str(line.get_gid()).startswith(start)]
-
-
 def panel(figure: Figure, label: str) -> Axes:
     return next(axes for axes in figure.axes if axes.get_ylabel() == label)
-
-
-def legend_words(figure: Figure) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 @pytest.mark.parametrize("name", PEAKS)
@@ -41,13 +34,13 @@ def test_every_finite_peak_of_a_good_point_is_drawn(speeds: Results, name: str) 
     good = speeds["status"] == OK
     expected = np.sort(speeds[name][good][np.isfinite(speeds[name][good])])
     scale = 1.0 if name == "bit_speed_peaks" else 1e-3
-    found = np.sort(np.concatenate([line.get_ydata() for line in drawn(figure, f"{name}:")])) * scale
+    found = np.sort(np.concatenate([line.get_ydata() for line in artists(figure, f"{name}:")])) * scale
     np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", PEAKS)
 def test_colour_shape_and_filling(speeds: Results, name: str) -> None:
-    for line in drawn(plot.draw(speeds), f"{name}:"):
+    for line in artists(plot.draw(speeds), f"{name}:"):
         _, procedure, code = line.get_gid().split(":")
         style = RESPONSES[int(code)]
         assert (to_hex(line.get_color()), line.get_marker()) == (style.colour.lower(), style.marker)
@@ -75,7 +68,7 @@ def test_shading_is_where_up_and_down_differ(speeds: Results) -> None:
 
 def test_failed_points_are_crossed_and_counted(speeds: Results) -> None:
     figure = plot.draw(speeds)
-    crosses = drawn(figure, "failed")
+    crosses = artists(figure, "failed")
     assert sum(len(line.get_xdata()) for line in crosses) == 3
     assert "failed (3 of 122)" in legend_words(figure)
 
@@ -84,7 +77,7 @@ def test_points_without_peaks_are_drawn_at_their_constant_value() -> None:
     data = make_results(rotary_speed=np.linspace(3, 5, 11))
     data["axial_peaks"][0, 0, 0, 4:7] = np.nan
     figure = plot.draw(data)
-    [dashes] = drawn(figure, "axial_max:")
+    [dashes] = artists(figure, "axial_max:")
     np.testing.assert_allclose(dashes.get_xdata(), data.coords["rotary_speed"][4:7])
     np.testing.assert_allclose(dashes.get_ydata(), data["axial_max"][0, 0, 0, 4:7] * 1e3)
     assert "no peaks: constant value" in legend_words(figure)
@@ -92,11 +85,11 @@ def test_points_without_peaks_are_drawn_at_their_constant_value() -> None:
 
 def test_wall_where_it_is_in_sight() -> None:
     whirling = make_results(rotary_speed=np.linspace(5, 8, 5))
-    [wall] = drawn(plot.draw(whirling), "wall")
+    [wall] = artists(plot.draw(whirling), "wall")
     np.testing.assert_allclose(wall.get_ydata(), GAP * 1e3)
     calm = make_results(rotary_speed=np.linspace(3, 4, 5), rule=lambda *_: 0)
     figure = plot.draw(calm)
-    assert not drawn(figure, "wall")
+    assert not artists(figure, "wall")
     assert "wall at 76.2 mm, out of sight" in legend_words(figure)
     del calm.attrs["gap"]
     assert not any("wall" in word for word in legend_words(plot.draw(calm)))
@@ -127,7 +120,7 @@ def test_labels_have_units(speeds: Results, units: str, labels: list[str], x: st
 
 
 def test_field_units_are_exact(speeds: Results) -> None:
-    [drive] = drawn(plot.draw(speeds, units="field"), "rotary speed")
+    [drive] = artists(plot.draw(speeds, units="field"), "rotary speed")
     np.testing.assert_allclose(drive.get_xdata(), speeds.coords["rotary_speed"] * 30 / np.pi, rtol=1e-14)
 
 
@@ -142,9 +135,9 @@ def test_markers_of_a_large_sweep_are_rasterised_and_text_is_not() -> None:
     large = make_results(rotary_speed=np.linspace(1, 8, 231), procedures=("up", "down"))
     assert sum(np.isfinite(large[name]).sum() for name in PEAKS) > MANY_MARKERS
     figure = plot.draw(large)
-    assert all(line.get_rasterized() for name in PEAKS for line in drawn(figure, f"{name}:"))
+    assert all(line.get_rasterized() for name in PEAKS for line in artists(figure, f"{name}:"))
     assert not any(text.get_rasterized() for text in figure.legends[0].get_texts())
-    assert not any(line.get_rasterized() for line in drawn(plot.draw(make_results()), "axial_peaks:"))
+    assert not any(line.get_rasterized() for line in artists(plot.draw(make_results()), "axial_peaks:"))
 
 
 def test_words_stay_on_the_paper(speeds: Results) -> None:
@@ -170,11 +163,11 @@ def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds: Resu
     speeds["whirl_ratio"][0, 0, 0, 3] = 1e6
     speeds["status"][0, 0, 0, 9] = DIVERGED
     figure = plot.draw(speeds, "summary")
-    [line] = [line for line in drawn(figure, "lift_off_fraction:up")]
+    [line] = [line for line in artists(figure, "lift_off_fraction:up")]
     good = speeds["status"][0, 0, 0] == OK
     np.testing.assert_allclose(line.get_ydata()[good], speeds["lift_off_fraction"][0, 0, 0][good] * 100)
     assert np.isnan(line.get_ydata()[~good]).all()
-    [beyond] = drawn(figure, "whirl_ratio:up:beyond")
+    [beyond] = artists(figure, "whirl_ratio:up:beyond")
     assert list(beyond.get_xdata()) == [speeds.coords["rotary_speed"][3]]
     assert panel(figure, "Whirl ratio").get_ylim()[1] < 2
 

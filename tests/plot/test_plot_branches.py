@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from matplotlib.text import Annotation
+from seen import artists, legend_words
 from xarray import Dataset
 
 from nsdrill import plot
@@ -36,29 +35,25 @@ def crowd() -> Dataset:
     )
 
 
-def specials(axes: Any) -> list[Any]:
-    return [line for line in axes.lines if str(line.get_gid()).startswith("special")]
-
-
 def test_special_points_that_lie_on_each_other_are_counted(crowd: Dataset) -> None:
     figure = plot.draw(crowd)
     (axes,) = figure.axes
     figure.draw_without_rendering()
-    marked = np.array([axes.transData.transform(line.get_xydata()[0]) for line in specials(axes)])
+    marked = np.array([axes.transData.transform(line.get_xydata()[0]) for line in artists(axes, "special:")])
     apart = np.diff(np.sort(marked[:, 0])) / figure.dpi
     assert apart.min() > 0.05, "inches: no marker, 0.055 wide, covers another one"
     numbers = [int(text.get_text()) for text in axes.texts if isinstance(text, Annotation)]
     assert sum(numbers) == 41
-    alone = [line for line in specials(axes) if line.get_xdata()[0] == pytest.approx(3.0)]
+    alone = [line for line in artists(axes, "special:") if line.get_xdata()[0] == pytest.approx(3.0)]
     assert [line.get_gid() for line in alone] == ["special:fold"]
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    words = legend_words(figure)
     assert "several special points" in words
 
 
 def test_closer_to_them_they_are_apart(crowd: Dataset) -> None:
     far, near = (plot.draw(crowd, look=look_of(xlim=ends)) for ends in ((2.0, 8.0), ("5.95 rad/s", "6.25 rad/s")))
-    assert len(specials(near.axes[0])) > 2 * len(specials(far.axes[0]))
-    kinds = {line.get_gid() for line in specials(near.axes[0])}
+    assert len(artists(near.axes[0], "special:")) > 2 * len(artists(far.axes[0], "special:"))
+    kinds = {line.get_gid() for line in artists(near.axes[0], "special:")}
     assert {"special:fold", "special:torus", "special:doubling"} <= kinds
 
 

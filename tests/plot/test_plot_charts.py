@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from seen import artists, legend_words
 
 import nsdrill
 from nsdrill.errors import InputError
@@ -24,11 +25,7 @@ KINDS = ("critical-speeds", "buckling", "drive-card", "drive-tuning")
 
 
 def lines(figure: Figure, gid: str) -> list[np.ndarray]:
-    return [line.get_xydata() for line in figure.axes[0].lines if line.get_gid() == gid]
-
-
-def words(figure: Figure) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
+    return [line.get_xydata() for line in artists(figure, gid)]
 
 
 def test_critical_speeds_by_depth() -> None:
@@ -71,7 +68,7 @@ def test_field_units() -> None:
 
 def test_motions_that_are_frozen_have_no_critical_speed() -> None:
     figure = nsdrill.chart(STUDY, "critical-speeds", set={"modes": {"axial": "frozen", "lateral": "frozen"}})
-    assert len(words(figure)) == 2
+    assert len(legend_words(figure)) == 2
     assert len(lines(figure, "torsional waves, once a turn")) == 4
 
 
@@ -104,8 +101,8 @@ def test_drive_card_has_the_drives_and_what_they_hold() -> None:
     figure = nsdrill.chart(STUDY, "drive-card", set={"drive": {"kind": "soft_torque"}})
     (shares,) = lines(figure, "soft_torque")
     assert np.interp(0.093996, *shares.T) == pytest.approx(0.6, abs=1e-3)
-    assert "this study: soft torque, holds 136.4" in words(figure)
-    assert "lqr, holds 193.3 (no impedance)" in words(figure)
+    assert "this study: soft torque, holds 136.4" in legend_words(figure)
+    assert "lqr, holds 193.3 (no impedance)" in legend_words(figure)
     drawn = {line.get_gid(): line for line in figure.axes[0].lines if line.get_gid() in DRIVES}
     assert len({(line.get_color(), line.get_linestyle()) for line in drawn.values()}) == len(drawn) == 5
     assert drawn["soft_torque"].get_linewidth() > drawn["stiff"].get_linewidth()
@@ -115,9 +112,9 @@ def test_tuning_marks_the_best_and_the_own() -> None:
     figure = nsdrill.chart(STUDY, "drive-tuning", set={"drive": {"kind": "soft_torque"}})
     (own,) = lines(figure, "the drive of the study")
     assert own[0] == pytest.approx([4.0, 0.093996], rel=1e-4)
-    assert len(lines(figure, next(word for word in words(figure) if word.startswith("best")))) == 1
+    assert len(lines(figure, next(word for word in legend_words(figure) if word.startswith("best")))) == 1
     outside = nsdrill.chart(STUDY, "drive-tuning", set={"drive": {"kind": "soft_torque", "matching": 20.0}})
-    assert "the drive of the study lies outside" in words(outside)
+    assert "the drive of the study lies outside" in legend_words(outside)
     ideal = nsdrill.chart(STUDY, "drive-tuning")
     assert not lines(ideal, "the drive of the study")
 

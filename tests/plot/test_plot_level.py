@@ -13,7 +13,8 @@ from made_up import make_results, make_trace
 from nsdrill import plot
 from nsdrill.analysis.equations import other_string
 from nsdrill.plot.look import look_of
-from nsdrill.plot.style import freeze_layout, house_style, new_figure
+from nsdrill.plot.page import freeze_layout, new_figure
+from nsdrill.plot.style import house_style
 from nsdrill.plot.traces import planes_of
 
 

@@ -16,13 +16,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.plot import look_of
 from nsdrill.plot.look import value_of
-from nsdrill.plot.style import panels_of
-
-COLUMN = 3.3  # inches: one column of a journal
-
-
-def every(data: Results | Trace, first: int = 9) -> list[str]:
-    return list(plot.kinds_for(data)[:first])
+from nsdrill.plot.page import panels_of
 
 
 def words_of(figure: Any) -> list[Any]:
@@ -34,27 +28,26 @@ def words_of(figure: Any) -> list[Any]:
     return [text for text in found if text.get_window_extent().width > 0]
 
 
-@pytest.mark.parametrize("kind", ["bifurcation", "summary", "window", "lift_off"])
-def test_a_sweep_fits_one_column(speeds: Results, kind: str) -> None:
-    figure = plot.draw(speeds, kind, look=look_of(width="3.3in", font_size=7))
-    check_column(figure)
+def both_ways() -> Results:
+    return make_results(depth=np.linspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
 
 
-@pytest.mark.parametrize("kind", ["map", "whirl_kind", "window", "stick_slip_index"])
-def test_a_map_fits_one_column(kind: str) -> None:
-    both = make_results(depth=np.linspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
-    check_column(plot.draw(both, kind, look=look_of(width="84mm")), 84 / 25.4)
-
-
-@pytest.mark.parametrize("kind", ["trace", "histories", "orbit", "phase", "section"])
-def test_a_trace_fits_one_column(trace: Trace, kind: str) -> None:
-    check_column(plot.draw(trace, kind, look=look_of(width="3.3in")))
-
-
-def check_column(figure: Any, width: float = COLUMN) -> None:
+@pytest.mark.parametrize(
+    ("data", "kind", "width", "size"),
+    [
+        *(("speeds", kind, "3.3in", 7) for kind in ("bifurcation", "summary", "window", "lift_off")),
+        *(("maps", kind, "84mm", None) for kind in ("map", "whirl_kind", "window", "stick_slip_index")),
+        *(("trace", kind, "3.3in", None) for kind in ("trace", "histories", "orbit", "phase", "section")),
+    ],
+)
+def test_a_picture_fits_one_column(
+    speeds: Results, trace: Trace, data: str, kind: str, width: str, size: float | None
+) -> None:
     """The figure is as wide as asked for, every panel has room, no two panels and no
     words leave the page."""
-    assert figure.get_figwidth() == pytest.approx(width, rel=1e-6)
+    drawn = {"speeds": speeds, "maps": both_ways(), "trace": trace}[data]
+    figure = plot.draw(drawn, kind, look=look_of(width=width, font_size=size))
+    assert figure.get_figwidth() == pytest.approx(84 / 25.4 if width == "84mm" else 3.3, rel=1e-6)
     for axes in panels_of(figure):
         box = axes.get_window_extent()
         assert box.width > 0.25 * figure.bbox.width or axes.get_label() == "<colorbar>"

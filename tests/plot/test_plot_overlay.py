@@ -6,11 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from made_up import make_results
+from seen import artists
 
 from nsdrill import plot
 from nsdrill.analysis.fitting import Measured
 from nsdrill.errors import InputError
-from nsdrill.plot.overlay import overlay
+from nsdrill.plot.measured import overlay
 
 SPEEDS, WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3, 9)
 
@@ -40,7 +41,7 @@ def test_settings_are_crosses_on_a_map():
     for kind, panels in (("map", 3), ("window", 1)):
         figure = plot.draw(results, kind)
         assert overlay(figure, results, measured(), "si") == 3
-        marks = [line for axes in figure.axes for line in axes.lines if line.get_gid() == "measured"]
+        marks = artists(figure, "measured")
         assert 1 <= len(marks) <= panels
         np.testing.assert_allclose(marks[0].get_data(), [[2.0, 4.0, 5.0], [22.0, 22.5, 40.0]])
 

@@ -4,10 +4,12 @@ moment."""
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
 from made_up import make_results, make_trace
+from seen import artists
 
 from nsdrill import plot
 from nsdrill.data import Trace
@@ -25,13 +27,8 @@ def ramped(name: str = "rotary_speed", values: tuple[float, ...] = (3.0, 8.0, 8.
     return trace
 
 
-def artists(figure, prefix: str) -> dict[str, object]:
-    return {
-        line.get_gid(): line
-        for axes in figure.axes
-        for line in axes.get_lines()
-        if str(line.get_gid()).startswith(prefix)
-    }
+def lines(figure, start: str) -> dict[str, Any]:
+    return {line.get_gid(): line for line in artists(figure, start)}
 
 
 def test_the_kind_is_offered_for_a_ramp_only() -> None:
@@ -57,7 +54,7 @@ def test_peaks_stand_at_the_speed_of_their_moment() -> None:
     assert figure.axes[-1].get_xlabel() == "Rotary speed [rad/s]"
     assert "15 rad/s per min" in figure.get_suptitle()
     times, heights = local_maxima(trace.time, trace["z"])
-    drawn = artists(figure, "z:")
+    drawn = lines(figure, "z:")
     assert set(drawn) == {"z:rising", "z:falling", "z:held"}
     assert sum(len(line.get_xdata()) for line in drawn.values()) == len(times)
     rising = drawn["z:rising"]
@@ -84,7 +81,7 @@ def test_local_maxima_are_those_of_the_motion() -> None:
 def test_a_sweep_lies_behind() -> None:
     sweep = make_results(rotary_speed=np.linspace(1, 10, 19), wob=(22240.0, 66720.0), procedures=("up", "down"))
     figure = plot.draw(ramped(), over=sweep)
-    behind = artists(figure, "sweep:")
+    behind = lines(figure, "sweep:")
     assert set(behind) == {
         f"sweep:{way}:{peaks}" for way in ("up", "down") for peaks in ("axial_peaks", "bit_speed_peaks", "radius_peaks")
     }
@@ -93,7 +90,7 @@ def test_a_sweep_lies_behind() -> None:
     peaks = sweep["bit_speed_peaks"][0, 0, 1]
     inside = (sweep.coords["rotary_speed"] >= 3) & (sweep.coords["rotary_speed"] <= 8)
     assert sorted(line.get_ydata()) == pytest.approx(sorted(peaks[inside][np.isfinite(peaks[inside])]))
-    assert line.get_zorder() < min(one.get_zorder() for one in artists(figure, "bit_speed:").values())
+    assert line.get_zorder() < min(one.get_zorder() for one in lines(figure, "bit_speed:").values())
 
 
 def test_a_sweep_that_does_not_fit_is_refused() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from made_up import make_results
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
+from seen import legend_words
 
 from nsdrill import plot
 from nsdrill.analysis.attractors import wilson
@@ -62,10 +62,6 @@ def basins() -> Results:
     return with_starts(make_results(rotary_speed=[3.0]), plane=plane)
 
 
-def words(figure: Figure) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
-
-
 def test_the_kinds(ensemble: Results, basins: Results) -> None:
     assert plot.kinds_for(ensemble) == ("shares", "attractors", "basin", "window")
     assert plot.kinds_for(basins) == ("basin",)
@@ -89,7 +85,7 @@ def test_columns_are_the_shares(ensemble: Results) -> None:
         assert heights == pytest.approx(expected)
         assert sum(heights.values()) == pytest.approx(100)
     assert {"no critical response", "bit-bounce", "bit-bounce + whirl", "95 % interval", "between attractors"} == set(
-        words(figure)
+        legend_words(figure)
     )
 
 
@@ -107,7 +103,7 @@ def test_failed_starts_are_left_out_and_counted(ensemble: Results) -> None:
     variables = {name: values.copy() for name, values in ensemble.variables.items()}
     variables["status"][0, 0, 0, 2, :3], variables["attractor"][0, 0, 0, 2, :3] = STEP_LIMIT, 0
     figure = plot.draw(Results(ensemble.coords, variables, ensemble.attrs), "shares")
-    assert "failed, left out (3)" in words(figure)
+    assert "failed, left out (3)" in legend_words(figure)
 
 
 def test_attractors_by_share_and_response(ensemble: Results) -> None:
@@ -189,7 +185,7 @@ def test_cells_of_a_slice_lie_where_they_began(basins: Results) -> None:
     assert np.array_equal(np.array([0, 1, 2, 5])[numbers], stored.T), "in the order of their shares"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("$x$ [mm]", "$\\dot x$ [m/s]")
     assert axes.get_xlim() == pytest.approx((-87.5, 87.5))
-    assert words(figure)[0] == "1: no critical response, 60 %"
+    assert legend_words(figure)[0] == "1: no critical response, 60 %"
     turned = plot.draw(basins, states=("vx", "x")).axes[0].collections[0]
     assert np.array_equal(np.asarray(turned.get_array()).reshape(5, 4), numbers.T)
 
@@ -205,8 +201,8 @@ def test_dots_of_an_ensemble(ensemble: Results) -> None:
             assert line.get_xdata().tolist() == states[numbers == int(number), 6].tolist()
             assert line.get_ydata().tolist() == states[numbers == int(number), 7].tolist()
     assert axes.get_xlabel() == "Twist [rad]"
-    assert "%" in words(figure)[0]
-    assert "to" in words(figure)[0], "with its interval"
+    assert "%" in legend_words(figure)[0]
+    assert "to" in legend_words(figure)[0], "with its interval"
 
 
 def test_one_start_is_a_sweep_as_any_other(ensemble: Results) -> None:

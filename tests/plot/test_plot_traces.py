@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from made_up import GAP, make_trace
 from matplotlib.patches import Circle
+from seen import artists
 
 from nsdrill import plot
 from nsdrill.data import Trace
@@ -14,7 +15,7 @@ from nsdrill.plot.decimation import PARTS, count_upcrossings, envelope
 
 
 def line(figure, gid: str):
-    return next(one for axes in figure.axes for one in axes.get_lines() if one.get_gid() == gid)
+    return artists(figure, gid)[0]
 
 
 def axes_of(trace: Trace, kind: str):

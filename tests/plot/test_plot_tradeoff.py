@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from made_up import make_results
+from seen import artists
 
 from nsdrill import plot
 from nsdrill.data import Results
-from nsdrill.plot.kinds.trade_off import pareto_front
+from nsdrill.plot.kinds.uncertain import pareto_front
 from nsdrill.variables import SAMPLE
 
 SPEEDS, WEIGHTS = np.array([2.0, 4.0, 6.0]), np.array([10e3, 20e3])
@@ -50,12 +51,12 @@ def test_the_front_is_what_nothing_beats():
 def test_the_points_are_rate_and_probability(results):
     figure = plot.draw(results, "trade-off")
     axes = figure.axes[0]
-    [points] = [one for one in axes.collections if one.get_gid() == "points"]
+    [points] = artists(axes, "points")
     expected = np.column_stack([(25.0 * SAFE).ravel(), np.outer(WEIGHTS / 1e4, SPEEDS).ravel()])
     np.testing.assert_allclose(points.get_offsets(), expected)
     # 12 m/h is never safe, 8 in half of the samples, 6 in one: beaten; 4 in three, 2 in
     # all.
-    [line] = [one for one in axes.lines if one.get_gid() == "front"]
+    [line] = artists(axes, "front")
     np.testing.assert_allclose(np.column_stack(line.get_data()), [[0, 12], [50, 8], [75, 4], [100, 2]])
     texts = [text.get_text() for text in axes.texts]
     assert "20 kN, 6 rad/s" in texts
@@ -65,5 +66,5 @@ def test_the_points_are_rate_and_probability(results):
 def test_an_energy_without_end_is_no_colour(results):
     results.variables["mechanical_specific_energy"][:] = np.inf
     axes = plot.draw(results, "trade-off", units="field").axes[0]
-    [points] = [one for one in axes.collections if one.get_gid() == "points:no energy"]
+    [points] = artists(axes, "points:no energy")
     assert len(points.get_offsets()) == 6

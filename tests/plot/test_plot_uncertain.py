@@ -3,12 +3,9 @@ analysis."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from seen import artists, legend_words
 
 from nsdrill import plot
 from nsdrill.analysis.probability import probabilities_of
@@ -41,20 +38,12 @@ def both() -> Results:
     return run_in_memory(parse_study(STUDY))
 
 
-def by_gid(axes: Axes, gid: str) -> Any:
-    return next(artist for artist in axes.get_children() if artist.get_gid() == gid)
-
-
-def holding(figure: Figure, gid: str) -> Axes:
-    return next(axes for axes in figure.axes if any(a.get_gid() == gid for a in axes.get_children()))
-
-
 def test_maps_show_the_probability_of_each_outcome_in_one_scale(both: Results) -> None:
     figure = plot.draw(both, "probability")
     found = probabilities_of(both)
     for number, outcome in enumerate(found.outcomes):
         gid = f"probability:{outcome}"
-        mesh = by_gid(holding(figure, gid), gid)
+        mesh = artists(figure, gid)[0]
         assert np.allclose(mesh.get_array(), 100.0 * found.share[-1, number, 0])
         assert (mesh.norm.vmin, mesh.norm.vmax) == (0.0, 100.0)
     assert plot.kinds_for(both)[0] == "probability"
@@ -66,9 +55,9 @@ def test_the_line_surrounds_the_window_at_the_confidence(both: Results) -> None:
         inside = probabilities_of(both).of("safe")[0][0] >= confidence - 1e-9
         padded = np.pad(inside, 1).astype(int)
         borders = np.abs(np.diff(padded, axis=0)).sum() + np.abs(np.diff(padded, axis=1)).sum()
-        line = by_gid(holding(figure, "confidence"), "confidence")
+        line = artists(figure, "confidence")[0]
         assert len(line.get_segments()) == borders
-        words = [text.get_text() for text in figure.legends[0].get_texts()]
+        words = legend_words(figure)
         assert words == [f"safe with {100 * confidence:g} % or more ({100 * inside.mean():.1f} % of the points)"]
 
 
@@ -76,23 +65,23 @@ def test_along_an_axis_the_bands_are_the_intervals(both: Results) -> None:
     figure = plot.draw(both, "probability", at={"wob": 60e3})
     one = plot.cut(both, {"wob": 60e3})
     found = probabilities_of(one)
-    axes = holding(figure, "line:safe")
+    axes = artists(figure, "line:safe")[0].axes
     for outcome in found.outcomes:
         share, low, high = (100 * part.ravel() for part in found.of(outcome))
-        assert np.allclose(by_gid(axes, f"line:{outcome}").get_ydata(), share)
-        band = by_gid(axes, f"band:{outcome}").get_paths()[0].vertices
+        assert np.allclose(artists(axes, f"line:{outcome}")[0].get_ydata(), share)
+        band = artists(axes, f"band:{outcome}")[0].get_paths()[0].vertices
         for x, bottom, top in zip(one.coords["rotary_speed"], low, high, strict=True):
             here = band[np.isclose(band[:, 0], x), 1]
             assert here.min() == pytest.approx(bottom, abs=1e-9)
             assert here.max() == pytest.approx(top, abs=1e-9)
-    assert np.allclose(by_gid(axes, "alone:up").get_ydata(), 100 * found.of("safe", "up")[0].ravel())
+    assert np.allclose(artists(axes, "alone:up")[0].get_ydata(), 100 * found.of("safe", "up")[0].ravel())
 
 
 def test_one_point_has_bars(both: Results) -> None:
     figure = plot.draw(both, "probability", at={"wob": 60e3, "rotary_speed": 4.0})
     share = probabilities_of(plot.cut(both, {"wob": 60e3, "rotary_speed": 4.0})).of("safe")[0].ravel()[0]
     axes = figure.axes[0]
-    point = next(line for line in axes.get_lines() if line.get_gid() == "point:safe")
+    point = artists(axes, "point:safe")[0]
     assert point.get_xdata()[0] == pytest.approx(100 * share)
 
 
@@ -104,14 +93,14 @@ def test_tornado_bars_reach_from_low_to_high(both: Results) -> None:
     middle = 100 * note["answers"][0]["mean"]
     for row in note["answers"][0]["unknowns"]:
         for end in ("low", "high"):
-            bar = next(patch for patch in axes.patches if patch.get_gid() == f"{end}:{row['key']}")
+            bar = artists(axes, f"{end}:{row['key']}")[0]
             ends = sorted((middle, 100 * row[end]["answer"]))
             assert sorted((bar.get_x(), bar.get_x() + bar.get_width())) == pytest.approx(ends)
 
 
 def test_the_window_is_drawn_at_its_confidence(both: Results) -> None:
     figure = plot.draw(both, "window", confidence=0.6)
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    words = legend_words(figure)
     assert words[0].startswith("safe with 60 %: no critical response, in up and down (")
 
 
@@ -134,7 +123,7 @@ def test_pictures_are_in_field_units_too(both: Results, kind: str) -> None:
 def test_where_nothing_is_safe_the_most_probable_point_is_drawn(both: Results) -> None:
     figure = plot.draw(both, "window", confidence=0.9999)
     note = find_window(both, confidence=0.9999)
-    drawn = [line for axes in figure.axes for line in axes.lines if line.get_gid() == "most_probable"]
+    drawn = artists(figure, "most_probable")
     assert len(drawn) == (0 if note["safe"] else 1)
     for line in drawn:
         assert line.get_xdata()[0] == pytest.approx(note["most_probable"]["rotary_speed"])

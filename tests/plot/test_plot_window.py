@@ -6,14 +6,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from made_up import covered, make_results, spoil
-from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
+from seen import artists, legend_words, maps
 
 from nsdrill import plot
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
-from nsdrill.plot.named_areas import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE
+from nsdrill.plot.kinds.window import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE
 from nsdrill.plot.style import GREY, RESPONSES, SAFE_COLOUR
 from nsdrill.variables import STICK_SLIP, WHIRL
 
@@ -23,18 +22,10 @@ def both() -> Results:
     return make_results(wob=np.linspace(10e3, 50e3, 7), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
 
 
-def panels(figure: Figure) -> list[Axes]:
-    return [axes for axes in figure.axes if any(c.get_gid() == "cells" for c in axes.collections)]
-
-
-def words(figure: Figure) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
-
-
 def test_areas_are_those_of_the_note(both: Results) -> None:
     figure = plot.draw(both, "window")
-    [axes] = panels(figure)
-    cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
+    [axes] = maps(figure)
+    cells = artists(axes, "cells")[0].get_array()
     response = both["response"][:, 0].astype(int)
     good, bits = response == 0, response[0] | response[1]
     np.testing.assert_array_equal(cells, np.where(good.any(axis=0), SAFE_CODE, bits))
@@ -42,19 +33,19 @@ def test_areas_are_those_of_the_note(both: Results) -> None:
     by_history = good.any(axis=0) & ~good.all(axis=0)
     hatched = 0
     for code in np.unique(bits[by_history]):
-        [area] = [c for c in axes.collections if c.get_gid() == f"rim:{code}"]
+        [area] = artists(axes, f"rim:{code}")
         shown = covered(area, both["rotary_speed"], both["wob"] / 1e3)
         np.testing.assert_array_equal(shown, by_history & (bits == code))
         hatched += shown.sum()
     assert hatched == note["rim"] > 0
-    assert any(f"history-dependent ({100 * note['share']['rim']:.1f} %)" in word for word in words(figure))
+    assert any(f"history-dependent ({100 * note['share']['rim']:.1f} %)" in word for word in legend_words(figure))
 
 
 @pytest.mark.parametrize(("units", "speed", "weight"), [("si", 1.0, 1e3), ("field", np.pi / 30, 4448.2216152605)])
 def test_the_recommended_point_and_its_bars(both: Results, units: str, speed: float, weight: float) -> None:
-    [axes] = panels(plot.draw(both, "window", units=units))
+    [axes] = maps(plot.draw(both, "window", units=units))
     best = find_window(both)["maps"][0]["recommended"]
-    [point] = [line for line in axes.get_lines() if line.get_gid() == "recommended"]
+    [point] = artists(axes, "recommended")
     np.testing.assert_allclose(point.get_xydata(), [[best["rotary_speed"] / speed, best["wob"] / weight]])
     bars = [path for box in axes.containers[-1].lines[2] for path in box.get_segments()]
     ends = {axis: [sides["less"]["safe_to"], sides["more"]["safe_to"]] for axis, sides in best["margins"].items()}
@@ -70,7 +61,7 @@ def test_a_panel_for_every_depth_up_to_a_dozen() -> None:
             rotary_speed=np.linspace(1, 8, 21),
             procedures=("up",),
         )
-        return [axes.get_title() for axes in panels(plot.draw(data, "window"))]
+        return [axes.get_title() for axes in maps(plot.draw(data, "window"))]
 
     assert titles(3) == ["1000 m", "2000 m", "3000 m"]
     many = titles(17)
@@ -81,7 +72,7 @@ def test_a_panel_for_every_depth_up_to_a_dozen() -> None:
 def test_one_axis_is_a_strip() -> None:
     data = make_results(rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
     assert "window" in plot.kinds_for(data)
-    [axes] = panels(plot.draw(data, "window"))
+    [axes] = maps(plot.draw(data, "window"))
     assert len(axes.get_yticks()) == 0
     assert "window" not in plot.kinds_for(make_results())
 
@@ -89,31 +80,31 @@ def test_one_axis_is_a_strip() -> None:
 def test_failed_points_and_one_procedure_are_told(both: Results) -> None:
     spoiled = spoil(both, diverged=3, step_limit=0)
     figure = plot.draw(spoiled, "window")
-    assert "unknown (3 failed)" in words(figure)
+    assert "unknown (3 failed)" in legend_words(figure)
     note = find_window(spoiled)
     response = spoiled["response"][:, 0].astype(int)
     for code in np.unique(response[0] | response[1])[1:]:
-        assert any(RESPONSES[code].name in word for word in words(figure)), code
+        assert any(RESPONSES[code].name in word for word in legend_words(figure)), code
     assert note["unknown"] == 3
-    [axes] = panels(figure)
-    unknown = next(c for c in axes.collections if c.get_gid() == "unknown")
+    [axes] = maps(figure)
+    unknown = artists(axes, "unknown")[0]
     assert covered(unknown, both["rotary_speed"], both["wob"] / 1e3).sum() == 3
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
-    assert any("history not examined" in word for word in words(plot.draw(alone, "window")))
-    assert not any("history-dependent" in word for word in words(plot.draw(alone, "window")))
+    assert any("history not examined" in word for word in legend_words(plot.draw(alone, "window")))
+    assert not any("history-dependent" in word for word in legend_words(plot.draw(alone, "window")))
 
 
 def test_nothing_safe_is_still_a_picture(both: Results) -> None:
     both["response"][:] = WHIRL
-    [axes] = panels(plot.draw(both, "window"))
+    [axes] = maps(plot.draw(both, "window"))
     assert not axes.get_lines()
 
 
 def test_by_severity(both: Results) -> None:
     both["whirl_severity"][:] = 2
     assert find_window(both, 1)["safe"] == 0
-    [axes] = panels(plot.draw(both, "window", severity=2))
-    cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
+    [axes] = maps(plot.draw(both, "window", severity=2))
+    cells = artists(axes, "cells")[0].get_array()
     assert (np.asarray(cells) == SAFE_CODE).all()
 
 
@@ -139,12 +130,12 @@ def test_every_area_is_named(both: Results) -> None:
     both["response"][:, 0, :, :5] = STICK_SLIP
     both["response"][0, 0, :, 10:] = WHIRL
     figure = plot.draw(both, "window")
-    [axes] = panels(figure)
+    [axes] = maps(figure)
     named = {text.get_text() for text in axes.texts}
     assert named & {"stick-slip", "S"}
     assert named & {"whirl?", "W?"}
-    assert any("S stick-slip" in word for word in words(figure))
-    assert any("W whirl" in word and "by the history" in word for word in words(figure))
+    assert any("S stick-slip" in word for word in legend_words(figure))
+    assert any("W whirl" in word and "by the history" in word for word in legend_words(figure))
 
 
 def test_the_answer_and_its_warnings_are_in_the_picture(both: Results) -> None:
@@ -174,8 +165,8 @@ def test_the_answer_and_its_warnings_are_in_the_picture(both: Results) -> None:
 
 
 def test_the_cells_of_failed_runs_are_grey(both: Results) -> None:
-    [axes] = panels(plot.draw(spoil(both, diverged=3, step_limit=0), "window"))
-    cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
+    [axes] = maps(plot.draw(spoil(both, diverged=3, step_limit=0), "window"))
+    cells = artists(axes, "cells")[0].get_array()
     assert (np.asarray(cells) == UNKNOWN_CODE).sum() == 3
 
 
@@ -183,11 +174,11 @@ def test_a_point_without_room_is_a_hint(both: Results) -> None:
     """One safe cell alone: its marker is open and the legend says why; with room it is
     filled, if its motion settled."""
     both["settled"][:] = 1
-    firm = next(line for line in panels(plot.draw(both, "window"))[0].lines if line.get_gid() == "recommended")
+    firm = artists(plot.draw(both, "window"), "recommended")[0]
     assert firm.get_markerfacecolor() == "#000000"
     both["response"][:] = WHIRL
     both["response"][:, 0, 2, 7] = 0
     figure = plot.draw(both, "window")
-    hint = next(line for line in panels(figure)[0].lines if line.get_gid() == "recommended")
+    hint = artists(figure, "recommended")[0]
     assert hint.get_markerfacecolor() == "white"
-    assert "a hint, not a setting, bars to the last safe point" in words(figure)
+    assert "a hint, not a setting, bars to the last safe point" in legend_words(figure)

@@ -87,9 +87,9 @@ class Fit:
     def picture(self, units: str = "si") -> Figure:
         """A figure of the unknowns before and after the fit and of measured and
         predicted values, in ``units`` "si" or "field"."""
-        from nsdrill.plot.fitted import draw
+        from nsdrill.plot.measured import draw_fit
 
-        return draw(self.note["title"], self.measured, self.prior, self.samples, self.predicted, units)
+        return draw_fit(self.note["title"], self.measured, self.prior, self.samples, self.predicted, units)
 
 
 def fit(

@@ -283,7 +283,7 @@ def _overlay(
     from nsdrill.cli.words import count
     from nsdrill.data import Results, Trace
     from nsdrill.plot import cut
-    from nsdrill.plot.overlay import overlay
+    from nsdrill.plot.measured import overlay
     from nsdrill.study.study import study_from_resolved
 
     if not isinstance(data, Results) or "study_resolved" not in data.attrs:

@@ -103,7 +103,7 @@ def _compare(
     if picture is not None:
         from nsdrill.app.window import read_for_window
         from nsdrill.plot import save
-        from nsdrill.plot.two_windows import draw_two
+        from nsdrill.plot.kinds.window import draw_two
 
         data = [read_for_window(file, severity) for file in files]
         save(draw_two(data[0], data[1], files, units, severity, confidence), picture, overwrite=overwrite)

@@ -12,16 +12,14 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
-from nsdrill.plot.look import Look, apply_limits, limit_y_axes, look_of
+from nsdrill.plot.look import Look, look_of
 from nsdrill.plot.registry import all_kinds, check_options, choose_kind, describe, is_branches, kinds_for, variables_for
 from nsdrill.plot.saving import FORMATS, check_suffix, save
-from nsdrill.variables import AXES, INFERRED, OK, has_failed
+from nsdrill.variables import AXES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,72 +65,20 @@ def draw(
     to 1) of a ``window`` or of ``probability``, where numbers are uncertain.
     """
     check_units(units)
-    kind_options = {name: value for name, value in options.items() if value is not None}
-    look = look or Look()
+    asked = {name: value for name, value in options.items() if value is not None}
     if panel is not None and not isinstance(panel, str):
         raise InputError(f"panel: found a value of the type {type(panel).__name__}; allowed: the name of one panel.")
-    branches = None
-    if isinstance(data, Results) and is_branches(kind_options.get("over")):
-        branches = kind_options.pop("over")
+    curves = asked.pop("over") if isinstance(data, Results) and is_branches(asked.get("over")) else None
     if not isinstance(data, Results):
-        _refuse_choices(data, [name for name in _CHOICES if name in kind_options])
+        _refuse_choices(data, [name for name in _CHOICES if name in asked])
     data = cut(data, at, start)
-    if kind is None and "over" in kind_options and "ramp" in kinds_for(data):
+    if kind is None and "over" in asked and "ramp" in kinds_for(data):
         kind = "ramp"
     chosen_kind, panel = choose_kind(data, kind, panel)
-    check_options(chosen_kind, kind_options)
-    data, ends = apply_limits(data, chosen_kind, look)
-    from matplotlib.artist import Artist
+    check_options(chosen_kind, asked)
+    from nsdrill.plot.drawing import Drawing
 
-    from nsdrill.plot.dark import marks_of, on_dark_page
-    from nsdrill.plot.into import draw_panel
-    from nsdrill.plot.style import (
-        freeze_layout,
-        house_style,
-        limit_x_axes,
-        panels_of,
-        using_look,
-        without_glyph_warnings,
-        write_in_largest_panel,
-    )
-
-    def picture() -> Figure:
-        figure = chosen_kind.draw(data, units, **kind_options)
-        if isinstance(data, Results) and (message := no_data_message(data)):
-            write_in_largest_panel(figure, message)
-        if (finish := getattr(figure, "finish", None)) is not None:  # one panel alone
-            finish(chosen_kind.across(data), units)
-        if ends is not None:
-            limit_x_axes(figure, str(chosen_kind.across(data)), ends, units)
-        if branches is not None:
-            _draw_branch_curves(figure, data, branches, units)
-        if look.ylim is not None and (finish or not alone):
-            limit_y_axes(panels_of(figure), look.ylim, units, getattr(data, "axes", ()))
-        return figure
-
-    alone = panel is not None or ax is not None
-    with using_look(look), house_style(), without_glyph_warnings():
-        figure = picture()
-        freeze_layout(figure)
-        earlier = set(ax.findobj()) if isinstance(ax, Artist) else set()
-        if alone:
-            figure = draw_panel(picture, figure, panel, ax)
-        marks = marks_of(figure, panels_of(figure))
-        on_dark_page(figure, [mark for mark in marks if mark not in earlier])
-        if alone and ax is None:
-            freeze_layout(figure)
-    return figure
-
-
-def no_data_message(data: Results) -> str:
-    """The message on a picture of results in which no point ended well; empty where one
-    did."""
-    status = data.variables["status"]
-    if np.any((status == OK) | (status == INFERRED)):
-        return ""
-    failed, points = int(np.count_nonzero(has_failed(status))), status.size
-    waiting = f", {points - failed} not run yet" if failed < points else ""
-    return f"Nothing to show: no point ended well\n({failed} of {points} failed{waiting})"
+    return Drawing(chosen_kind, data, units, asked, look or Look(), curves).draw(panel, ax)
 
 
 def needed(
@@ -155,20 +101,20 @@ def cut(data: Any, at: Mapping[str, float] | None, start: int | None = None) -> 
     if not isinstance(data, Results):
         _refuse_choices(data, [*(at or ()), *(["start"] if start is not None else [])])
         return data
-    from nsdrill.plot.slices import ordered, select_sample, select_start
+    from nsdrill.plot.slices import ordered, select
     from nsdrill.variables import SAMPLE, dimension_of
 
     values_by_key = at or {}
     at = {dimension_of(key): value for key, value in values_by_key.items()}
     if SAMPLE in at:
-        data = select_sample(data, at.pop(SAMPLE))
+        data = select(data, SAMPLE, at.pop(SAMPLE))
     if unknown := set(at) - set(data.axes):
         keys = {dimension_of(key): key for key in values_by_key}
         unknown_keys, allowed = (
             ", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes)
         )
         raise InputError(f"--at: found {unknown_keys}; allowed: {allowed}.")
-    return ordered(data if start is None else select_start(data, start), at)
+    return ordered(data if start is None else select(data, "start", start), at)
 
 
 def _refuse_choices(data: Any, names: Sequence[str]) -> None:
@@ -180,23 +126,6 @@ def _refuse_choices(data: Any, names: Sequence[str]) -> None:
 
 
 _CHOICES = ("start", "states", "severity", "confidence")
-
-
-def _draw_branch_curves(figure: Figure, data: Results, branches: Any, units: str) -> None:
-    """Curves of branches over the map of a sweep over two axes."""
-    from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
-    from nsdrill.plot.maps import Planes
-
-    if len(data.swept) != 2:
-        raise InputError(
-            "--over: found branches, with a sweep over one axis; allowed: a map over two axes, over "
-            "which their curves are drawn. For branches over the peaks of this sweep, give the file of "
-            "branches first and the sweep with --over."
-        )
-    planes = Planes.of(data)
-    held = {name: float(branches[name].values.ravel()[0]) for name in data.held if name in branches}
-    check_same_string(branches, data, held)
-    draw_branch_curves(figure, branches, planes.x, planes.y, units)
 
 
 def _be_a_function() -> None:

@@ -19,21 +19,11 @@ from PIL import Image
 from nsdrill.data import Trace
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.files import CheckedFile, replacing
-from nsdrill.plot.kinds.hole import BIT, EDGE, MUD, ROCK, STEEL, Scene, has_orbit
+from nsdrill.plot.kinds.hole import BIT, EDGE, MUD, ROCK, STEEL, Scene, has_orbit, square_page
 from nsdrill.plot.look import Look, between
-from nsdrill.plot.style import (
-    BLUE,
-    VERMILLION,
-    freeze_layout,
-    has_title,
-    house_style,
-    new_figure,
-    page_width,
-    put_title,
-    using_look,
-    without_glyph_warnings,
-)
-from nsdrill.plot.traces import check_length, title_of
+from nsdrill.plot.page import freeze_layout
+from nsdrill.plot.style import BLUE, VERMILLION, house_style, using_look, without_glyph_warnings
+from nsdrill.plot.traces import check_length
 
 SUFFIXES = (".mp4", ".gif")
 FRAME_RATE = 25  # frames per second
@@ -111,11 +101,9 @@ def _frame_times(trace: Trace, look: Look, speed: float) -> Any:
 
 def _render_frames(trace: Trace, units: str, times: Any) -> Iterator[Any]:
     """The pixels of every frame [rows, columns, RGBA]. Static artists are drawn once."""
-    figure = new_figure(page_width(4.0), page_width(4.0) + (0.6 if has_title() else 0.2))
+    figure, axes = square_page(trace, units, 0.6)
     figure.set_dpi(DPI)
-    axes = figure.add_subplot()
     scene = Scene(axes, trace, units)
-    put_title(figure, title_of(trace, units, width=50))
     freeze_layout(figure)
     canvas: Any = figure.canvas
     assert isinstance(canvas, FigureCanvasAgg)

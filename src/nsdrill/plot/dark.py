@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import Collection
@@ -18,6 +17,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 
 from nsdrill.data import Array
+from nsdrill.plot.style import halo
 
 CONTRAST = 4.5  # least ratio of luminances of a mark and the page (WCAG 2.1)
 PALE = 0.6  # least part of a colour that is a ground behind marks rather than a mark
@@ -46,8 +46,7 @@ def on_dark_page(figure: Figure, artists: Iterable[Artist]) -> None:
             if contrast(text, page) < CONTRAST:  # else of the style, which may be white
                 artist.set_color(shown(artist.get_color()))
             if artist.get_path_effects():
-                halo = patheffects.withStroke(linewidth=2.0, foreground=tuple(page))
-                artist.set_path_effects([halo])
+                artist.set_path_effects(halo(2.0, tuple(page)))
         elif isinstance(artist, Collection) and artist.get_array() is None:
             for name in ("facecolor", "edgecolor"):
                 colours = getattr(artist, f"get_{name}")()

@@ -21,7 +21,7 @@ from matplotlib.ticker import FixedLocator
 from matplotlib.transforms import ScaledTranslation
 
 from nsdrill.errors import InputError
-from nsdrill.plot import style
+from nsdrill.plot import page, style
 from nsdrill.plot.labels import quantity
 
 LEGEND_BELOW = 32.0  # points: room for the ticks and the label of the x axis
@@ -44,7 +44,7 @@ def names_of(figure: Figure) -> list[str]:
 
 
 def _panels(figure: Figure) -> list[Axes]:
-    return [axes for axes in style.panels_of(figure) if axes.get_label() != "<colorbar>"]
+    return [axes for axes in page.panels_of(figure) if axes.get_label() != "<colorbar>"]
 
 
 def draw_panel(picture: Callable[[], Any], whole: Figure, panel: str | None, axes: Axes | None) -> Figure:
@@ -96,10 +96,10 @@ def _alone(panel: Axes) -> Axes:
     """Axes for this panel in a figure of its own."""
     if panel.get_aspect() == 1.0:
         side = style.page_width(4.0)
-        return style.new_figure(side, side + 0.5).add_subplot()
+        return page.new_figure(side, side + 0.5).add_subplot()
     height = panel.get_window_extent().height / panel.figure.dpi
     height = float(np.clip(ENLARGED * height, *PANEL_HEIGHT))
-    return style.new_figure(style.page_width(), TEXT_HEIGHT + height).add_subplot()
+    return page.new_figure(style.page_width(), TEXT_HEIGHT + height).add_subplot()
 
 
 class _StandIn:

@@ -33,13 +33,7 @@ class Shown:
     def label(self) -> str:
         return f"{self.words} [{self.unit}]" if self.unit else self.words
 
-    @property
-    def wrapped(self) -> str:
-        """The label beside a low panel, in lines of :data:`LABEL_WIDTH` characters at
-        most."""
-        return self.in_lines(LABEL_WIDTH)
-
-    def in_lines(self, width: int) -> str:
+    def in_lines(self, width: int = LABEL_WIDTH) -> str:
         """The label in lines of ``width`` characters at most."""
         return textwrap.fill(self.label, width, break_long_words=False, break_on_hyphens=False)
 
@@ -80,11 +74,6 @@ def operating_point(values: Mapping[str, Any], units: str) -> str:
     return ", ".join(texts)
 
 
-def fixed_values(results: Results) -> dict[str, float]:
-    """The operating values that the sweep does not change."""
-    return results.held
-
-
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
     """The title of the study in the words of the user; on lines of their own what
     ``--set`` changed, in ``width`` characters, and the operating values that the title
@@ -92,6 +81,13 @@ def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
     title = " ".join(str(attrs.get("title") or "").split())
     point_line = "; ".join(part for part in (_values_not_in_title(point, title), *_unusual_features(attrs)) if part)
     return "\n".join(line for line in (title, describe_overrides(attrs, width), point_line) if line)
+
+
+def sweep_title(results: Results, units: str, *parts: str, width: int = 100) -> str:
+    """The heading of a sweep: the values that it does not change, and further
+    ``parts``."""
+    point = operating_point(results.held, units)
+    return heading(results.attrs, "; ".join(filter(None, (point, *parts))), width=width)
 
 
 SAME_VALUE = 5e-4  # relative: values are written with four digits

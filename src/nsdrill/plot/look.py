@@ -21,7 +21,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.registry import Kind
-from nsdrill.plot.slices import edges
+from nsdrill.plot.slices import edges, taken
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.units import QuantityError, parse_with_unit
 
@@ -276,9 +276,7 @@ def _cells_between(data: Results, axis: str, low: float, high: float) -> Results
             f"the sweep or more "
             f"between them, of {x.value(values[0])} to {x.value(values[-1])}."
         )
-    place = 1 + data.axes.index(axis)
-    variables = {name: np.take(array, chosen, axis=place) for name, array in data.variables.items()}
-    return Results({**data.coords, axis: values[chosen]}, variables, data.attrs, data.more)
+    return taken(data, axis, chosen)
 
 
 def limit_y_axes(panels: Sequence[Any], ends: Ends, units: str, axes_of_data: Sequence[str] = ()) -> None:

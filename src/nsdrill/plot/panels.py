@@ -1,9 +1,13 @@
-"""Figures over one axis: a strip of responses on top, panels below that share the axis, a
-column for each value of a second axis, if any, and one legend at the bottom."""
+"""Panels over one axis: a strip of responses on top, panels below that share the axis, a
+column for each value of a second axis, if any, and one legend at the bottom; and what is
+drawn in them: dots, and curves over bands of severity whose bounds are the thresholds in
+force in the file."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,156 +17,148 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.outcome import FAILED_POINT
-from nsdrill.data import Array, Results
-from nsdrill.plot.decimation import one_per_pixel
-from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.legend import marker_entry, response_entries
+from nsdrill.data import Array, Results, resolved_study
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.plot.cells import overlay_verdicts, verdict_handles
+from nsdrill.plot.decimation import envelope, one_per_pixel
+from nsdrill.plot.labels import quantity, sweep_title
+from nsdrill.plot.page import area_entry, finish, line_entry, marker_entry, name_panel, new_figure, response_entries
 from nsdrill.plot.registry import longest
-from nsdrill.plot.slices import Line, edges, name_words, spaced
+from nsdrill.plot.slices import Line, lay_along, robust_limits
 from nsdrill.plot.slices import line as line_along
 from nsdrill.plot.style import (
+    DASHED,
+    DIRECTION_COLOURS,
     REFERENCE,
     RESPONSES,
     SHADE,
     ResponseStyle,
     cell_style,
-    name_panel,
-    new_figure,
+    font_size,
     page_width,
-    put_title,
 )
-from nsdrill.plot.verdicts import overlay_verdicts, verdict_handles
+from nsdrill.variables import INFERRED, OK
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure
 TEXT_HEIGHT = 1.2  # inches of title, axis labels and legend
 
 
-def lines_of(results: Results) -> list[Line]:
-    """One line for each column: along the longest axis of numbers, at every value of
-    the other axis if that is swept."""
-    axes = sorted(results.swept, key=lambda name: name != longest(results)) or ["rotary_speed"]
-    if len(axes) == 1:
-        return [line_along(results, axes[0])]
-    return [line_along(results, axes[0], **{axes[1]: number}) for number in range(len(results.coords[axes[1]]))]
+class Columns:
+    """A figure over one axis: its ``lines``, one for each column, along the longest axis of
+    numbers, at every value of the other axis if that is swept; and for each line the axes
+    of its column: the strip and a panel for each of the variables ``names``, top to
+    bottom."""
+
+    def __init__(self, results: Results, units: str, names: Sequence[str], height: float) -> None:
+        self.results, self.units, self.names = results, units, list(names)
+        self.lines = lines = lines_of(results, units)
+        strip_height = STRIP_ROW_HEIGHT * len(lines[0].procedures)
+        self.figure = new_figure(page_width(), height + strip_height)
+        ratios = [strip_height, *[(height - TEXT_HEIGHT) / len(names)] * len(names)]
+        grid = self.figure.add_gridspec(len(ratios), len(lines), height_ratios=ratios)
+        self.columns: list[list[Axes]] = []
+        for number, one in enumerate(lines):
+            column: list[Axes] = []
+            for row, name in enumerate(["strip", *names]):
+                first_y = self.columns[0][row] if number and row else None
+                axes = self.figure.add_subplot(grid[row, number], sharex=column[0] if column else None, sharey=first_y)
+                axes.tick_params(labelbottom=row == len(names), labelleft=number == 0)
+                name_panel(axes, name, name if row else "")
+                if row and not number:
+                    axes.set_ylabel(quantity(name, units).label)
+                column.append(axes)
+            lay_along(column[-1], results, one.axis, units)
+            x_label, title = column[-1].get_xlabel(), self._title(number)
+            if number != len(lines) // 2 and not self._fits(x_label, rcParams["axes.labelsize"]):
+                column[-1].set_xlabel("")
+            draw_strip(column[0], one, name_rows=number == 0)
+            fits = self._fits(title, rcParams["axes.titlesize"])
+            column[0].set_title(title if fits else title.replace(": ", ":\n"), pad=3)
+            self.columns.append(column)
+        self.figure.align_ylabels(self.columns[0][1:])
+
+    def _title(self, number: int) -> str:
+        """The value of the second axis in a column; empty where there is only one."""
+        others = [name for name in self.results.swept if name != self.lines[0].axis]
+        if not others:
+            return ""
+        shown = quantity(others[0], self.units)
+        return f"{shown.words}: {shown.value(self.results.coords[others[0]][number])}"
+
+    def _fits(self, text: str, size: float | str) -> bool:
+        """Whether ``text`` in a font of this ``size`` fits the width of a column. A
+        letter is taken as about half as wide as it is high."""
+        points, columns = FontProperties(size=size).get_size_in_points(), len(self.lines)
+        return columns == 1 or 0.55 * points / 72 * len(text) <= (page_width() - 0.5) / columns
+
+    def panels(self, name: str) -> list[Axes]:
+        """The panels of a variable, one in each column; none where it has no panels."""
+        return [column[1 + self.names.index(name)] for column in self.columns] if name in self.names else []
+
+    def each(self) -> Iterator[tuple[Line, str, Axes]]:
+        """Every panel but the strips, with its line and variable, column by column."""
+        for one, column in zip(self.lines, self.columns, strict=True):
+            for name, axes in zip(self.names, column[1:], strict=True):
+                yield one, name, axes
+
+    def finish(self, handles: Sequence[Artist]) -> Figure:
+        """The figure with its title and its legend."""
+        return finish(self.figure, sweep_title(self.results, self.units), handles, 4)
 
 
-def new_columns(
-    results: Results, units: str, names: Sequence[str], height: float
-) -> tuple[Figure, list[Line], list[list[Axes]]]:
-    """The empty figure, its lines, and for each line the axes of its column: the strip
-    and a panel for each of the variables ``names``, top to bottom, with titles and
-    labels."""
-    lines, panels = lines_of(results), len(names)
-    strip_height = STRIP_ROW_HEIGHT * len(lines[0].procedures)
-    figure = new_figure(page_width(), height + strip_height)
-    ratios = [strip_height, *[(height - TEXT_HEIGHT) / panels] * panels]
-    grid = figure.add_gridspec(panels + 1, len(lines), height_ratios=ratios)
-    columns: list[list[Axes]] = []
-    for number, line in enumerate(lines):
-        column: list[Axes] = []
-        for row in range(panels + 1):
-            shared_y = columns[0][row] if columns and row else None
-            axes = figure.add_subplot(grid[row, number], sharex=column[0] if column else None, sharey=shared_y)
-            axes.tick_params(labelbottom=row == panels, labelleft=number == 0)
-            name_panel(axes, ["strip", *names][row], ["", *names][row])
-            if row and not number:
-                axes.set_ylabel(quantity(names[row - 1], units).label)
-            column.append(axes)
-        columns.append(column)
-        x = quantity(line.axis, units)
-        if number == len(lines) // 2 or _fits(x.label, rcParams["axes.labelsize"], len(lines)):
-            column[-1].set_xlabel(x.label)
-        spaced(column[-1], line.x)
-        name_words(column[-1], results, line.axis, units=units)
-        column[-1].set_xlim(*(edges(line.x)[[0, -1]] / x.scale))
-        draw_strip(column[0], line, x.scale, name_rows=number == 0)
-        title = column_title(line, units)
-        column[0].set_title(
-            title if _fits(title, rcParams["axes.titlesize"], len(lines)) else title.replace(": ", ":\n"), pad=3
-        )
-    put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
-    figure.align_ylabels(columns[0][1:])
-    return figure, lines, columns
+def lines_of(results: Results, units: str = "si") -> list[Line]:
+    """One line for each column."""
+    axis, *others = sorted(results.swept, key=lambda name: name != longest(results)) or ["rotary_speed"]
+    if not others:
+        return [line_along(results, axis, units)]
+    return [line_along(results, axis, units, **{others[0]: number}) for number in range(len(results.coords[others[0]]))]
 
 
-def _fits(text: str, size: float | str, columns: int) -> bool:
-    """Whether ``text`` in a font of this ``size`` fits the width of one of ``columns``
-    columns. A letter is taken as about half as wide as it is high."""
-    points = FontProperties(size=size).get_size_in_points()
-    return columns == 1 or 0.55 * points / 72 * len(text) <= (page_width() - 0.5) / columns
-
-
-def column_title(line: Line, units: str) -> str:
-    """The value of the second axis in this column; empty where there is only one
-    column."""
-    fixed = {
-        axis: line.results.coords[axis][place]
-        for axis, place in zip(line.results.axes, line.place[1:], strict=True)
-        if axis != line.axis and axis in line.results.swept and isinstance(place, int)
-    }
-    return ", ".join(
-        f"{quantity(axis, units).words}: {quantity(axis, units).value(value)}" for axis, value in fixed.items()
-    )
-
-
-def draw_strip(axes: Axes, line: Line, scale: float, *, name_rows: bool) -> None:
+def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
     """The response of every point as coloured cells, a row for each procedure; a cross
     where the run failed, and dots or hatching where the checks of a point disagree."""
-    outcomes = line.outcome
-    codes = np.ma.masked_less(outcomes, 0)
-    rows = draw_cells(axes, line, scale, codes, RESPONSES, "strip", name_rows=name_rows)
+    rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), RESPONSES, "strip", name_rows=name_rows)
     if (verdicts := line.verdicts) is not None:
         cell_size = 72 * min(STRIP_ROW_HEIGHT, page_width() / len(line.x))
-        overlay_verdicts(axes, edges(line.x) / scale, rows, verdicts, cell_size)
-    row, point = np.nonzero(outcomes == FAILED_POINT)
+        overlay_verdicts(axes, (line.edges, rows), verdicts, cell_size)
+    row, point = np.nonzero(line.outcome == FAILED_POINT)
     if row.size:
         cross: dict[str, Any] = {"markersize": 3.5, "markeredgewidth": 0.8, "linestyle": "none"}
-        axes.plot(line.x[point] / scale, row, "kx", gid="failed", **cross)
+        axes.plot(line.across[point], row, "kx", gid="failed", **cross)
     axes.tick_params(length=0, labelbottom=False)
     axes.grid(visible=False)  # a grid of the user's style would look like borders of cells
     for spine in axes.spines.values():
         spine.set_visible(False)
 
 
-def draw_cells(
-    axes: Axes, line: Line, scale: float, codes: Any, styles: Sequence[ResponseStyle], gid: str, *, name_rows: bool
+def draw_rows(
+    axes: Axes, line: Line, codes: Any, styles: Sequence[ResponseStyle], gid: str, *, name_rows: bool
 ) -> Array:
     """Cells [procedure, point] in the colours of the ``styles`` of their codes, a row for
     each procedure, the first on top; returns the edges of the rows."""
     borders = np.arange(len(line.procedures) + 1) - 0.5
-    axes.pcolormesh(
-        edges(line.x) / scale,
-        borders,
-        codes,
-        cmap=ListedColormap([style.colour for style in styles], name=gid),
-        norm=BoundaryNorm(np.arange(-0.5, len(styles)), len(styles)),
-        gid=gid,
-        **cell_style(codes.size),
-    )
+    draw_codes(axes, (line.edges, borders), codes, [style.colour for style in styles], gid, gid)
     axes.set_ylim(borders[-1], borders[0])
     axes.set_yticks(borders[1:] - 0.5, line.procedures if name_rows else [""] * len(codes))
     return borders
 
 
-def shade_hysteresis(axes: Axes, line: Line, scale: float) -> int:
+def draw_codes(axes: Axes, cells: tuple[Array, Array], codes: Any, colours: Sequence[str], name: str, gid: str) -> None:
+    """Cells [y, x] in the ``colours`` of their codes; ``name`` is that of the scale."""
+    scale, norm = ListedColormap(list(colours), name=name), BoundaryNorm(np.arange(-0.5, len(colours)), len(colours))
+    axes.pcolormesh(*cells, codes, cmap=scale, norm=norm, gid=gid, **cell_style(codes.size))
+
+
+def shade_hysteresis(axes: Axes, line: Line) -> int:
     """Shade where up and down differ in response, cell by cell; returns the number of
     shaded intervals."""
-    shaded, borders = spans(differences(line.procedures, line.outcome)), edges(line.x) / scale
+    shaded, borders = spans(differences(line.procedures, line.outcome)), line.edges
+    style: dict[str, Any] = {"facecolor": SHADE, "edgecolor": "none", "linewidth": 0, "zorder": 0}
     for first, last in shaded:
-        axes.axvspan(
-            borders[first],
-            borders[last + 1],
-            facecolor=SHADE,
-            edgecolor="none",
-            linewidth=0,
-            zorder=0,
-            gid="hysteresis",
-        )
+        axes.axvspan(borders[first], borders[last + 1], gid="hysteresis", **style)
     return len(shaded)
 
 
@@ -176,14 +172,13 @@ def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
     """Legend entries for the responses that occur, and for failed and doubtful points,
     with their numbers."""
     outcomes = np.concatenate([line.outcome.ravel() for line in lines])
-    handles: list[Artist] = []
     present = [code for code in range(len(RESPONSES)) if (outcomes == code).any()]
-    if markers:
-        handles += response_entries(present)
-    else:
-        handles += [Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
-    failed = int((outcomes == FAILED_POINT).sum())
-    if failed:
+    handles: list[Artist] = (
+        response_entries(present)
+        if markers
+        else [area_entry(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
+    )
+    if failed := int((outcomes == FAILED_POINT).sum()):
         handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0))
     verdicts = [line.verdicts.ravel() for line in lines if line.verdicts is not None]
     return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
@@ -191,17 +186,6 @@ def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
 
 # the wall is drawn where the motion reaches this part of the gap
 WALL_VISIBLE_FROM = 0.4
-
-
-def marker_size(points: int, axes: Axes) -> float:
-    """The diameter of markers [points]: neighbours on the axis just touch, within the
-    limits of what can be printed and distinguished."""
-    subplot_spec = axes.get_subplotspec()
-    columns = subplot_spec.get_gridspec().ncols if subplot_spec else 1
-    spacing = 72 * (page_width() - 0.7) / columns / max(points, 1)
-    return float(np.clip(spacing, 1.7, 3.2))
-
-
 PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
 # Factors that make markers of different shapes look equally large.
 RELATIVE_SIZE = {"^": 1.15, "s": 0.9, "p": 1.15, "D": 0.85, "P": 1.15, "X": 1.15, "*": 1.5, "_": 1.6}
@@ -211,23 +195,25 @@ def draw_dots(
     axes: Axes,
     line: Line,
     name: str,
-    looks: tuple[Array, Sequence[ResponseStyle]],
+    codes: Array,
+    styles: Sequence[ResponseStyle],
     values: Array,
-    units: str,
-    rasterise: bool = False,
     *,
     marker: str = "",
     scale: float = 1.0,
     edge: float = 0.4,
+    rasterise: bool = False,
 ) -> set[int]:
     """Draw every finite one of the ``values`` [procedure, point, number] of a variable,
-    an artist for each code of ``looks`` and procedure, and return the codes that occur:
-    ``looks`` are the codes [procedure, point] and the style of each. All have the
-    ``marker`` if given; those of the way down are open, with an ``edge`` [points]."""
-    codes, styles = looks
-    x, y = quantity(line.axis, units), quantity(name, units)
-    across = np.broadcast_to((line.x / x.scale)[:, None], values.shape[1:])
-    size, present = scale * marker_size(len(line.x), axes), set()
+    an artist for each of the ``codes`` [procedure, point] and procedure in the style of
+    the code, and return the codes that occur. All have the ``marker`` if given; those of
+    the way down are open, with an ``edge`` [points]. Neighbours on the axis just touch,
+    within the limits of what can be printed and distinguished."""
+    across, heights = np.broadcast_to(line.across[:, None], values.shape[1:]), values / quantity(name, line.units).scale
+    subplot_spec = axes.get_subplotspec()
+    columns = subplot_spec.get_gridspec().ncols if subplot_spec else 1
+    size = scale * float(np.clip(72 * (page_width() - 0.7) / columns / max(len(line.x), 1), 1.7, 3.2))
+    present = set()
     # By code first, so that grey lies below and the rarer combinations on top; the open
     # markers after the filled.
     for code, style in enumerate(styles):
@@ -237,11 +223,11 @@ def draw_dots(
                 continue
             present.add(code)
             hollow, shape = is_open(procedure, line.procedures), marker or style.marker
-            dots_x, dots_y = across[shown], values[row][shown] / y.scale
-            kept = one_per_pixel(dots_x, dots_y, PIXELS)
+            x, y = across[shown], heights[row][shown]
+            kept = one_per_pixel(x, y, PIXELS)
             axes.plot(
-                dots_x[kept],
-                dots_y[kept],
+                x[kept],
+                y[kept],
                 linestyle="none",
                 marker=shape,
                 color=style.colour,
@@ -255,30 +241,145 @@ def draw_dots(
     return present
 
 
-def draw_rotary_speed(lines: list[Line], panels: list[Axes], units: str) -> list[Artist]:
+def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
     """The rotary speed of the drive as a line: the speed of the bit in steady drilling."""
-    y = quantity("rotary_speed", units)
-    style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2), "zorder": 1.5}
-    for line, axes in zip(lines, panels, strict=True):
+    style: dict[str, Any] = {**DASHED, "zorder": 1.5}
+    for line, axes in zip(lines, panels, strict=False):
         if line.axis == "rotary_speed" and len(line.x) > 1:
-            axes.plot(line.x / y.scale, line.x / y.scale, gid="rotary speed", **style)
+            axes.plot(line.across, line.across, gid="rotary speed", **style)
         else:
             place = line.place[3] if isinstance(line.place[3], int) else 0
-            speed = float(line.results.coords["rotary_speed"][place]) / y.scale
+            speed = float(line.results.coords["rotary_speed"][place]) / quantity("rotary_speed", line.units).scale
             axes.axhline(speed, gid="rotary speed", **style)
-    return [Line2D([], [], label="rotary speed", **style)]
+    return [line_entry(label="rotary speed", **style)] if panels else []
 
 
 def draw_wall(attrs: Mapping[str, Any], panels: list[Axes], units: str) -> list[Artist]:
     """The wall of the hole as a line, where the file with these ``attrs`` has its
     distance; an entry of the legend alone where the motion stays far from it."""
     gap = attrs.get("gap")
-    if gap is None:
+    if gap is None or not panels:
         return []
     radius = quantity("radius_peaks", units)
     height = float(gap) / radius.scale
     if panels[0].get_ylim()[1] < WALL_VISIBLE_FROM * height:
-        return [Line2D([], [], linestyle="none", label=f"wall at {height:.4g} {radius.unit}, out of sight")]
+        return [line_entry(linestyle="none", label=f"wall at {height:.4g} {radius.unit}, out of sight")]
     for axes in panels:
         axes.axhline(height, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
-    return [Line2D([], [], color=REFERENCE, linewidth=0.9, label="wall of the hole")]
+    return [line_entry(color=REFERENCE, linewidth=0.9, label="wall of the hole")]
+
+
+MILD_TO_SEVERE = ("none", "light", "moderate", "strong", "severe")
+# variable -> section of the thresholds, its four bounds in ascending order, and the
+# names of the five bands
+_GRADED: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
+    "stick_slip_index": (
+        "stick_slip",
+        ("oscillation_index", "medium_index", "stall_index", "severe_index"),
+        ("none", "oscillation", "medium", "onset of stall", "severe"),
+    ),
+    "lift_off_fraction": (
+        "bit_bounce",
+        ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
+        MILD_TO_SEVERE,
+    ),
+    "lateral_acceleration_rms": (
+        "whirl",
+        ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
+        MILD_TO_SEVERE,
+    ),
+}
+
+
+def severity_bounds(attrs: Mapping[str, Any], name: str) -> tuple[float, ...]:
+    """The four bounds of severity of variable ``name`` in its own units, none where it
+    is not graded.
+
+    ``attrs`` are the root attributes of a results file. The thresholds of a new
+    classification come before those of the study, and these before the defaults.
+    """
+    if name not in _GRADED:
+        return ()
+    section, keys, _ = _GRADED[name]
+    defaults = asdict(Thresholds())
+    if "classification_resolved" in attrs:
+        classify = json.loads(attrs["classification_resolved"])
+    else:
+        classify = resolved_study(attrs).get("classify", defaults)
+    thresholds = {**defaults[section], **classify.get(section, {})}
+    return tuple(float(thresholds[key]) for key in keys)
+
+
+BINS = 1500  # of a curve: about one for each pixel in print
+MAX_MARKERS = 200
+SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
+
+
+def draw_values(axes: Axes, line: Line, name: str, style: Mapping[str, Any] | None = None) -> None:
+    """A line for each procedure, broken where a run did not end well; points that were
+    inferred instead of run are skipped."""
+    shown = line.shown(name)
+    for row, procedure in enumerate(line.procedures):
+        status = line["status"][row]
+        values, was_run = np.where(status == OK, shown[row], np.nan), status != INFERRED
+        kept_x, kept_y = envelope(line.across[was_run], values[was_run], BINS)
+        own = {"gid": f"{name}:{procedure}", **curve_style(procedure, line.procedures, len(kept_x))}
+        axes.plot(kept_x, kept_y, **{**own, **(style or {})})
+
+
+def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) -> dict[str, Any]:
+    """A line with markers; of more than :data:`MAX_MARKERS` points a line alone,
+    thinner from :data:`BINS` points on."""
+    colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
+    hollow = is_open(procedure, procedures)
+    if points > MAX_MARKERS:
+        return {"color": colour, "linewidth": 0.7 if points < BINS else 0.4, "zorder": 3 if hollow else 2.5}
+    return {
+        "color": colour,
+        "linewidth": 0.7,
+        "linestyle": "--" if hollow else "-",
+        "marker": {"down": "v", "up": "^"}.get(procedure, "o"),
+        "markersize": 2.8,
+        "markerfacecolor": "white" if hollow else colour,
+        "markeredgewidth": 0.5,
+        "zorder": 3 if hollow else 2.5,
+    }
+
+
+def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
+    """Set limits insensitive to a few outliers, and draw those as arrows on the
+    border."""
+    values = np.concatenate([np.where(line["status"] == OK, line.shown(name), np.nan).ravel() for line in lines])
+    low, high = robust_limits(values)
+    if quantity(name, lines[0].units).unit == "%":  # a share of time or of a mean speed: the axis begins at zero
+        low = 0.0
+        high = max(high, 110.0 if name == "stick_slip_index" else 5.0)
+    margin = 0.06 * (high - low)
+    panels[0].set_ylim(low - (margin if low else 0.03 * (high - low)), high + margin)
+    bottom, top = panels[0].get_ylim()
+    arrow: dict[str, Any] = {"linestyle": "none", "markersize": 4, "clip_on": False, "zorder": 5}
+    for axes, line in zip(panels, lines, strict=True):
+        for row, procedure in enumerate(line.procedures):
+            shown, colour = line.shown(name)[row], DIRECTION_COLOURS.get(procedure, REFERENCE)
+            for outside, border, marker in ((shown > top, top, "^"), (shown < bottom, bottom, "v")):
+                x = line.across[outside & (line["status"][row] == OK)]
+                if x.size:
+                    gid = f"{name}:{procedure}:beyond"
+                    axes.plot(x, np.full(x.size, border), marker=marker, color=colour, gid=gid, **arrow)
+
+
+def shade_severity(axes: Axes, attrs: Mapping[str, Any], name: str, units: str, *, with_names: bool) -> None:
+    """The bands of severity of a variable behind its curve, where it is graded, with
+    their names at the right where ``with_names``."""
+    bounds = [bound / quantity(name, units).scale for bound in severity_bounds(attrs, name)]
+    if not bounds:
+        return
+    top = axes.get_ylim()[1]
+    ends = [*bounds, max(top, bounds[-1])]
+    bands = zip([0.0, *bounds], ends, _GRADED[name][2], SEVERITY_GREYS, strict=True)
+    style: dict[str, Any] = {"va": "center", "fontsize": font_size(6), "color": REFERENCE}
+    for number, (start, end, word, grey) in enumerate(bands):
+        axes.axhspan(start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}")
+        end = min(end, top)
+        if with_names and end - start > 0.07 * top:
+            axes.annotate(word, (1.005, 0.5 * (start + end)), xycoords=("axes fraction", "data"), **style)

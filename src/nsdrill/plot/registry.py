@@ -115,11 +115,6 @@ def listing(names: Iterable[str]) -> str:
     return "\n".join(f"  {name:<24} {all_kinds()[name].words}" for name in names)
 
 
-def _fitting(data: Any) -> list[str]:
-    """All kinds that fit the data, those that are panels of others included."""
-    return [name for name, kind in all_kinds().items() if kind.place(data) is not None]
-
-
 def variables_for(kind: str, model: Description) -> tuple[str, ...]:
     """The variables of a sweep of this model that a picture of this kind is drawn from;
     nothing else has to be read."""
@@ -146,11 +141,8 @@ def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[
             ("start", "start of every operating point", "--start,"),
             (SAMPLE, "sample of the uncertain numbers", f"--at {SAMPLE}=...,"),
         ):
-            if (
-                isinstance(data, Results)
-                and dimension in data.coords
-                and known[kind].place(_without(data, dimension)) is not None
-            ):
+            of_several = isinstance(data, Results) and dimension in data.coords
+            if of_several and known[kind].place(_without(data, dimension)) is not None:
                 raise InputError(
                     f"plot kind: found {kind!r}, which draws one {of}, with {describe(data)}; "
                     f"allowed here:\n{lines}\nor {kind!r} with {option} 0 to "
@@ -162,7 +154,7 @@ def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[
             f"{describe(data)}{f' ({advice})' if advice else ''}; "
             f"allowed here:\n{lines}"
         )
-    fitting = _fitting(data)
+    fitting = [name for name, one in known.items() if one.place(data) is not None]
     close_matches = difflib.get_close_matches(kind, fitting, n=1) or [
         name for name in fitting if kind and kind in name.split("_")
     ]

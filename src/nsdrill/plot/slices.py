@@ -22,32 +22,35 @@ from nsdrill.variables import AXES, SAMPLE
 
 def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
     """The results with every axis ascending, and cut at the values of ``at`` (SI)."""
-    coords, variables = dict(results.coords), dict(results.variables)
     keys = {axis.name: axis.key for axis in results.more}
-    for place, axis in enumerate(results.axes, start=1):
-        values = np.asarray(coords[axis], dtype=float)
+    for axis in results.axes:
+        values = np.asarray(results.coords[axis], dtype=float)
         order = np.argsort(values, kind="stable")
         if at and axis in at:
             order = np.array([_index_of(axis, keys.get(axis, axis), values, at[axis])])
-        if np.array_equal(order, np.arange(len(values))):
-            continue
-        coords[axis] = values[order]
-        variables = {name: np.take(array, order, axis=place) for name, array in variables.items()}
+        if not np.array_equal(order, np.arange(len(values))):
+            results = taken(results, axis, order)
+    return results
+
+
+def taken(results: Results, axis: str, indices: Array) -> Results:
+    """The results at these indices along an axis, in their order."""
+    place = results.grid.index(axis)
+    variables = {name: np.take(array, indices, axis=place) for name, array in results.variables.items()}
+    coords = {**results.coords, axis: np.asarray(results.coords[axis], dtype=float)[indices]}
     return Results(coords, variables, results.attrs, results.more, results.drawn)
 
 
-def select_sample(results: Results, number: float) -> Results:
-    """The results of one sample of the uncertain numbers, as a sweep without
-    samples."""
-    return _select(results, SAMPLE, number, f"--at {SAMPLE}", "no number is uncertain")
+SEVERAL = {  # the option that selects one of several, and why there may be only one
+    SAMPLE: (f"--at {SAMPLE}", "no number is uncertain"),
+    "start": ("--start", "every operating point has one start"),
+}
 
 
-def select_start(results: Results, start: int) -> Results:
-    """The results of one start of every operating point, as a sweep without starts."""
-    return _select(results, "start", start, "--start", "every operating point has one start")
-
-
-def _select(results: Results, dimension: str, number: float, option: str, why: str) -> Results:
+def select(results: Results, dimension: str, number: float) -> Results:
+    """The results of one sample of the uncertain numbers, or of one start of every
+    operating point, as a sweep without this ``dimension``."""
+    option, why = SEVERAL[dimension]
     if dimension not in results.coords:
         raise InputError(f"{option}: found {number:g}; allowed: nothing, as {why}.")
     count = len(results.coords[dimension])
@@ -96,10 +99,22 @@ class Line:
     results: Results
     axis: str
     place: tuple[int | slice, ...]
+    units: str = "si"
 
     @property
     def x(self) -> Array:
+        """The positions of the points in SI."""
         return positions(self.results, self.axis)
+
+    @property
+    def across(self) -> Array:
+        """The positions of the points in the units that are shown."""
+        return self.x / quantity(self.axis, self.units).scale
+
+    @property
+    def edges(self) -> Array:
+        """The edges of the cells of the points in the units that are shown."""
+        return edges(self.x) / quantity(self.axis, self.units).scale
 
     @property
     def procedures(self) -> tuple[str, ...]:
@@ -107,6 +122,10 @@ class Line:
 
     def __getitem__(self, name: str) -> Array:
         return np.asarray(self.results.variables[name])[self.place]
+
+    def shown(self, name: str) -> Array:
+        """The values of a variable in the units that are shown."""
+        return self[name] / quantity(name, self.units).scale
 
     @property
     def outcome(self) -> Array:
@@ -118,12 +137,11 @@ class Line:
         return verdict(self) if "trusted" in self.results.variables else None
 
 
-def line(results: Results, axis: str, **held: int) -> Line:
+def line(results: Results, axis: str, units: str = "si", **held: int) -> Line:
     """The line along ``axis`` through the point numbers ``held`` of the other axes (0
     where not given)."""
-    return Line(
-        results, axis, (slice(None), *(slice(None) if name == axis else held.get(name, 0) for name in results.axes))
-    )
+    place = (slice(None) if name == axis else held.get(name, 0) for name in results.axes)
+    return Line(results, axis, (slice(None), *place), units)
 
 
 def positions(results: Results, axis: str) -> Array:
@@ -157,14 +175,34 @@ def is_logarithmic(values: Array) -> bool:
 def spaced(axes: Any, x: Array | None = None, y: Array | None = None) -> None:
     """Give the axes logarithmic scales where the values along them have equal
     ratios."""
+    for values, axis in ((x, axes.xaxis), (y, axes.yaxis)):
+        if values is not None and is_logarithmic(values):
+            make_logarithmic(axis)
+
+
+def make_logarithmic(axis: Any, ticks: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
+    """Give an axis a logarithmic scale with plain numbers at these ``ticks`` of each
+    power of ten."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-    for values, scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):
-        if values is not None and is_logarithmic(values):
-            scale("log")
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-            axis.set_minor_formatter(NullFormatter())
+    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+    axis.set_major_locator(LogLocator(subs=ticks))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def lay_along(axes: Any, results: Results, axis: str, units: str, *, margins: bool = False) -> None:
+    """Let the ``axis`` of a sweep lie along x of a panel: its label, its words, a
+    logarithmic scale where the values are, and limits at the edges of the cells or, with
+    ``margins``, hardly beyond the first and the last point."""
+    shown, values = quantity(axis, units), positions(results, axis)
+    axes.set_xlabel(shown.label)
+    spaced(axes, values)
+    name_words(axes, results, axis, units=units)
+    if margins:
+        axes.margins(x=0.01)
+    else:
+        axes.set_xlim(*(edges(values)[[0, -1]] / shown.scale))
 
 
 def edges(centres: Array) -> Array:

@@ -101,6 +101,7 @@ LAST_REVOLUTIONS = 20  # of the drive: more of them overlap and hide the shape
 
 
 def check_length(trace: Trace) -> None:
+    """InputError where a trace is too short for a picture."""
     if len(trace.time) < 2:
         raise InputError(f"trace: found {len(trace.time)} samples; allowed: two or more.")
 

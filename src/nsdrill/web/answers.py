@@ -27,9 +27,9 @@ from nsdrill.plot.answer import (
     percent,
     warnings,
 )
+from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.look import Look
 from nsdrill.plot.saving import svg
-from nsdrill.plot.two_windows import draw_two
 from nsdrill.variables import SAMPLE
 
 MAX_ROWS = 40  # of a table of the comparison

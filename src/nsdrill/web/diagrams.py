@@ -218,7 +218,7 @@ def _place_of(results: Results, held: Mapping[str, int], member: int) -> list[in
 
 def _data_line(results: Results, axis: str, place: Sequence[int]) -> Line:
     if member_dimension(results) is None:
-        return line(results, axis, **dict(zip(results.axes, place[1:], strict=True)))
+        return line(results, axis, "si", **dict(zip(results.axes, place[1:], strict=True)))
     index: list[Any] = [slice(None), *place[1:]]
     index[results.grid.index(axis)] = slice(None)
     return Line(results, axis, tuple(index))

@@ -9,15 +9,13 @@ overlap.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
@@ -25,12 +23,13 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
 from nsdrill.plot.dark import light_of
-from nsdrill.plot.kinds.starts import ATTRACTOR_VARIABLES, attractor_label, by_operating_point, has_starts
-from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.legend import legend_below, marker_entry
+from nsdrill.plot.kinds.starts import ATTRACTOR_VARIABLES, UNGROUPED, attractor_label, by_operating_point, has_starts
+from nsdrill.plot.labels import quantity, sweep_title
+from nsdrill.plot.page import area_entry, finish, marker_entry, new_figure
+from nsdrill.plot.panels import draw_codes
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import RESPONSES, cell_style, new_figure, page_width, put_title
+from nsdrill.plot.style import RESPONSES, page_width
 from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4
@@ -56,31 +55,25 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
     variables = by_operating_point(results)
     ((attractors, counts),) = describe(variables, model_in(results.attrs).distinguishing)
     if counts["ungrouped"]:
-        raise InputError(
-            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
-        )
+        raise InputError(UNGROUPED)
     names = _states(results, states)
-    colours = distinct_colours(attractors)
+    shown = [quantity(name, units) for name in names]
+    starts = _Starts(variables["attractor"][0].astype(int), variables["status"][0], attractors)
     figure = new_figure(page_width(), HEIGHT)
     axes = figure.add_subplot()
-    shown = (quantity(names[0], units), quantity(names[1], units))
-    status, number = variables["status"][0], variables["attractor"][0].astype(int)
-    starts = _Starts(number, status, attractors, colours)
     if results.slice:
-        plane = slice_values(Starts(slice=results.slice), tuple(results["state"].tolist()))
-        x, y = (plane[name] / shown_state.scale for name, shown_state in zip(names, shown, strict=True))
-        _draw_cells(axes, x, y, starts, transposed=tuple(plane) == names)
+        by_name = slice_values(Starts(slice=results.slice), tuple(results["state"].tolist()))
     else:
-        initial = np.asarray(results["initial_state"]).reshape(len(status), len(results["state"]))
+        initial = np.asarray(results["initial_state"]).reshape(len(starts.status), len(results["state"]))
         by_name = dict(zip(results["state"].tolist(), initial.T, strict=True))
-        x, y = (by_name[name] / shown_state.scale for name, shown_state in zip(names, shown, strict=True))
+    x, y = (by_name[name] / state.scale for name, state in zip(names, shown, strict=True))
+    if results.slice:
+        _draw_cells(axes, x, y, starts, transposed=tuple(by_name) == names)
+    else:
         _draw_dots(axes, x, y, starts)
-    axes.set_xlabel(shown[0].label)
-    axes.set_ylabel(shown[1].label)
-    point = operating_point(fixed_values(results), units)
-    put_title(figure, heading(results.attrs, f"{point}; {counts['starts']} starts"))
-    legend_below(figure, _handles(attractors, counts, colours, as_cells=bool(results.slice)), 2)
-    return figure
+    axes.set(xlabel=shown[0].label, ylabel=shown[1].label)
+    title = sweep_title(results, units, f"{counts['starts']} starts")
+    return finish(figure, title, _handles(starts, counts, as_cells=bool(results.slice)), 2)
 
 
 def _states(results: Results, states: Sequence[str] | None) -> tuple[str, str]:
@@ -130,98 +123,65 @@ def lightness_and_hue(colour: str) -> Array:
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
 
-@dataclass(frozen=True)
 class _Starts:
     """The starts and their attractors: of each start the ``number`` of its attractor
-    and its ``status`` [start]; the ``attractors``, the largest first, and the
-    ``colours`` of the first of them."""
+    and its ``status`` [start]; of the ``named`` attractors, the largest first, their
+    colours and markers; and the ``others``."""
 
-    number: Array
-    status: Array
-    attractors: list[Attractor]
-    colours: list[str]
+    def __init__(self, number: Array, status: Array, attractors: list[Attractor]) -> None:
+        self.number, self.status = number, status
+        colours = distinct_colours(attractors)
+        self.named = list(zip(attractors, colours, MARKERS, strict=False))
+        self.others = attractors[len(colours) :]
 
 
 def _draw_cells(axes: Axes, x: Array, y: Array, starts: _Starts, *, transposed: bool) -> None:
     """Draw a cell for each start, at the values ``x`` and ``y``. The second state of the
     slice varies faster over the starts: ``transposed`` where that lies along y."""
-    colours = starts.colours
     # 0: others; 1 ...: those with colours; then: failed, and not run yet.
-    named_attractors = enumerate(starts.attractors[: len(colours)], 1)
-    cell_codes = sum(
-        (code * (starts.number == attractor.number) for code, attractor in named_attractors), 0 * starts.number
-    )
-    cell_codes = np.where(starts.status == OK, cell_codes, len(colours) + 1)
-    cell_codes = cell_codes.reshape(len(x), len(y)).T if transposed else cell_codes.reshape(len(y), len(x))
+    codes = np.zeros_like(starts.number)
+    for code, (attractor, _, _) in enumerate(starts.named, 1):
+        codes[starts.number == attractor.number] = code
+    codes = np.where(starts.status == OK, codes, len(starts.named) + 1)
+    codes = codes.reshape(len(x), len(y)).T if transposed else codes.reshape(len(y), len(x))
     x, y = edges(x), edges(y)
-    cells = ListedColormap([OTHERS_COLOUR, *colours, FAILED_COLOUR], name="basins")
-    axes.pcolormesh(
-        x,
-        y,
-        cell_codes,
-        cmap=cells,
-        norm=BoundaryNorm(np.arange(-0.5, len(colours) + 2), len(colours) + 2),
-        gid="basins",
-        **cell_style(cell_codes.size),
-    )
-    axes.set_xlim(x[0], x[-1])
-    axes.set_ylim(y[0], y[-1])
+    colours = [OTHERS_COLOUR, *(colour for _, colour, _ in starts.named), FAILED_COLOUR]
+    draw_codes(axes, (x, y), codes, colours, "basins", "basins")
+    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
 
 
 def _draw_dots(axes: Axes, x: Array, y: Array, starts: _Starts) -> None:
     """Draw a dot for each start, at ``x`` and ``y`` [start]."""
-    number, attractors, colours = starts.number, starts.attractors, starts.colours
     size = float(np.clip(140 / np.sqrt(len(x)), 1.5, 5.0))
-    for attractor, colour, marker in zip(attractors, colours, MARKERS, strict=False):
-        members = number == attractor.number
-        axes.plot(
-            x[members],
-            y[members],
-            linestyle="none",
-            marker=marker,
-            color=colour,
-            markersize=size,
-            markeredgecolor="black",
-            markeredgewidth=0.2,
-            gid=f"attractor:{attractor.number}",
-        )
-    rest = np.isin(number, [attractor.number for attractor in attractors[len(colours) :]])
-    axes.plot(
-        x[rest],
-        y[rest],
-        linestyle="none",
-        marker="o",
-        color="#808080",
-        markersize=0.5 * size,
-        markeredgewidth=0,
-        gid="others",
-    )
+    edge: dict[str, Any] = {"markeredgecolor": "black", "markeredgewidth": 0.2}
+    for attractor, colour, marker in starts.named:
+        of_it, gid = starts.number == attractor.number, f"attractor:{attractor.number}"
+        style: dict[str, Any] = {"linestyle": "none", "marker": marker, "color": colour, "markersize": size}
+        axes.plot(x[of_it], y[of_it], gid=gid, **style, **edge)
+    rest = np.isin(starts.number, [attractor.number for attractor in starts.others])
+    style = {"linestyle": "none", "marker": "o", "color": "#808080", "markersize": 0.5 * size, "markeredgewidth": 0}
+    axes.plot(x[rest], y[rest], gid="others", **style)
     failed = has_failed(starts.status)
     axes.plot(x[failed], y[failed], "kx", markersize=size, markeredgewidth=0.7, linestyle="none", gid="failed")
 
 
-def _handles(
-    attractors: list[Attractor], counts: dict[str, int], colours: list[str], *, as_cells: bool
-) -> list[Artist]:
-    handles: list[Artist] = []
-    for attractor, colour, marker in zip(attractors, colours, MARKERS, strict=False):
+def _handles(starts: _Starts, counts: dict[str, int], *, as_cells: bool) -> list[Artist]:
+    entries: list[tuple[str, str, str]] = []
+    for attractor, colour, marker in starts.named:
         label = f"{attractor.number}: {attractor_label(attractor)}, {100 * attractor.share:.3g} %"
         if not as_cells:
             label += f" ({100 * attractor.low:.0f} to {100 * attractor.high:.0f})"
-        handles.append(_handle(label, colour, marker, as_cells))
-    if rest := attractors[len(colours) :]:
-        members = sum(attractor.members for attractor in rest)
-        label = f"{len(rest)} smaller group{'s' * (len(rest) > 1)}, {members} starts"
-        handles.append(_handle(label, OTHERS_COLOUR if as_cells else "#808080", "o", as_cells))
+        entries.append((label, marker, colour))
+    if count := len(starts.others):
+        members = sum(attractor.members for attractor in starts.others)
+        label = f"{count} smaller group{'s' * (count > 1)}, {members} starts"
+        entries.append((label, "o", OTHERS_COLOUR if as_cells else "#808080"))
     if counts["failed"]:
-        handles.append(_handle(f"failed ({counts['failed']})", FAILED_COLOUR if as_cells else "black", "x", as_cells))
-    return handles
-
-
-def _handle(label: str, colour: str, marker: str, as_cell: bool) -> Artist:
-    if as_cell:
-        return Patch(facecolor=colour, edgecolor="#808080", linewidth=0.3, label=label)
-    return marker_entry(label, marker, colour, edge=0.2)
+        entries.append((f"failed ({counts['failed']})", "x", FAILED_COLOUR if as_cells else "black"))
+    if as_cells:
+        border: dict[str, Any] = {"edgecolor": "#808080", "linewidth": 0.3}
+        return [area_entry(facecolor=colour, label=label, **border) for label, _, colour in entries]
+    return [marker_entry(label, marker, colour, edge=0.2) for label, marker, colour in entries]
 
 
 def _place(data: Any) -> float | None:

@@ -6,12 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from nsdrill.analysis.bifurcations import (
     BRANCH,
@@ -30,31 +27,18 @@ from nsdrill.analysis.bifurcations import (
 from nsdrill.analysis.equations import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.description import Panel
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import heading, operating_point, quantity
-from nsdrill.plot.legend import legend_below
-from nsdrill.plot.look import look as look
-from nsdrill.plot.look import value_of
+from nsdrill.plot.look import look, value_of
+from nsdrill.plot.maps import Plane
+from nsdrill.plot.page import area_entry, finish, line_entry, name_panel, new_figure, stack
 from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import line as line_of
-from nsdrill.plot.style import (
-    BLACK,
-    BLUE,
-    FONT_SIZE,
-    GREEN,
-    ORANGE,
-    SKY,
-    VERMILLION,
-    WINE,
-    font_size,
-    name_panel,
-    new_figure,
-    page_width,
-    put_title,
-    stack,
-)
+from nsdrill.plot.style import BLACK, BLUE, FONT_SIZE, GREEN, ORANGE, SKY, VERMILLION, WINE, font_size, halo, page_width
 from nsdrill.quantity import quantity as base_quantity
+from nsdrill.variables import AXES
 
 HEIGHT, TEXT_HEIGHT = 5.6, 1.4  # inches
 LETTER = 0.48  # its mean width, in font sizes
@@ -68,6 +52,10 @@ MARKERS: dict[int, tuple[str, str]] = {
     BRANCH: ("P", WINE),
     HOPF: ("o", ORANGE),
     FAILED: ("x", BLACK),
+}
+STABILITY: dict[str, dict[str, Any]] = {
+    "stable": {"linestyle": "-", "linewidth": 1.3},
+    "unstable": {"linestyle": (0, (3, 2)), "linewidth": 0.8},
 }
 GRAZING_DASHES = ((0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 2)))
 GRAZING_MARKERS = (("v", SKY), ("<", "#7A5195"), (">", "#8C6D31"))
@@ -87,41 +75,38 @@ def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
     the panels that its model declares. ``over`` is a sweep whose peaks are drawn
     beneath."""
     along = str(data.attrs.get("along", "rotary_speed"))
-    panels = [panel for panel in drawn_in(data.attrs).panels if panel.greatest in data]
-    if not panels:
+    shown = [panel for panel in drawn_in(data.attrs).panels if panel.greatest in data]
+    if not shown:
         raise InputError("the branches: found no feature that a panel shows; allowed: a file of nsdrill branches.")
     x = quantity(along, units)
-    fixed = {
-        name: float(data[name].values[0]) for name in ("depth", "wob", "rotary_speed") if name in data and name != along
-    }
+    fixed = {name: float(data[name].values[0]) for name in AXES if name in data and name != along}
     if over is not None:
         check_same_string(data, over, fixed)
-    figure = new_figure(page_width(), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * max(2, len(panels)) / 3)
-    axes = stack(figure, len(panels))
-    panel_height = (figure.get_figheight() - TEXT_HEIGHT) / len(panels)
+        check_along(over, along)
+    figure = new_figure(page_width(), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * max(2, len(shown)) / 3)
+    axes = stack(figure, len(shown))
+    panel_height = (figure.get_figheight() - TEXT_HEIGHT) / len(shown)
     letters = max(8, int(72.0 * panel_height / (LETTER * font_size(FONT_SIZE))))
     handles: dict[str, Artist] = {}
-    ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
-    for panel_axes, panel in zip(axes, panels, strict=True):
-        y = quantity(panel.greatest, units)
+    panels = [_Panel(one, data, along, panel, units, handles) for one, panel in zip(axes, shown, strict=True)]
+    for panel in panels:
         if over is not None:
-            _draw_sweep(panel_axes, over, along, panel, x.scale, y.scale, handles)
-        _draw_branches(panel_axes, data, along, panel.greatest, x.scale, y.scale, handles)
-        panel_axes.set_ylabel(y.in_lines(letters))
-        name_panel(panel_axes, panel.greatest, panel.greatest)
+            panel.draw_sweep(over)
+        panel.draw_branches()
+        panel.axes.set_ylabel(panel.y_shown.in_lines(letters))
+        name_panel(panel.axes, panel.feature, panel.feature)
     axes[-1].set_xlabel(x.label)
+    ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
     if (xlim := look.get().xlim) is not None:
         ends = [value_of("xlim", end, base_quantity(along).units) / x.scale for end in xlim]
-    for panel_axes in axes if np.all(np.isfinite(ends)) else ():
-        panel_axes.set_xlim(*ends)
-    for panel_axes, panel in zip(axes, panels, strict=True):
-        y = quantity(panel.greatest, units)
-        _draw_special_points(panel_axes, data, along, panel.greatest, x.scale, y.scale, handles)
-    radii = [one for one, panel in zip(axes, panels, strict=True) if panel.mode == "lateral"]
-    walls = draw_wall(data.attrs, radii, units) if radii else []
-    put_title(figure, heading(data.attrs, operating_point(fixed, units)))
-    legend_below(figure, [*handles.values(), *walls], 4)
-    return figure
+    for one in axes if np.all(np.isfinite(ends)) else ():
+        one.set_xlim(*ends)
+    for panel in panels:
+        panel.draw_special_points()
+    radii = [one for one, panel in zip(axes, shown, strict=True) if panel.mode == "lateral"]
+    walls = draw_wall(data.attrs, radii, units)
+    title = heading(data.attrs, operating_point(fixed, units))
+    return finish(figure, title, [*handles.values(), *walls], 4)
 
 
 def check_same_string(data: Any, over: Results, fixed: dict[str, float]) -> None:
@@ -137,75 +122,105 @@ def check_same_string(data: Any, over: Results, fixed: dict[str, float]) -> None
         raise InputError(f"--over: found another string ({listing}); allowed: results of the same string.")
 
 
-def _draw_sweep(
-    axes: Axes, over: Results, along: str, panel: Any, x_scale: float, y_scale: float, handles: dict[str, Artist]
-) -> None:
-    """The peaks of a sweep."""
+def check_along(over: Results, along: str) -> None:
+    """InputError where a sweep is not one along the number that is continued."""
     if along not in over.axes:
         raise InputError(f"--over: found a sweep without {along}; allowed: a sweep along the number that is continued.")
-    others = {name: 0 for name in over.swept if name != along}
-    if others:
+    if [name for name in over.swept if name != along]:
         raise InputError(
             f"--over: found a sweep over {' and '.join(over.swept)}; allowed: one over {along} "
-            f"alone. Run a study "
-            "of that axis."
+            "alone. Run a study of that axis."
         )
-    sweep_line = line_of(over, along)
-    for name, gid in ((panel.peaks, "sweep"), (panel.greatest, "sweep greatest")):
-        if name in over.variables:
-            values = sweep_line[name]
-            x = np.broadcast_to(sweep_line.x.reshape(-1, *[1] * (values.ndim - 2)), values.shape)
-            finite = np.isfinite(values)
-            axes.plot(
-                x[finite] / x_scale,
-                values[finite] / y_scale,
-                ".",
-                color=SWEEP_COLOUR,
-                markersize=SWEEP_MARKER_SIZE,
-                markeredgewidth=0,
-                zorder=1,
-                rasterized=True,
-                gid=gid,
-            )
-    handles.setdefault(
-        "sweep", Line2D([], [], linestyle="none", marker=".", color=SWEEP_COLOUR, label="peaks of the sweep")
-    )
 
 
-def _draw_branches(
-    axes: Axes, data: Any, along: str, feature: str, x_scale: float, y_scale: float, handles: dict[str, Artist]
-) -> None:
-    """The branches in one panel."""
-    numbers, values = data[along].values / x_scale, data[feature].values / y_scale
-    unstable = data["unstable"].values
-    motions = data["motion"].values
-    for number, part in enumerate(_parts(data["row_size"].values)):
-        x, y, stable = numbers[part], values[part], unstable[part] == 0
-        colour = COLOURS.get(str(motions[number]), BLACK)
-        looks: tuple[tuple[bool, Any, float, str], ...] = (
-            (True, "-", 1.3, "stable"),
-            (False, (0, (3, 2)), 0.8, "unstable"),
-        )
-        for is_stable, style, width, name in looks:
+class _Panel:
+    """One panel of branches: the greatest values of a motion along the number that is
+    continued, in the units that are shown, and the entries of the legend by name, which
+    all panels have in common."""
+
+    def __init__(self, axes: Axes, data: Any, along: str, panel: Panel, units: str, handles: dict[str, Artist]) -> None:
+        self.axes, self.data, self.along, self.units, self.handles = axes, data, along, units, handles
+        self.peaks, self.feature = panel.peaks, panel.greatest
+        self.y_shown = quantity(self.feature, units)
+        self.x = data[along].values / quantity(along, units).scale
+        self.y = data[self.feature].values / self.y_shown.scale
+
+    def draw_sweep(self, over: Results) -> None:
+        """The peaks of a sweep."""
+        line = line_of(over, self.along, self.units)
+        style: dict[str, Any] = {"linestyle": "none", "marker": ".", "color": SWEEP_COLOUR}
+        dots: dict[str, Any] = {"markersize": SWEEP_MARKER_SIZE, "markeredgewidth": 0, "zorder": 1, "rasterized": True}
+        for name, gid in ((self.peaks, "sweep"), (self.feature, "sweep greatest")):
+            if name in over.variables:
+                values = line[name] / self.y_shown.scale
+                x = np.broadcast_to(line.across.reshape(-1, *[1] * (values.ndim - 2)), values.shape)
+                finite = np.isfinite(values)
+                self.axes.plot(x[finite], values[finite], gid=gid, **style, **dots)
+        self.handles.setdefault("sweep", line_entry(label="peaks of the sweep", **style))
+
+    def draw_branches(self) -> None:
+        """Every branch, in the colour of its motion, solid or dashed by its stability."""
+        is_stable_point, motions = self.data["unstable"].values == 0, [str(one) for one in self.data["motion"].values]
+        for number, part in enumerate(_parts(self.data["row_size"].values)):
+            x, y, stable = self.x[part], self.y[part], is_stable_point[part]
             # A piece between two points is stable where both points are.
-            drawn = (stable[1:] & stable[:-1]) == is_stable
-            # Every run of pieces is one line, as the dash pattern restarts after a break.
-            breaks = np.flatnonzero(~drawn) + 1
-            axes.plot(
-                np.insert(x, breaks, np.nan),
-                np.insert(y, breaks, np.nan),
-                linestyle=style,
-                linewidth=width,
-                color=colour,
-                zorder=3 if is_stable else 2.5,
-                gid=f"branch {number} {name}",
-            )
-            if drawn.any() and name not in handles:
-                handles[name] = Line2D([], [], linestyle=style, linewidth=width, color=BLACK, label=name)
-    # The colour denotes the motion, solid or dashed its stability.
-    for motion in dict.fromkeys(str(motion) for motion in motions):
-        words = MOTION_NAMES.get(motion, motion.replace("_", " "))
-        handles.setdefault(words, Patch(facecolor=COLOURS.get(motion, BLACK), label=words))
+            is_stable = stable[1:] & stable[:-1]
+            for name, drawn in (("stable", is_stable), ("unstable", ~is_stable)):
+                # Every run of pieces is one line, as the dash pattern restarts after a break.
+                breaks = np.flatnonzero(~drawn) + 1
+                path, style = (np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)), STABILITY[name]
+                colour, order = COLOURS.get(motions[number], BLACK), 3 if name == "stable" else 2.5
+                self.axes.plot(*path, color=colour, zorder=order, gid=f"branch {number} {name}", **style)
+                if drawn.any():
+                    self.handles.setdefault(name, line_entry(color=BLACK, label=name, **style))
+        for motion in dict.fromkeys(motions):
+            words = MOTION_NAMES.get(motion, motion.replace("_", " "))
+            self.handles.setdefault(words, area_entry(facecolor=COLOURS.get(motion, BLACK), label=words))
+
+    def draw_special_points(self) -> None:
+        """The special points. Where several would lie on each other, one marker stands for
+        them, with their number above it; a black one for more than two kinds."""
+        meanings = meanings_of(model_in(self.data.attrs))
+        grazing = [code for code in meanings if code > 100]
+        looks = {**MARKERS, **{code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}}
+        labels = self.data["label"].values
+        above: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": font_size(6), "zorder": 5}
+        for members in self._groups(labels):
+            codes = dict.fromkeys(labels[members].tolist())
+            if len(codes) > 2:
+                self._mark("several special points", members[0], "o", BLACK)
+            for code in codes if len(codes) <= 2 else ():
+                name = meanings[code].name.replace("_", " ") if code in meanings else str(code)
+                first = members[labels[members] == code][0]
+                self._mark(name, first, *looks.get(code, ("o", BLACK)))
+            if len(members) > 2:
+                place = self.x[members[0]], self.y[members[0]]
+                self.axes.annotate(str(len(members)), place, (0, 3.5), path_effects=halo(1.5), gid="number", **above)
+
+    def _groups(self, labels: Array) -> list[Array]:
+        """The numbers of the special points in sight, those together that would lie on each
+        other; the first of each has the marker."""
+        low, high = sorted(self.axes.get_xlim())
+        in_sight = np.isfinite(self.y) & (self.x >= low) & (self.x <= high)
+        places = np.flatnonzero((labels != 0) & (labels != END) & in_sight)
+        points = np.column_stack((self.x, self.y))[places]
+        steps = self.axes.transData.transform(points) / self.axes.figure.dpi / MARKER_DISTANCE
+        groups: list[list[int]] = []  # of numbers in places
+        for number in range(len(places)):
+            distances = [float(np.hypot(*(steps[group[0]] - steps[number]))) for group in groups]
+            if distances and min(distances) < 1.0:
+                groups[int(np.argmin(distances))].append(number)
+            else:
+                groups.append([number])
+        return [places[group] for group in groups]
+
+    def _mark(self, name: str, place: int, marker: str, colour: str) -> None:
+        """A marker with this ``name`` in the legend, at one ``place`` of the branches."""
+        is_cross = marker == "x"
+        style: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": "none", "markersize": 4}
+        style |= {"markeredgecolor": colour if is_cross else "white", "markeredgewidth": 0.9 if is_cross else 0.4}
+        self.axes.plot([self.x[place]], [self.y[place]], zorder=4, gid=f"special:{name}", **style)
+        self.handles.setdefault(name, line_entry(label=name, **style))
 
 
 def _parts(sizes: Array) -> list[slice]:
@@ -214,106 +229,36 @@ def _parts(sizes: Array) -> list[slice]:
     return [slice(end - size, end) for end, size in zip(ends, sizes.tolist(), strict=True)]
 
 
-def _draw_special_points(
-    axes: Axes, data: Any, along: str, feature: str, x_scale: float, y_scale: float, handles: dict[str, Artist]
-) -> None:
-    """The special points in one panel. Where several would lie on each other, one
-    marker stands for them, with their number above it; a black one for more than two
-    kinds."""
-    meanings = meanings_of(model_in(data.attrs))
-    grazing = [code for code in meanings if code > 100]
-    looks = {**MARKERS, **{code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}}
-    labels = data["label"].values
-    x, y = data[along].values / x_scale, data[feature].values / y_scale
-    low, high = sorted(axes.get_xlim())
-    shown = (labels != 0) & (labels != END) & np.isfinite(y) & (x >= low) & (x <= high)
-    places = np.flatnonzero(shown)
-    inches = axes.transData.transform(np.column_stack((x, y))[places]) / axes.figure.dpi
-    steps = inches / MARKER_DISTANCE
-    groups: list[list[int]] = []  # of numbers in places, the first of which has the marker
-    for number in range(len(places)):
-        distances = [float(np.hypot(*(steps[group[0]] - steps[number]))) for group in groups]
-        if distances and min(distances) < 1.0:
-            groups[int(np.argmin(distances))].append(number)
-        else:
-            groups.append([number])
-    for group in groups:
-        members = places[group]
-        codes = dict.fromkeys(labels[members].tolist())
-        if len(codes) > 2:
-            _mark(axes, "several special points", x, y, members[0], handles, "o")
-        for code in codes if len(codes) <= 2 else ():
-            name = meanings[code].name.replace("_", " ") if code in meanings else str(code)
-            marker, colour = looks.get(code, ("o", BLACK))
-            first = members[labels[members] == code][0]
-            _mark(axes, name, x, y, first, handles, marker, colour)
-        if len(group) > 2:
-            axes.annotate(
-                str(len(group)),
-                (x[members[0]], y[members[0]]),
-                (0, 3.5),
-                textcoords="offset points",
-                ha="center",
-                fontsize=font_size(6),
-                path_effects=[patheffects.withStroke(linewidth=1.5, foreground="white")],
-                zorder=5,
-                gid="number",
-            )
-
-
-def _mark(
-    axes: Axes, name: str, x: Array, y: Array, place: int, handles: dict[str, Artist], marker: str, colour: str = BLACK
-) -> None:
-    """A marker with this ``name`` in the legend, at one ``place`` of the branches."""
-    style: dict[str, Any] = {
-        "marker": marker,
-        "color": colour,
-        "linestyle": "none",
-        "markersize": 4,
-        "markeredgecolor": colour if marker == "x" else "white",
-        "markeredgewidth": 0.9 if marker == "x" else 0.4,
-    }
-    axes.plot([x[place]], [y[place]], zorder=4, gid=f"special:{name}", **style)
-    handles.setdefault(name, Line2D([], [], label=name, **style))
-
-
-def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) -> None:
-    """The curves of a file of branches over the panels of a map with the axes ``x`` and
-    ``y``."""
-    along, over = str(data.attrs.get("along", "")), str(data.attrs.get("over", ""))
+def draw_branch_curves(figure: Figure, data: Any, plane: Plane) -> None:
+    """The curves of a file of branches over the panels of a map."""
+    along, over, x, y = str(data.attrs.get("along", "")), str(data.attrs.get("over", "")), plane.x, plane.y
     if "curve_row_size" not in data or {along, over} != {x, y}:
         available = f"curves over {along} and {over}" if over else "no curves"
         raise InputError(
             f"--over: found branches with {available}; allowed: curves over {x} and {y}, for which "
             "continue.curves of a study asks."
         )
-    x_quantity, y_quantity = quantity(x, units), quantity(y, units)
     meanings = meanings_of(model_in(data.attrs))
     codes = data["curve_label"].values.tolist()
-    styles: dict[int, Any] = {FOLD: "-", DOUBLING: (0, (5, 1.5))}
-    grazing = [code for code in dict.fromkeys(codes) if code not in styles]
-    styles |= {code: GRAZING_DASHES[i % 3] for i, code in enumerate(grazing)}
+    dashes: dict[int, Any] = {FOLD: "-", DOUBLING: (0, (5, 1.5))}
+    grazing = [code for code in dict.fromkeys(codes) if code not in dashes]
+    dashes |= {code: GRAZING_DASHES[i % 3] for i, code in enumerate(grazing)}
     handles: dict[str, Artist] = {}
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
-    for number, part in enumerate(_parts(data["curve_row_size"].values)):
-        code = codes[number]
-        name = meanings[code].title
-        line: dict[str, Any] = {"linestyle": styles[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
-        curve_x, curve_y = (
-            data[f"curve_{x}"].values[part] / x_quantity.scale,
-            data[f"curve_{y}"].values[part] / y_quantity.scale,
-        )
+    paths = plane.shown({name: data[f"curve_{name}"].values for name in (along, over)})
+    for number, (code, part) in enumerate(zip(codes, _parts(data["curve_row_size"].values), strict=True)):
+        style: dict[str, Any] = {"linestyle": dashes[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
+        curve = [path[part] for path in paths]  # type: ignore[index]
         for axes in panels:
-            limits = axes.get_xlim(), axes.get_ylim()
-            axes.plot(curve_x, curve_y, color="white", linewidth=2.6, zorder=5.5)
-            axes.plot(curve_x, curve_y, gid=f"curve {number}", **line)
-            axes.set_xlim(*limits[0])
-            axes.set_ylim(*limits[1])
-        handles.setdefault(name, Line2D([], [], label=name, **line))
+            limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
+            axes.plot(*curve, color="white", linewidth=2.6, zorder=5.5)
+            axes.plot(*curve, gid=f"curve {number}", **style)
+            axes.set(**limits)
+        name = meanings[code].title
+        handles.setdefault(name, line_entry(label=name, **style))
     if panels and handles:
-        panels[0].legend(
-            handles=list(handles.values()), loc="upper left", frameon=True, framealpha=0.9, fontsize=font_size(6)
-        )
+        frame: dict[str, Any] = {"frameon": True, "framealpha": 0.9, "fontsize": font_size(6)}
+        panels[0].legend(handles=list(handles.values()), loc="upper left", **frame)
 
 
 KINDS = (

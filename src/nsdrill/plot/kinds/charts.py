@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import MultipleLocator
 
 from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity
-from nsdrill.plot.legend import legend_below
+from nsdrill.plot.page import finish, new_figure
 from nsdrill.plot.registry import STUDY, Kind
+from nsdrill.plot.slices import make_logarithmic
 from nsdrill.plot.style import (
     BLACK,
     BLUE,
@@ -27,9 +28,7 @@ from nsdrill.plot.style import (
     VERMILLION,
     WINE,
     font_size,
-    new_figure,
     page_width,
-    put_title,
     target,
 )
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
@@ -62,9 +61,8 @@ def chart_kind(name: str, words: str, numbers: type, panel: Callable[[Figure, Ax
         figure = new_figure(page_width(), 4.4)
         axes = figure.add_subplot(figure.add_gridspec(1, 1)[0, 0])
         panel(figure, axes, chart, units)
-        put_title(figure, heading(chart.attrs, operating_point(chart.point, units)))
-        legend_below(figure, axes.get_legend_handles_labels()[0], 3)
-        return figure
+        title = heading(chart.attrs, operating_point(chart.point, units))
+        return finish(figure, title, axes.get_legend_handles_labels()[0], 3)
 
     def place(data: Any) -> float | None:
         return 90 if isinstance(data, Chart) and isinstance(data.numbers, numbers) else None
@@ -77,12 +75,6 @@ def shown_quantity(words: str, unit_name: str, system: str) -> Shown:
     tables of :mod:`nsdrill.quantity`, ``system`` the system of units."""
     shown_unit = SHOWN[unit_name][SYSTEMS.index(system)]
     return Shown(words, sign(shown_unit), shown_scale(shown_unit, unit_name))
-
-
-def set_log_ticks(axis: Any, subs: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
-    axis.set_major_locator(LogLocator(subs=subs))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
 
 
 def axis_quantity(axis: str, x: np.ndarray, system: str) -> Shown:
@@ -155,8 +147,8 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) 
 
 def _set_log_height(axes: Axes, across: str, up: str) -> None:
     """A logarithmic y axis with a grid, and the labels of both axes."""
-    axes.set(yscale="log", xlabel=across, ylabel=up)
-    set_log_ticks(axes.yaxis)
+    axes.set(xlabel=across, ylabel=up)
+    make_logarithmic(axes.yaxis)
     axes.grid(True, axis="y", color=OPERATING_COLOUR, linewidth=0.4, zorder=0)
 
 
@@ -230,8 +222,7 @@ def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> No
             rotation=90,
             va="bottom",
         )
-    axes.set_xscale("log")
-    set_log_ticks(axes.xaxis)
+    make_logarithmic(axes.xaxis)
     axes.set(xlim=(x[0], x[-1]), ylim=(0.0, 1.05))
     axes.set(xlabel="Frequency [Hz]", ylabel="Reflected share of the wave, $|R|$")
     write_note(
@@ -271,9 +262,8 @@ def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> 
             clip_on=False,
             zorder=5,
         )
-    for axis, scale in ((axes.xaxis, axes.set_xscale), (axes.yaxis, axes.set_yscale)):
-        scale("log")
-        set_log_ticks(axis, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
+    for axis in (axes.xaxis, axes.yaxis):
+        make_logarithmic(axis, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
     axes.set(xlim=(x[0], x[-1]), xlabel="Gain of the drive, in impedances of the pipe")
     axes.set(ylim=(y[0], y[-1]), ylabel="Frequency of the drive [Hz]")
 

@@ -4,7 +4,6 @@ trace. An animation is a sequence of such pictures."""
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from math import pi
 from typing import Any
 
@@ -21,22 +20,10 @@ from nsdrill.data import Array, Trace, frozen_modes, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
+from nsdrill.plot.page import has_title, name_panel, new_figure, put_title, set_panel_title
 from nsdrill.plot.panels import WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import (
-    BLACK,
-    BLUE,
-    MANY_MARKERS,
-    REFERENCE,
-    VERMILLION,
-    font_size,
-    has_title,
-    name_panel,
-    new_figure,
-    page_width,
-    put_title,
-    set_panel_title,
-)
+from nsdrill.plot.style import BLACK, BLUE, MANY_MARKERS, REFERENCE, VERMILLION, font_size, page_width
 from nsdrill.plot.traces import CONSTANT_TOLERANCE, LAST_SAMPLES, check_length, shown_part, title_of
 
 STEP = 2  # samples between which the direction is taken
@@ -47,18 +34,33 @@ ARROW = Path([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)]
 ARROW_SAMPLES = 300  # samples before the end over which arrowheads show the direction
 
 
-def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
+def square_page(trace: Trace, units: str, height_of_title: float) -> tuple[Figure, Axes]:
+    """The figure of one square panel of a trace, with its title."""
     check_length(trace)
-    figure = new_figure(page_width(4.0), page_width(4.0) + (0.5 if has_title() else 0.2))
-    draw_orbit(figure.add_subplot(), trace, units)
+    width = page_width(4.0)
+    figure = new_figure(width, width + (height_of_title if has_title() else 0.2))
+    axes = figure.add_subplot()
     put_title(figure, title_of(trace, units, width=50))
+    return figure, axes
+
+
+def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
+    figure, axes = square_page(trace, units, 0.5)
+    draw_orbit(axes, trace, units)
     return figure
 
 
-def mark_axis(axes: Axes, **placed: Any) -> None:
-    """A small cross at the axis of the hole; ``placed`` are properties of the line, as
-    ``zorder`` or ``gid``."""
+def cross_section(axes: Axes, half_width: float, x_label: str, y_label: str, **placed: Any) -> None:
+    """Let a panel show the cross-section of the hole, with a small cross at its axis;
+    ``placed`` are properties of the cross, as ``zorder`` or ``gid``."""
+    ends = -half_width, half_width
+    axes.set(xlim=ends, ylim=ends, xlabel=x_label, ylabel=y_label, aspect="equal")
     axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none", **placed)
+
+
+def draw_wall(axes: Axes, radius: float, **properties: Any) -> None:
+    """The wall of the hole as a circle."""
+    axes.add_patch(Circle((0, 0), radius, **{"fill": False, "color": REFERENCE, "linewidth": 0.9, **properties}))
 
 
 def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
@@ -72,41 +74,31 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     rasterised = len(x) > MANY_MARKERS
     axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=rasterised, gid="orbit")
     if on_wall.any():
-        axes.plot(
-            np.where(on_wall, x, np.nan),
-            np.where(on_wall, y, np.nan),
-            color=VERMILLION,
-            linewidth=0.7,
-            rasterized=rasterised,
-            gid="orbit:wall",
-        )
-    mark_axis(axes, gid="axis")
+        path = np.where(on_wall, (x, y), np.nan)
+        axes.plot(*path, color=VERMILLION, linewidth=0.7, rasterized=rasterised, gid="orbit:wall")
     extent, wall_text = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
     if gap is not None:
         wall = float(gap) / across.scale
-        axes.add_patch(Circle((0, 0), wall, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall"))
+        draw_wall(axes, wall, zorder=1.5, gid="wall")
         if WALL_VISIBLE_FROM * wall <= extent or extent <= CONSTANT_TOLERANCE * wall:
             extent = max(extent, wall)
         else:
             wall_text = f"wall at {wall:.4g} {across.unit}"
+    cross_section(axes, (1.2 if wall_text else 1.06) * (extent or 1.0), across.label, up.label, gid="axis")
     draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * extent)
-    axes.set_aspect("equal")
     name_panel(axes, "orbit", "y")
-    half_width = (1.2 if wall_text else 1.06) * (extent or 1.0)
-    axes.set(xlim=(-half_width, half_width), ylim=(-half_width, half_width), xlabel=across.label, ylabel=up.label)
     notes = [part_text or "orbit", "red: on the wall" if on_wall.any() else "", wall_text, "dot: the end"]
-    set_panel_title(axes, "; ".join(note for note in notes if note))
+    set_panel_title(axes, "; ".join(filter(None, notes)))
 
 
 def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, Array]:
     """The path x, y [m] with the wall force [N]. Samples that are far apart for the
     ``gap`` [m] are joined by the cubic with the velocities at both (Hermite), so that a
     revolution along the wall is not drawn as a polygon."""
-    time, x, y, force = (trace.time[part], trace["x"][part], trace["y"][part], trace["wall_force"][part])
+    time, x, y, force = (trace[name][part] for name in ("time", "x", "y", "wall_force"))
     if gap is None or len(x) < 2 or not {"vx", "vy"} <= trace.variables.keys() or len(x) * SUBDIVISIONS > LAST_SAMPLES:
         return x, y, force
-    finite = np.isfinite(x) & np.isfinite(y)
-    if not finite.all() or np.max(np.hypot(np.diff(x), np.diff(y))) <= MAX_STEP * gap:
+    if not np.isfinite(x + y).all() or np.max(np.hypot(np.diff(x), np.diff(y))) <= MAX_STEP * gap:
         return x, y, force
     from scipy.interpolate import CubicHermiteSpline
 
@@ -127,24 +119,16 @@ def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
     if len(finite) < STEP + 1:
         return
     end = finite[-1]
-    axes.plot([x[end]], [y[end]], marker="o", color=BLACK, markersize=3, linestyle="none", zorder=4, gid="end")
+    style: dict[str, Any] = {"color": BLACK, "linestyle": "none", "zorder": 4}
+    axes.plot([x[end]], [y[end]], marker="o", markersize=3, gid="end", **style)
     if np.hypot(x[finite], y[finite]).max() < min_extent:
         return
     for place in end - np.unique(np.linspace(0, min(len(finite) - STEP, ARROW_SAMPLES), 4)[1:-1].astype(int)):
         step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
         if np.hypot(*step) > 0.0:
-            rotated = Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi)
-            axes.plot(
-                [x[place]],
-                [y[place]],
-                marker=MarkerStyle(ARROW, transform=rotated),
-                color=BLACK,
-                markersize=9,
-                markeredgewidth=0.0,
-                linestyle="none",
-                zorder=4,
-                gid="direction",
-            )
+            arrow = MarkerStyle(ARROW, transform=Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi))
+            place_of_arrow = [x[place]], [y[place]]
+            axes.plot(*place_of_arrow, marker=arrow, markersize=9, markeredgewidth=0.0, gid="direction", **style)
 
 
 def has_orbit(trace: Trace) -> bool:
@@ -157,43 +141,23 @@ BIT, BLADES = "#8A7F6C", 3  # the bit below is a ring, with blades that rotate w
 PATH_REVOLUTIONS = 1.0  # of the bit: the length of the path up to the present time
 
 
-@dataclass(frozen=True)
-class Hole:
-    """Radii of the hole and of the collar [m]."""
-
-    hole: float
-    collar: float
-
-    @classmethod
-    def of(cls, trace: Trace) -> Hole:
-        """The radii of a trace; InputError where its attributes and study lack them."""
-        gap, diameter = trace.attrs.get("gap"), _diameter(trace)
-        if gap is None or diameter is None:
-            raise InputError(
-                "trace: found no width of the hole or of the collar; allowed: a trace whose "
-                "string has them. The kind "
-                "orbit needs neither."
-            )
-        return cls(float(gap) + 0.5 * diameter, 0.5 * diameter)
-
-
-def _diameter(trace: Trace) -> float | None:
-    """The outer diameter of the collar [m]: the value of the axis where it was swept,
-    else that of the study."""
-    key = drawn_in(trace.attrs).collar
-    if key is None:
-        return None
-    axis_values = json.loads(str(trace.attrs.get("at") or "{}"))
-    value: Any = resolved_study(trace.attrs)
-    for part in key.split("."):
-        value = value.get(part) if isinstance(value, dict) else None
-    value = axis_values.get(key, value)
-    return float(value) if isinstance(value, int | float) else None
-
-
-def bit_angle(trace: Trace) -> Array:
-    """The rotation angle of the bit [rad], which is also that of the collar above it."""
-    return np.asarray(trace["drive_angle"] + trace["twist"])
+def radii_of(trace: Trace) -> tuple[float, float]:
+    """The radii of the hole and of the collar [m]; InputError where the attributes of
+    the trace and its study lack them. The collar has the value of the axis where it was
+    swept, else that of the study."""
+    key, value = drawn_in(trace.attrs).collar, None
+    if key is not None:
+        value = resolved_study(trace.attrs)
+        for part in key.split("."):
+            value = value.get(part) if isinstance(value, dict) else None
+        value = json.loads(str(trace.attrs.get("at") or "{}")).get(key, value)
+    gap = trace.attrs.get("gap")
+    if gap is None or not isinstance(value, int | float):
+        raise InputError(
+            "trace: found no width of the hole or of the collar; allowed: a trace whose string has them. The kind "
+            "orbit needs neither."
+        )
+    return float(gap) + 0.5 * value, 0.5 * value
 
 
 class Scene:
@@ -201,40 +165,30 @@ class Scene:
     :meth:`show` moves the others."""
 
     def __init__(self, axes: Axes, trace: Trace, units: str) -> None:
-        self.size = Hole.of(trace)
         across, up = quantity("x", units), quantity("y", units)
-        self._scale = across.scale
-        self._time, self._angle = trace.time, bit_angle(trace)
-        self._x, self._y = trace["x"], trace["y"]
-        self._force, self._speed = trace["wall_force"], trace["bit_speed"]
-        self._shown_speed = quantity("bit_speed", units)
-        self._revolution = 2 * pi / max(float(np.nanmean(np.abs(self._speed))), 1e-3)
-        hole, collar = self.size.hole / self._scale, self.size.collar / self._scale
-        half_width = 1.1 * hole
+        self._hole, self._collar_radius = (radius / across.scale for radius in radii_of(trace))
+        self._trace, self._shown_speed = trace, quantity("bit_speed", units)
+        self._x, self._y = (trace[name] / across.scale for name in ("x", "y"))
+        # that of the bit is also that of the collar above it
+        self._angle = trace["drive_angle"] + trace["twist"]
+        self._revolution = 2 * pi / max(float(np.nanmean(np.abs(trace["bit_speed"]))), 1e-3)
         axes.set_facecolor(ROCK)
-        axes.set(
-            xlim=(-half_width, half_width),
-            ylim=(-half_width, half_width),
-            xlabel=across.label,
-            ylabel=up.label,
-            aspect="equal",
-        )
-        axes.add_patch(Circle((0, 0), hole, facecolor=MUD, edgecolor=REFERENCE, linewidth=0.9, gid="wall"))
-        axes.add_patch(Circle((0, 0), 0.95 * hole, fill=False, edgecolor=BIT, linewidth=0.6, linestyle="--", gid="bit"))
-        mark_axis(axes, zorder=4)
-        line_style: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
+        draw_wall(axes, self._hole, fill=True, color=None, facecolor=MUD, edgecolor=REFERENCE, gid="wall")
+        ring: dict[str, Any] = {"color": None, "edgecolor": BIT, "linewidth": 0.6, "linestyle": "--"}
+        draw_wall(axes, 0.95 * self._hole, gid="bit", **ring)
+        cross_section(axes, 1.1 * self._hole, across.label, up.label, zorder=4)
         self._blades = [axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)]
-        self._collar = Circle((0, 0), collar, facecolor=STEEL, edgecolor=EDGE, linewidth=0.9, zorder=2, gid="collar")
+        steel: dict[str, Any] = {"facecolor": STEEL, "edgecolor": EDGE, "linewidth": 0.9, "zorder": 2}
+        self._collar = Circle((0, 0), self._collar_radius, gid="collar", **steel)
         axes.add_patch(self._collar)
-        (self._spoke,) = axes.plot([], [], color=EDGE, linewidth=1.2, gid="spoke", **line_style)
-        (self._path,) = axes.plot([], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line_style)
-        (self._centre,) = axes.plot([], [], marker="o", color=BLUE, markersize=3.5, linestyle="none", zorder=4)
-        (self._contact,) = axes.plot(
-            [], [], marker="o", color=VERMILLION, markersize=6, linestyle="none", zorder=5, gid="touch"
-        )
-        self._text = axes.text(
-            0.02, 0.98, "", transform=axes.transAxes, va="top", fontsize=font_size(7), gid="clock", zorder=6
-        )
+        line: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
+        dot: dict[str, Any] = {"marker": "o", "linestyle": "none"}
+        (self._spoke,) = axes.plot([], [], color=EDGE, linewidth=1.2, gid="spoke", **line)
+        (self._path,) = axes.plot([], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line)
+        (self._centre,) = axes.plot([], [], color=BLUE, markersize=3.5, zorder=4, **dot)
+        (self._contact,) = axes.plot([], [], color=VERMILLION, markersize=6, zorder=5, gid="touch", **dot)
+        clock: dict[str, Any] = {"transform": axes.transAxes, "va": "top", "fontsize": font_size(7), "zorder": 6}
+        self._text = axes.text(0.02, 0.98, "", gid="clock", **clock)
 
     @property
     def moving_artists(self) -> list[Artist]:
@@ -244,38 +198,31 @@ class Scene:
     def show(self, time: float, since: float | None = None) -> None:
         """Move the artists to the ``time`` [s], with the path from ``since`` [s] on, or
         that of the last revolution."""
-        x, y, angle, force, speed = (
-            float(np.interp(time, self._time, values))
-            for values in (self._x, self._y, self._angle, self._force, self._speed)
-        )
-        hole, collar, scale = (self.size.hole / self._scale, self.size.collar / self._scale, self._scale)
-        x, y = x / scale, y / scale
+        times, hole, collar = self._trace.time, self._hole, self._collar_radius
+        histories = (self._x, self._y, self._angle, self._trace["wall_force"], self._trace["bit_speed"])
+        x, y, angle, force, speed = (float(np.interp(time, times, values)) for values in histories)
         for number, blade in enumerate(self._blades):
-            direction = np.array([np.cos(angle + 2 * pi * number / BLADES), np.sin(angle + 2 * pi * number / BLADES)])
-            blade.set_data(*np.outer(direction, [0.9 * hole, 0.985 * hole]))
+            direction = angle + 2 * pi * number / BLADES
+            blade.set_data(*np.outer([np.cos(direction), np.sin(direction)], [0.9 * hole, 0.985 * hole]))
         self._collar.set_center((x, y))
         self._spoke.set_data([x, x + collar * np.cos(angle)], [y, y + collar * np.sin(angle)])
         begin = time - PATH_REVOLUTIONS * self._revolution if since is None else since
-        in_path = (self._time >= begin) & (self._time < time)
-        self._path.set_data(np.append(self._x[in_path] / scale, x), np.append(self._y[in_path] / scale, y))
+        in_path = (times >= begin) & (times < time)
+        self._path.set_data(np.append(self._x[in_path], x), np.append(self._y[in_path], y))
         self._centre.set_data([x], [y])
         radius = np.hypot(x, y)
-        touching = force > 0.0 and radius > 0.0
-        self._contact.set_data(*(([x / radius * hole], [y / radius * hole]) if touching else ([], [])))
-        speed_shown = speed / self._shown_speed.scale
-        self._text.set_text(f"{time:.2f} s\nbit {speed_shown:.2f} {self._shown_speed.unit}")
+        touches = force > 0.0 and radius > 0.0
+        self._contact.set_data(*(([x / radius * hole], [y / radius * hole]) if touches else ([], [])))
+        self._text.set_text(f"{time:.2f} s\nbit {speed / self._shown_speed.scale:.2f} {self._shown_speed.unit}")
 
 
 def draw_hole(trace: Trace, units: str = "si") -> Figure:
     """Draw the end of a trace."""
-    check_length(trace)
-    figure = new_figure(page_width(4.0), page_width(4.0) + (0.6 if has_title() else 0.2))
-    axes = figure.add_subplot()
+    figure, axes = square_page(trace, units, 0.6)
     scene = Scene(axes, trace, units)
     part, words = shown_part(trace)
     scene.show(float(trace.time[-1]), float(trace.time[part][0]))
     set_panel_title(axes, f"{words or 'path'}; collar and bit at the end")
-    put_title(figure, title_of(trace, units, width=50))
     return figure
 
 

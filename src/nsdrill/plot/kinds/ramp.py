@@ -13,28 +13,16 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import heading, operating_point, quantity
-from nsdrill.plot.legend import legend_below
+from nsdrill.plot.page import finish, line_entry, name_panel, new_figure, stack
 from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import RAMP, Kind
 from nsdrill.plot.slices import line, ordered
-from nsdrill.plot.style import (
-    BLUE,
-    GREY,
-    MANY_MARKERS,
-    REFERENCE,
-    VERMILLION,
-    name_panel,
-    new_figure,
-    page_width,
-    put_title,
-    stack,
-)
+from nsdrill.plot.style import BLUE, DASHED, GREY, MANY_MARKERS, REFERENCE, VERMILLION, page_width
 from nsdrill.plot.traces import moving_values, operating_point_text, rate_text, setpoint
 from nsdrill.variables import AXES, OK
 
@@ -42,52 +30,39 @@ SWEEP_COLOUR = "#D9D9D9"  # of the sweep below, paler than the peaks of the ramp
 
 
 def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure:
-    axis = moving_values(trace)[0]
-    x = quantity(axis, units)
-    panels_drawn = drawn_in(trace.attrs).panels
-    figure = new_figure(page_width(), 1.2 + 1.7 * len(panels_drawn))
-    panels = stack(figure, len(panels_drawn))
-    values = setpoint(trace, axis)
+    axis, shown = moving_values(trace)[0], drawn_in(trace.attrs).panels
+    x, values = quantity(axis, units), setpoint(trace, axis)
+    figure = new_figure(page_width(), 1.2 + 1.7 * len(shown))
+    panels = stack(figure, len(shown))
     direction = np.sign(np.diff(values, append=values[-1]))
     direction[-1] = direction[-2]
-    handles: list[Artist] = []
-    if over is not None:
-        handles += draw_sweep(panels, over, trace, axis, units)
-    peaks = [local_maxima(trace.time, trace[name]) for name in (panel.trace for panel in panels_drawn)]
+    handles = draw_sweep(panels, over, trace, axis, units) if over is not None else []
+    peaks = [local_maxima(trace.time, trace[panel.trace]) for panel in shown]
     rasterise = sum(len(times) for times, _ in peaks) > MANY_MARKERS
     signs_shown = set()
-    for axes, panel, (times, peak_heights) in zip(panels, panels_drawn, peaks, strict=True):
-        name, y = panel.trace, quantity(panel.peaks, units)
-        nearest = np.clip(np.searchsorted(trace.time, times), 0, len(values) - 1)
-        peak_values = np.interp(times, trace.time, values) / x.scale
+    for axes, panel, (times, heights) in zip(panels, shown, peaks, strict=True):
+        y = quantity(panel.peaks, units)
+        sign_of_peak = direction[np.clip(np.searchsorted(trace.time, times), 0, len(values) - 1)]
+        across = np.interp(times, trace.time, values) / x.scale
         for sign, style in STYLES.items():
-            selected = direction[nearest] == sign
-            if selected.any():
+            here, gid = sign_of_peak == sign, f"{panel.trace}:{style['label']}"
+            if here.any():
                 signs_shown.add(sign)
-                axes.plot(
-                    peak_values[selected],
-                    peak_heights[selected] / y.scale,
-                    linestyle="none",
-                    rasterized=rasterise,
-                    gid=f"{name}:{style['label']}",
-                    **style,
-                )
+                points = across[here], heights[here] / y.scale
+                axes.plot(*points, linestyle="none", rasterized=rasterise, gid=gid, **style)
         axes.set_ylabel(y.label)
         name_panel(axes, panel.peaks, panel.peaks)
-    handles += [
-        Line2D([], [], linestyle="none", **{**STYLES[sign], "markersize": 3.5})
-        for sign in (1, -1, 0)
-        if sign in signs_shown
-    ]
-    handles += _draw_references(panels, trace, axis, units)
+    styles = [STYLES[sign] | {"markersize": 3.5} for sign in (1, -1, 0) if sign in signs_shown]
+    handles += [line_entry(linestyle="none", **style) for style in styles]
+    by_mode = {panel.mode: [axes] for panel, axes in zip(shown, panels, strict=True)}
+    handles += _draw_rotary_speed(by_mode.get("torsional", []), trace, axis, units)
+    handles += draw_wall(trace.attrs, by_mode.get("lateral", []), units)
     margin = 0.03 * float(np.ptp(values))
     panels[-1].set_xlim((values.min() - margin) / x.scale, (values.max() + margin) / x.scale)
     panels[-1].set_xlabel(x.label)
-    rate = rate_text(trace, axis, units)
-    put_title(figure, heading(trace.attrs, f"{operating_point_text(trace, units)}{'; ' + rate if rate else ''}"))
     figure.align_ylabels(panels)
-    legend_below(figure, handles, 4)
-    return figure
+    point = "; ".join(filter(None, (operating_point_text(trace, units), rate_text(trace, axis, units))))
+    return finish(figure, heading(trace.attrs, point), handles, 4)
 
 
 STYLES: dict[int, dict[str, Any]] = {
@@ -126,9 +101,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
             f"of {axis}, which this trace ramps."
         )
     held: dict[str, float] = {}
-    for other in AXES:
-        if other == axis:
-            continue
+    for other in (name for name in AXES if name != axis):
         axis_values = np.asarray(results.coords[other], dtype=float)
         target = float(setpoint(trace, other)[0])
         held[other] = float(axis_values[np.argmin(np.abs(axis_values - target))])
@@ -137,55 +110,35 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
                 f"--over: found a sweep at {operating_point({other: held[other]}, units)}; "
                 f"allowed: one at {operating_point({other: target}, units)}, as this trace."
             )
-    sweep_line = line(ordered(results, held), axis)
-    x = quantity(axis, units)
-    values_set = setpoint(trace, axis)
+    sweep_line, values_set = line(ordered(results, held), axis, units), setpoint(trace, axis)
     in_range = (sweep_line["status"] == OK) & (sweep_line.x >= values_set.min()) & (sweep_line.x <= values_set.max())
     handles: list[Artist] = []
     for row, procedure in enumerate(sweep_line.procedures):
-        style: dict[str, Any] = {
-            "linestyle": "none",
-            "color": SWEEP_COLOUR if procedure != "down" else GREY,
-            "marker": "o" if procedure != "down" else "x",
-            "markersize": 3.0 if procedure != "down" else 2.2,
-            "markeredgewidth": 0.0 if procedure != "down" else 0.4,
-            "zorder": 1.0,
-        }
+        style: dict[str, Any] = {"color": SWEEP_COLOUR, "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
+        if procedure == "down":
+            style = {"color": GREY, "marker": "x", "markersize": 2.2, "markeredgewidth": 0.4}
+        style |= {"linestyle": "none", "zorder": 1.0}
         for axes, peaks in zip(panels, drawn_in(trace.attrs).peaks, strict=True):
-            peak_heights = (
-                np.where(in_range[row][:, None], sweep_line[peaks][row], np.nan) / quantity(peaks, units).scale
-            )
-            x_values = np.broadcast_to((sweep_line.x / x.scale)[:, None], peak_heights.shape)
-            axes.plot(
-                x_values[np.isfinite(peak_heights)],
-                peak_heights[np.isfinite(peak_heights)],
-                rasterized=peak_heights.size > MANY_MARKERS,
-                gid=f"sweep:{procedure}:{peaks}",
-                **style,
-            )
+            heights = np.where(in_range[row][:, None], sweep_line.shown(peaks)[row], np.nan)
+            across, finite = np.broadcast_to(sweep_line.across[:, None], heights.shape), np.isfinite(heights)
+            own: dict[str, Any] = {"rasterized": heights.size > MANY_MARKERS, "gid": f"sweep:{procedure}:{peaks}"}
+            axes.plot(across[finite], heights[finite], **own, **style)
         label = "sweep" if procedure == "same" else f"sweep, {procedure}"
-        handles.append(Line2D([], [], label=label, **{**style, "markersize": 3.5}))
+        handles.append(line_entry(label=label, **{**style, "markersize": 3.5}))
     return handles
 
 
-def _draw_references(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
-    """Draw the rotary speed and the wall of the hole as lines in the panels of torsional
-    and lateral motion, if any."""
-    style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2), "zorder": 3}
-    handles: list[Artist] = []
+def _draw_rotary_speed(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
+    """Draw the rotary speed as a line, unless it moves while another value lies along x."""
     speed = setpoint(trace, "rotary_speed") / quantity("bit_speed", units).scale
-    ends = np.array([speed.min(), speed.max()])
-    modes = [panel.mode for panel in drawn_in(trace.attrs).panels]
-    if "torsional" in modes and (axis == "rotary_speed" or ends[0] == ends[1]):
-        torsional_panel = panels[modes.index("torsional")]
-        if axis == "rotary_speed":
-            torsional_panel.plot(ends, ends, gid="rotary speed", **style)
-        else:
-            torsional_panel.axhline(ends[0], gid="rotary speed", **style)
-        handles.append(Line2D([], [], label="rotary speed", **style))
-    if "lateral" in modes:
-        handles += draw_wall(trace.attrs, [panels[modes.index("lateral")]], units)
-    return handles
+    ends, style = np.array([speed.min(), speed.max()]), {**DASHED, "zorder": 3}
+    if not panels or (axis != "rotary_speed" and ends[0] != ends[1]):
+        return []
+    if axis == "rotary_speed":
+        panels[0].plot(ends, ends, gid="rotary speed", **style)
+    else:
+        panels[0].axhline(ends[0], gid="rotary speed", **style)
+    return [line_entry(label="rotary speed", **style)]
 
 
 KINDS = (

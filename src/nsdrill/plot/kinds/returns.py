@@ -13,33 +13,32 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
+from nsdrill.analysis.outcome import text
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.models.description import Drawn
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
-from nsdrill.plot.legend import direction_entries, legend_below, motion_entries
-from nsdrill.plot.panels import draw_dots, draw_rotary_speed, draw_wall, new_columns, outcome_handles
-from nsdrill.plot.registry import RETURNS, TRACE, Kind, fits_columns, is_sweep, longest, needs_returns
-from nsdrill.plot.slices import text
-from nsdrill.plot.style import (
-    BLUE,
-    MANY_MARKERS,
-    MOTIONS,
-    REFERENCE,
+from nsdrill.plot.kinds.hole import cross_section
+from nsdrill.plot.kinds.hole import draw_wall as draw_wall_around
+from nsdrill.plot.labels import Shown, quantity, sweep_title
+from nsdrill.plot.page import (
+    direction_entries,
+    motion_entries,
     name_panel,
     new_figure,
-    page_width,
     panels_per_row,
     put_title,
+    tiles,
 )
+from nsdrill.plot.panels import WALL_VISIBLE_FROM, Columns, draw_dots, draw_rotary_speed, draw_wall, outcome_handles
+from nsdrill.plot.registry import RETURNS, TRACE, Kind, fits_columns, is_sweep, longest, needs_returns
+from nsdrill.plot.style import BLUE, MANY_MARKERS, MOTIONS, page_width
 from nsdrill.plot.traces import title_of
 from nsdrill.variables import OK
 
 PLANE_WIDTH = 1.6  # least width of a plane in inches
+DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0}
 
 
 def draw_section(data: Results | Trace, units: str = "si") -> Figure:
@@ -49,108 +48,81 @@ def draw_section(data: Results | Trace, units: str = "si") -> Figure:
 def draw_point(results: Results, units: str = "si") -> Figure:
     """The section of one operating point, a row of planes for each procedure."""
     names = [text(name) for name in results.coords["procedure"]]
-    plane_rows = _plane_rows(results.attrs)
+    _, plane_rows = _layout(results.attrs)
     figure = new_figure(page_width(), 0.4 + 2.2 * plane_rows * len(names))
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
-    gap, drawn = results.attrs.get("gap"), drawn_in(results.attrs)
     for row, name in enumerate(names):
         section = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
-        motion_code = int(results["motion"][row].ravel()[0])
-        description = MOTIONS[motion_code].name
-        if period := int(results["period"][row].ravel()[0]):
-            description = f"{description}, period {period}"
-        count = int(np.isfinite(section[drawn.section[0]]).sum())
+        motion = MOTIONS[int(results["motion"][row].ravel()[0])]
+        period = int(results["period"][row].ravel()[0])
+        description = f"{motion.name}, period {period}" if period else motion.name
+        count = int(np.isfinite(section[drawn_in(results.attrs).section[0]]).sum())
         label = {"up": "carried up: ", "down": "carried down: "}.get(name, "")
         rows[row].suptitle(f"{label}{description}, {count} returns", fontsize="medium")
-        _draw_planes(rows[row], section, drawn, units, gap, MOTIONS[motion_code].colour)
-    put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
+        _draw_planes(rows[row], section, results.attrs, units, motion.colour)
+    put_title(figure, sweep_title(results, units))
     return figure
 
 
 def draw_trace(trace: Trace, units: str) -> Figure:
     """The section of a trace: its returns after the transient, if this leaves three
     revolutions."""
-    section, drawn = section_of(trace), drawn_in(trace.attrs)
-    figure = new_figure(page_width(), 0.6 + 2.1 * _plane_rows(trace.attrs))
-    start = _observed_from(trace)
+    section, start = section_of(trace), _observed_from(trace)
+    _, rows = _layout(trace.attrs)
+    figure = new_figure(page_width(), 0.6 + 2.1 * rows)
     description = f"{len(section['section_bit_speed'])} returns" + (f" after {start:g} s" if start else "")
-    _draw_planes(figure, section, drawn, units, trace.attrs.get("gap"), BLUE)
+    _draw_planes(figure, section, trace.attrs, units, BLUE)
     put_title(figure, f"{title_of(trace, units)}; {description}")
     return figure
 
 
-def _draw_planes(
-    figure: Any, section: Mapping[str, Array], drawn: Drawn, units: str, gap: float | None, colour: str
-) -> None:
+def _layout(attrs: Mapping[str, Any]) -> tuple[int, int]:
+    """The number of planes of one section, and of the rows in which they stand."""
+    drawn = drawn_in(attrs)
+    count = len(drawn.section_planes) + ("section_radius" in drawn.section)
+    return count, -(-count // panels_per_row(count, PLANE_WIDTH))
+
+
+def _draw_planes(figure: Any, section: Mapping[str, Array], attrs: Mapping[str, Any], units: str, colour: str) -> None:
     """Draw the returns in planes, the first of which is the orbit where there is one."""
-    style: dict[str, Any] = {
-        "linestyle": "none",
-        "marker": "o",
-        "markersize": 2.0,
-        "markeredgewidth": 0.0,
-        "color": colour,
-    }
+    drawn = drawn_in(attrs)
     has_orbit = "section_radius" in section and "section_radius" in drawn.section
     count = has_orbit + len(drawn.section_planes)
-    panels_in_row = panels_per_row(count, PLANE_WIDTH)
-    grid = figure.add_gridspec(-(-count // panels_in_row), panels_in_row)
-    panels = [figure.add_subplot(grid[divmod(place, panels_in_row)]) for place in range(count)]
+    panels = tiles(figure, count, panels_per_row(count, PLANE_WIDTH))
     if has_orbit:
-        _draw_orbit(panels[0], section, units, gap, style)
+        _draw_orbit(panels[0], section, units, attrs.get("gap"), colour)
     for axes, (across, up) in zip(panels[has_orbit:], drawn.section_planes, strict=True):
         x, y = quantity(across, units), quantity(up, units)
-        axes.plot(section[across] / x.scale, section[up] / y.scale, gid=f"section:{across}", **style)
+        axes.plot(section[across] / x.scale, section[up] / y.scale, gid=f"section:{across}", color=colour, **DOTS)
         axes.set(xlabel=x.label, ylabel=y.label)
         name_panel(axes, across, up)
-        _widen_limits(axes)
+        # limits that would magnify rounding are widened, so that one point appears as one
+        for ends, set_ends in ((axes.get_xlim(), axes.set_xlim), (axes.get_ylim(), axes.set_ylim)):
+            middle, half_width = 0.5 * sum(ends), 0.02 * max(map(abs, ends))
+            if ends[1] - ends[0] < half_width:
+                set_ends(middle - half_width, middle + half_width)
     for axes in panels:
         axes.xaxis.set_major_locator(MaxNLocator(3))
         axes.yaxis.set_major_locator(MaxNLocator(5))
 
 
-def _plane_rows(attrs: Mapping[str, Any]) -> int:
-    """The number of rows of the planes of one section."""
-    drawn = drawn_in(attrs)
-    count = len(drawn.section_planes) + ("section_radius" in drawn.section)
-    return -(-count // panels_per_row(count, PLANE_WIDTH))
-
-
-def _draw_orbit(
-    axes: Axes, section: Mapping[str, Array], units: str, gap: float | None, style: Mapping[str, Any]
-) -> None:
+def _draw_orbit(axes: Axes, section: Mapping[str, Array], units: str, gap: float | None, colour: str) -> None:
     """Draw the collar centre in the hole, in axes that rotate with the bit."""
     x = quantity("x", units)
     radius, angle = section["section_radius"] / x.scale, section["section_whirl_angle"]
-    axes.plot(radius * np.cos(angle), radius * np.sin(angle), gid="section:orbit", **style)
-    axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none")
+    axes.plot(radius * np.cos(angle), radius * np.sin(angle), gid="section:orbit", color=colour, **DOTS)
     extent = float(np.nanmax(radius, initial=0.0)) or 1.0
-    if gap is not None and extent > 0.4 * gap / x.scale:
-        axes.add_patch(Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5))
+    if gap is not None and extent > WALL_VISIBLE_FROM * gap / x.scale:
+        draw_wall_around(axes, gap / x.scale, zorder=1.5)
         extent = max(extent, gap / x.scale)
-    axes.set(
-        xlim=(-1.1 * extent, 1.1 * extent),
-        ylim=(-1.1 * extent, 1.1 * extent),
-        xlabel=f"along the bit [{x.unit}]",
-        ylabel=f"across [{x.unit}]",
-    )
-    axes.set_aspect("equal")
+    cross_section(axes, 1.1 * extent, f"along the bit [{x.unit}]", f"across [{x.unit}]")
     name_panel(axes, "section_orbit")
-
-
-def _widen_limits(axes: Axes) -> None:
-    """Widen limits that would magnify rounding, so that a section of one point appears
-    as one point."""
-    for get_limits, set_limits in ((axes.get_xlim, axes.set_xlim), (axes.get_ylim, axes.set_ylim)):
-        low, high = get_limits()
-        middle, half_width = 0.5 * (low + high), 0.02 * max(abs(low), abs(high))
-        if high - low < half_width:
-            set_limits(middle - half_width, middle + half_width)
 
 
 def _observed_from(trace: Trace) -> float:
     """The time [s] at which the section of a trace begins: after its transient, or at
     its start if fewer than three revolutions follow."""
-    transient, speed = (float(trace.attrs.get("transient", 0.0)), float(trace.attrs.get("rotary_speed", 0.0)))
+    transient, speed = (float(trace.attrs.get(name, 0.0)) for name in ("transient", "rotary_speed"))
     revolutions = (trace.time[-1] - transient) * speed / (2 * pi)
     return transient if revolutions >= 3 else 0.0
 
@@ -220,23 +192,19 @@ def draw_along(results: Results, units: str = "si") -> Figure:
     if not results.swept:
         return draw_point(results, units)
     shown = drawn_in(results.attrs).section
-    figure, lines, columns = new_columns(results, units, shown, 1.5 * len(shown) + 1.5)
-    markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
+    page = Columns(results, units, shown, 1.5 * len(shown) + 1.5)
+    rasterise = len(shown) * int(np.isfinite(results[shown[0]]).sum()) > MANY_MARKERS
+    style: dict[str, Any] = {"marker": "o", "scale": 0.75, "edge": 0.3, "rasterise": rasterise}
     present: set[int] = set()
-    for line, column in zip(lines, columns, strict=True):
-        looks = np.where(line["status"] == OK, line["motion"], -1), MOTIONS
-        for axes, name in zip(column[1:], shown, strict=True):
-            present |= draw_dots(
-                axes, line, name, looks, line[name], units, markers > MANY_MARKERS, marker="o", scale=0.75, edge=0.3
-            )
-    rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
-    for axes in rows.get("section_whirl_angle", ()):
+    for line, name, axes in page.each():
+        codes = np.where(line["status"] == OK, line["motion"], -1)
+        present |= draw_dots(axes, line, name, codes, MOTIONS, line[name], **style)
+    for axes in page.panels("section_whirl_angle"):
         _set_angle_axis(axes, quantity("section_whirl_angle", units))
-    handles = [*motion_entries(present), *direction_entries(lines[0].procedures)]
-    wall = draw_wall(results.attrs, rows["section_radius"], units) if "section_radius" in rows else []
-    speed = draw_rotary_speed(lines, rows["section_bit_speed"], units) if "section_bit_speed" in rows else []
-    legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
-    return figure
+    wall = draw_wall(results.attrs, page.panels("section_radius"), units)
+    references = [*draw_rotary_speed(page.lines, page.panels("section_bit_speed")), *wall]
+    handles = [*motion_entries(present), *direction_entries(page.lines[0].procedures), *references]
+    return page.finish([*handles, *outcome_handles(page.lines, markers=False)])
 
 
 def _set_angle_axis(axes: Axes, y: Shown) -> None:

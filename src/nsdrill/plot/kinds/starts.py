@@ -12,23 +12,31 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patheffects import Normal, Stroke
 
 from nsdrill.analysis.attractors import Attractor, describe, wilson
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
-from nsdrill.plot.legend import legend_below, marker_entry, response_entries
+from nsdrill.plot.labels import Shown, quantity, sweep_title
+from nsdrill.plot.page import (
+    area_entry,
+    finish,
+    line_entry,
+    marker_entry,
+    name_panel,
+    new_figure,
+    response_entries,
+    stack,
+)
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
-from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
-from nsdrill.plot.style import REFERENCE, RESPONSES, font_size, name_panel, new_figure, page_width, put_title
+from nsdrill.plot.slices import edges, lay_along, positions, robust_limits
+from nsdrill.plot.style import REFERENCE, RESPONSES, font_size, ink_on, page_width
 
 ATTRACTOR_VARIABLES = ("attractor", "whirl_kind", "settled")  # variables that describe an attractor
+UNGROUPED = "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
 
 
 def has_starts(data: Any) -> bool:
@@ -36,34 +44,11 @@ def has_starts(data: Any) -> bool:
     return isinstance(data, Results) and "start" in data.coords
 
 
-def attractors_along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, int]]]]:
-    """The swept axis, and the attractors and counts of every operating point along it."""
-    attractors_and_counts = list(describe(by_operating_point(results), model_in(results.attrs).distinguishing))
-    if not any(attractors for attractors, _ in attractors_and_counts):
-        raise InputError(
-            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
-        )
-    return results.swept[0], attractors_and_counts
-
-
-def is_matched(results: Results) -> bool:
-    """Whether a number denotes the same attractor at all operating points. In files of
-    older versions it does so at each operating point only, until they are classified
-    again."""
-    study = resolved_study(results.attrs)
-    thresholds = json.loads(results.attrs.get("classification_resolved") or "null") or study.get("classify", {})
-    return "matching" in thresholds.get("attractors", {})
-
-
 def by_operating_point(results: Results) -> dict[str, Array]:
     """The variables on the grid, as arrays [operating point, start]."""
-    dimensions = 1 + len(results.shape[1:])
-    starts = len(results.coords["start"])
-    return {
-        name: np.asarray(array).reshape(-1, starts)
-        for name, array in results.variables.items()
-        if array.ndim == dimensions
-    }
+    starts, dimensions = len(results.coords["start"]), 1 + len(results.shape[1:])
+    on_grid = {name: np.asarray(array) for name, array in results.variables.items() if array.ndim == dimensions}
+    return {name: array.reshape(-1, starts) for name, array in on_grid.items()}
 
 
 def attractor_label(attractor: Attractor) -> str:
@@ -75,63 +60,74 @@ def attractor_label(attractor: Attractor) -> str:
     return text
 
 
+class Along:
+    """The attractors and counts of every operating point along the axis that is swept,
+    which has these ``centres`` in the units that are shown."""
+
+    def __init__(self, results: Results, units: str) -> None:
+        self.results, self.units, self.axis = results, units, results.swept[0]
+        described = list(describe(by_operating_point(results), model_in(results.attrs).distinguishing))
+        self.points = [attractors for attractors, _ in described]
+        self.failed = sum(counts["failed"] for _, counts in described)
+        self.attractors = [attractor for attractors in self.points for attractor in attractors]
+        if not self.attractors:
+            raise InputError(UNGROUPED)
+        self.centres = positions(results, self.axis) / quantity(self.axis, units).scale
+        # the responses that occur
+        self.present = sorted({attractor.response for attractor in self.attractors})
+
+    @property
+    def is_matched(self) -> bool:
+        """Whether a number denotes the same attractor at all operating points. In files of
+        older versions it does so at each operating point only, until they are classified
+        again."""
+        study, attrs = resolved_study(self.results.attrs), self.results.attrs
+        thresholds = json.loads(attrs.get("classification_resolved") or "null") or study.get("classify", {})
+        return "matching" in thresholds.get("attractors", {})
+
+    def finish(self, figure: Figure, axes: Axes, handles: list[Artist]) -> Figure:
+        """The figure with its axis along the lowest panel, its title and its legend."""
+        lay_along(axes, self.results, self.axis, self.units)
+        title = sweep_title(self.results, self.units, f"{len(self.results.coords['start'])} starts each")
+        return finish(figure, title, handles, 4)
+
+
 SHARES_HEIGHT = 3.6
 # borders between attractors with smaller shares are not drawn: they would fill the
 # column
 MIN_DIVIDED_SHARE = 0.02
 MIN_NUMBERED_HEIGHT = 8.0  # per cent of the height, for the number of an attractor
-BORDER_STYLE: dict[str, Any] = {"linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
+BORDER_STYLE: dict[str, Any] = {"color": "white", "linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
 MAX_INTERVALS = 80  # with more operating points only every second, third ... has an interval
 
 
 def draw_shares(results: Results, units: str = "si") -> Figure:
-    axis, by_point = attractors_along(results)
-    x = quantity(axis, units)
-    centres = positions(results, axis) / x.scale
-    borders = edges(centres)
+    along = Along(results, units)
+    borders = edges(along.centres)
     figure = new_figure(page_width(), SHARES_HEIGHT)
     axes = figure.add_subplot()
-    present = [
-        code
-        for code in range(len(RESPONSES))
-        if any(attractor.response == code for attractors, _ in by_point for attractor in attractors)
-    ]
     columns = [
         draw_column(axes, attractors, left, right)
-        for (attractors, _), left, right in zip(by_point, borders[:-1], borders[1:], strict=True)
+        for attractors, left, right in zip(along.points, borders[:-1], borders[1:], strict=True)
     ]
-    is_divided = any(share.is_divided for column in columns for share in column)
-    if is_matched(results):
+    if along.is_matched:
         draw_bands(axes, columns, borders)
     is_sample = not results.slice
     if is_sample:
-        draw_intervals(axes, by_point, present, centres)
-    spaced(axes, centres)
-    name_words(axes, results, axis, units=units)
-    axes.set_xlim(borders[0], borders[-1])
-    axes.set_ylim(0, 100)
-    axes.set_xlabel(x.label)
-    axes.set_ylabel("Share of the slice [%]" if results.slice else "Share of the starts [%]")
-    starts = len(results.coords["start"])
-    point = operating_point(fixed_values(results), units)
-    put_title(figure, heading(results.attrs, f"{point}; {starts} starts each"))
-    handles: list[Artist] = [Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
-    if is_divided:
-        handles.append(
-            Line2D([], [], color="white", linewidth=1, label="between attractors", path_effects=_outline_effects())
-        )
-    if is_sample and len(present) > 1:
+        draw_intervals(axes, along)
+    axes.set(ylim=(0, 100), ylabel=f"Share of the {'starts' if is_sample else 'slice'} [%]")
+    handles: list[Artist] = [
+        area_entry(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in along.present
+    ]
+    if any(share.is_divided for column in columns for share in column):
+        outline = [Stroke(linewidth=2.2, foreground="#808080"), Normal()]
+        handles.append(line_entry(color="white", linewidth=1, label="between attractors", path_effects=outline))
+    if is_sample and len(along.present) > 1:
         handles.append(marker_entry("95 % interval", "|", "black", size=7, edge=1.0))
-    if failed := sum(counts["failed"] for _, counts in by_point):
-        handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, label=f"failed, left out ({failed})"))
-    legend_below(figure, handles, 4)
-    return figure
-
-
-def _outline_effects() -> list[object]:
-    from matplotlib.patheffects import Normal, Stroke
-
-    return [Stroke(linewidth=2.2, foreground="#808080"), Normal()]
+    if along.failed:
+        label = f"failed, left out ({along.failed})"
+        handles.append(area_entry(facecolor="white", edgecolor="black", linewidth=0.4, label=label))
+    return along.finish(figure, axes, handles)
 
 
 @dataclass(frozen=True)
@@ -150,26 +146,19 @@ def draw_column(axes: Axes, attractors: list[Attractor], left: float, right: flo
     bottom = 0.0
     shares: list[AttractorShare] = []
     for attractor in sorted(attractors, key=lambda attractor: (attractor.response, attractor.number)):
-        height = 100 * attractor.share
-        axes.fill_between(
-            [left, right],
-            bottom,
-            bottom + height,
-            facecolor=RESPONSES[attractor.response].colour,
-            edgecolor=RESPONSES[attractor.response].colour,
-            linewidth=0.2,
-            gid=f"attractor:{attractor.number}:{attractor.response}",
-        )
-        previous = shares[-1].attractor if shares else None
+        top, colour = bottom + 100 * attractor.share, RESPONSES[attractor.response].colour
+        gid = f"attractor:{attractor.number}:{attractor.response}"
+        axes.fill_between([left, right], bottom, top, facecolor=colour, edgecolor=colour, linewidth=0.2, gid=gid)
+        below = shares[-1].attractor if shares else None
         is_divided = (
-            previous is not None
-            and previous.response == attractor.response
-            and max(previous.share, attractor.share) >= MIN_DIVIDED_SHARE
+            below is not None
+            and below.response == attractor.response
+            and max(below.share, attractor.share) >= MIN_DIVIDED_SHARE
         )
         if is_divided:
-            axes.plot([left, right], [bottom, bottom], color="white", **BORDER_STYLE)
-        shares.append(AttractorShare(attractor, bottom, height, is_divided))
-        bottom += height
+            axes.plot([left, right], [bottom, bottom], **BORDER_STYLE)
+        shares.append(AttractorShare(attractor, bottom, 100 * attractor.share, is_divided))
+        bottom = top
     return shares
 
 
@@ -180,47 +169,29 @@ def draw_bands(axes: Axes, columns: list[list[AttractorShare]], borders: Array) 
     for place, column in enumerate(columns):
         for share in column:
             bands.setdefault((share.attractor.number, share.attractor.response), {})[place] = share
+    centred: dict[str, Any] = {"ha": "center", "va": "center", "clip_on": True, "fontsize": font_size(6)}
     for (number, response), shares in bands.items():
         for place, share in shares.items():
             if share.is_divided and (following := shares.get(place + 1)) and following.is_divided:
-                axes.plot([borders[place + 1]] * 2, [share.bottom, following.bottom], color="white", **BORDER_STYLE)
+                axes.plot([borders[place + 1]] * 2, [share.bottom, following.bottom], **BORDER_STYLE)
         for consecutive in np.split(list(shares), 1 + np.flatnonzero(np.diff(list(shares)) > 1)):
             place = max(consecutive.tolist(), key=lambda i: shares[i].height)
             if (widest := shares[place]).height >= MIN_NUMBERED_HEIGHT:
-                is_dark = np.dot(to_rgb(RESPONSES[response].colour), (0.299, 0.587, 0.114)) < 0.5
-                axes.text(
-                    (borders[place] + borders[place + 1]) / 2,
-                    widest.bottom + widest.height / 2,
-                    str(number),
-                    color="white" if is_dark else "black",
-                    fontsize=font_size(6),
-                    ha="center",
-                    va="center",
-                    clip_on=True,
-                    gid=f"number:{number}:{response}",
-                )
+                middle = (borders[place] + borders[place + 1]) / 2, widest.bottom + widest.height / 2
+                colour, gid = ink_on(RESPONSES[response].colour), f"number:{number}:{response}"
+                axes.text(*middle, str(number), color=colour, gid=gid, **centred)
 
 
-def draw_intervals(
-    axes: Axes, by_point: list[tuple[list[Attractor], dict[str, int]]], present: list[int], x: Array
-) -> None:
+def draw_intervals(axes: Axes, along: Along) -> None:
     """Draw at every border between responses the interval of the share below it."""
-    stride = -(-len(by_point) // MAX_INTERVALS)
-    for (attractors, _), centre in list(zip(by_point, x, strict=True))[::stride]:
+    stride = -(-len(along.points) // MAX_INTERVALS)
+    for attractors, centre in list(zip(along.points, along.centres, strict=True))[::stride]:
         total = sum(attractor.members for attractor in attractors)
-        for code in present[:-1]:
+        for code in along.present[:-1]:
             below = sum(attractor.members for attractor in attractors if attractor.response <= code)
-            occurs = any(attractor.response == code for attractor in attractors)
-            if total and (occurs or below in (0, total)) and 0 < below < total:
-                low, high = wilson(below, total)
-                axes.plot(
-                    [centre, centre],
-                    [100 * low, 100 * high],
-                    color="black",
-                    linewidth=0.9,
-                    zorder=3,
-                    gid=f"interval:{code}",
-                )
+            if 0 < below < total and any(attractor.response == code for attractor in attractors):
+                ends = [100 * end for end in wilson(below, total)]
+                axes.plot([centre, centre], ends, color="black", linewidth=0.9, zorder=3, gid=f"interval:{code}")
 
 
 ATTRACTORS_HEIGHT = 6.0
@@ -230,90 +201,54 @@ MIN_NUMBERED = 0.05  # of attractors with a number in the picture
 
 
 def draw_attractors(results: Results, units: str = "si") -> Figure:
-    axis, by_point = attractors_along(results)
-    x = quantity(axis, units)
-    centres = positions(results, axis) / x.scale
+    along, shown = Along(results, units), drawn_in(results.attrs).attractors
     figure = new_figure(page_width(), ATTRACTORS_HEIGHT)
-    panels_shown = drawn_in(results.attrs).attractors
-    grid = figure.add_gridspec(len(panels_shown), 1)
-    panels: list[Axes] = []
-    joins_attractors = is_matched(results)
-    for row, (lower_name, name, label) in enumerate(panels_shown):
-        axes = figure.add_subplot(grid[row, 0], sharex=panels[0] if panels else None)
+    panels = stack(figure, len(shown))
+    for row, (axes, (lower_name, name, label)) in enumerate(zip(panels, shown, strict=True)):
         y = quantity(name, units)
         points = [
             # a range is taken between the medians of the extremes
             (centre, (attractor.features[name] - attractor.features.get(lower_name or "", 0.0)) / y.scale, attractor)
-            for (attractors, _), centre in zip(by_point, centres, strict=True)
+            for attractors, centre in zip(along.points, along.centres, strict=True)
             for attractor in attractors
         ]
         for centre, height, attractor in sorted(points, key=lambda point: -point[2].share):
-            axes.plot(
-                [centre],
-                [height],
-                linestyle="none",
-                **marker_style(attractor),
-                zorder=3,
-                gid=f"{name}:{attractor.response}",
-            )
-        if joins_attractors:
-            join_attractors(axes, points, centres, with_numbers=row == min(1, len(panels_shown) - 1))
+            gid = f"{name}:{attractor.response}"
+            axes.plot([centre], [height], linestyle="none", zorder=3, gid=gid, **marker_style(attractor))
+        if along.is_matched:
+            join_attractors(axes, points, along.centres, with_numbers=row == min(1, len(shown) - 1))
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
         axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
         axes.set_ylabel(Shown(label, y.unit, y.scale).label)
         name_panel(axes, name, name)
-        axes.tick_params(labelbottom=row == len(panels_shown) - 1)
-        panels.append(axes)
-    spaced(panels[0], centres)
-    name_words(panels[0], results, axis, units=units)
-    panels[0].set_xlim(*edges(centres)[[0, -1]])
-    panels[-1].set_xlabel(x.label)
     figure.align_ylabels(panels)
-    starts = len(results.coords["start"])
-    point_text = operating_point(fixed_values(results), units)
-    put_title(figure, heading(results.attrs, f"{point_text}; {starts} starts each"))
-    legend_below(
-        figure,
-        _attractor_handles(
-            [attractor for attractors, _ in by_point for attractor in attractors], joins_attractors=joins_attractors
-        ),
-        4,
-    )
-    return figure
+    handles = response_entries(along.present)
+    if any(attractor.unsettled > attractor.members / 2 for attractor in along.attractors):
+        handles.append(marker_entry("open: most of its starts unsettled", hollow=True))
+    if along.is_matched:
+        handles.append(line_entry(color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
+    for share in (1.0, 0.25, 0.05):
+        handles.append(marker_entry(f"share {100 * share:.0f} %", size=marker_diameter(share)))
+    return along.finish(figure, panels[-1], handles)
 
 
 def join_attractors(
     axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array, *, with_numbers: bool
 ) -> None:
     """Draw a line along each attractor, under the markers, and the numbers of those
-    with a share of ``MIN_SHARE`` or more."""
+    with a share of ``MIN_NUMBERED`` or more."""
     lines: dict[int, list[tuple[float, float, Attractor]]] = {}
     for point in points:
         lines.setdefault(point[2].number, []).append(point)
+    style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.5, "zorder": 2}
+    above: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "bottom", "fontsize": font_size(6)}
     for number, members in lines.items():
         for (x, y, _), (next_x, next_y, _) in pairwise(members):
-            points_between = np.count_nonzero((centres > min(x, next_x)) & (centres < max(x, next_x)))
-            axes.plot(
-                [x, next_x],
-                [y, next_y],
-                color=REFERENCE,
-                linewidth=0.5,
-                linestyle=":" if points_between else "-",
-                zorder=2,
-                gid=f"branch:{number}",
-            )
+            between = np.any((centres > min(x, next_x)) & (centres < max(x, next_x)))
+            axes.plot([x, next_x], [y, next_y], linestyle=":" if between else "-", gid=f"branch:{number}", **style)
         if with_numbers and len(members) > 1 and max(attractor.share for _, _, attractor in members) >= MIN_NUMBERED:
-            axes.annotate(
-                str(number),
-                members[0][:2],
-                (0, 4),
-                textcoords="offset points",
-                fontsize=font_size(6),
-                ha="center",
-                va="bottom",
-                gid=f"number:{number}",
-            )
+            axes.annotate(str(number), members[0][:2], (0, 4), gid=f"number:{number}", **above)
 
 
 def marker_diameter(share: float) -> float:
@@ -332,17 +267,6 @@ def marker_style(attractor: Attractor) -> dict[str, Any]:
         "markerfacecolor": "none" if hollow else response.colour,
         "markeredgewidth": 0.7 if hollow else 0.0,
     }
-
-
-def _attractor_handles(attractors: list[Attractor], *, joins_attractors: bool) -> list[Artist]:
-    handles = response_entries(sorted({attractor.response for attractor in attractors}))
-    if any(attractor.unsettled > attractor.members / 2 for attractor in attractors):
-        handles.append(marker_entry("open: most of its starts unsettled", hollow=True))
-    if joins_attractors:
-        handles.append(Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
-    for share in (1.0, 0.25, 0.05):
-        handles.append(marker_entry(f"share {100 * share:.0f} %", size=marker_diameter(share)))
-    return handles
 
 
 KINDS = (

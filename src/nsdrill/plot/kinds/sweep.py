@@ -3,34 +3,37 @@ responses, and the kinds of motion."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from nsdrill.data import Array, Results
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.plot.curves import draw_curves, draw_words
-from nsdrill.plot.isolines import line_variables
-from nsdrill.plot.labels import Shown, quantity
-from nsdrill.plot.legend import direction_entries, legend_below, marker_entry
-from nsdrill.plot.maps import draw_map, lies_across
+from nsdrill.plot.cells import line_variables
+from nsdrill.plot.labels import quantity, sweep_title
+from nsdrill.plot.maps import draw_map, draw_value_map, lies_across
+from nsdrill.plot.page import area_entry, direction_entries, finish, line_entry, marker_entry, name_panel, new_figure
 from nsdrill.plot.panels import (
     TEXT_HEIGHT,
-    draw_cells,
+    Columns,
+    curve_style,
     draw_dots,
     draw_rotary_speed,
+    draw_rows,
+    draw_values,
     draw_wall,
     is_open,
+    limit_values,
     lines_of,
-    new_columns,
     outcome_handles,
     shade_hysteresis,
+    shade_severity,
 )
 from nsdrill.plot.registry import (
     LINE,
@@ -45,8 +48,26 @@ from nsdrill.plot.registry import (
     needs_one_axis,
     needs_returns,
 )
-from nsdrill.plot.slices import Line, robust_limits
-from nsdrill.plot.style import DIRECTION_COLOURS, MANY_MARKERS, MOTIONS, REFERENCE, RESPONSES, SHADE, SHADE_EDGE
+from nsdrill.plot.slices import Line, lay_along, robust_limits
+from nsdrill.plot.slices import line as line_of
+from nsdrill.plot.style import (
+    BLACK,
+    BLUE,
+    DIRECTION_COLOURS,
+    GREEN,
+    GREY,
+    MANY_MARKERS,
+    MOTIONS,
+    ORANGE,
+    REFERENCE,
+    RESPONSES,
+    SHADE,
+    SHADE_EDGE,
+    SKY,
+    VERMILLION,
+    WINE,
+    page_width,
+)
 from nsdrill.variables import OK, PERIODIC, POINT
 
 MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
@@ -54,32 +75,25 @@ BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
 
 
 def draw_bifurcation(results: Results, units: str = "si") -> Figure:
-    panels = drawn_in(results.attrs).panels
-    names = [panel.peaks for panel in panels]
-    height = TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3
-    figure, lines, columns = new_columns(results, units, names, height)
-    handles = outcome_handles(lines, markers=True)
+    panels = {panel.peaks: panel for panel in drawn_in(results.attrs).panels}
+    page = Columns(results, units, list(panels), TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3)
     shaded = steady = 0
-    rasterise = sum(int(np.isfinite(results[name]).sum()) for name in names) > MANY_MARKERS
-    for line, column in zip(lines, columns, strict=True):
-        for axes, panel in zip(column[1:], panels, strict=True):
-            shaded += shade_hysteresis(axes, line, quantity(line.axis, units).scale)
-            peaks, greatest = line[panel.peaks], line[panel.greatest]
-            values = with_greatest(peaks, greatest)
-            draw_dots(axes, line, panel.peaks, (line.outcome, RESPONSES), values, units, rasterise)
-            constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
-            draw_dots(axes, line, panel.greatest, (line.outcome, RESPONSES), constant, units, marker="_")
-            steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (line.outcome >= 0)))
-    rows = {panel.mode: [column[1 + row] for column in columns] for row, panel in enumerate(panels)}
-    speed = draw_rotary_speed(lines, rows["torsional"], units) if "torsional" in rows else []
-    wall = draw_wall(results.attrs, rows["lateral"], units) if "lateral" in rows else []
-    handles += direction_entries(lines[0].procedures)
+    rasterise = sum(int(np.isfinite(results[name]).sum()) for name in panels) > MANY_MARKERS
+    for line, name, axes in page.each():
+        shaded += shade_hysteresis(axes, line)
+        codes, peaks, greatest = line.outcome, line[name], line[panels[name].greatest]
+        draw_dots(axes, line, name, codes, RESPONSES, with_greatest(peaks, greatest), rasterise=rasterise)
+        constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
+        draw_dots(axes, line, panels[name].greatest, codes, RESPONSES, constant, marker="_")
+        steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (codes >= 0)))
+    by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
+    handles = outcome_handles(page.lines, markers=True) + direction_entries(page.lines[0].procedures)
     if shaded:
-        handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ"))
+        handles.append(area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ"))
     if steady:
         handles.append(marker_entry("no peaks: constant value", "_", size=5, edge=1.0))
-    legend_below(figure, [*handles, *speed, *wall], 4)
-    return figure
+    handles += draw_rotary_speed(page.lines, by_mode.get("torsional", []))
+    return page.finish([*handles, *draw_wall(results.attrs, by_mode.get("lateral", []), units)])
 
 
 def with_greatest(peaks: Array, greatest: Array) -> Array:
@@ -91,10 +105,6 @@ def with_greatest(peaks: Array, greatest: Array) -> Array:
     return np.concatenate((peaks, np.where(missed, greatest, np.nan)[..., None]), axis=-1)
 
 
-def _bifurcation_place(data: Any) -> float | None:
-    return 30 if fits_columns(data) and drawn_in(data.attrs).peaks[0] in data.variables else None
-
-
 def _bifurcation_advice(data: Any) -> str:
     if isinstance(data, Results) and drawn_in(data.attrs).peaks[0] not in data.variables:
         return "no peaks were recorded: run with record.peaks"
@@ -103,6 +113,63 @@ def _bifurcation_advice(data: Any) -> str:
 
 ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
 FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # in the list of kinds, before all others
+
+
+# colours and markers of curves, one curve for each word
+WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
+WORD_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+
+
+def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
+    page = Columns(results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
+    for one, name, axes in page.each():
+        draw_values(axes, one, name)
+    for name in names:
+        panels = page.panels(name)
+        limit_values(panels, page.lines, name)
+        for axes in panels:
+            shade_severity(axes, results.attrs, name, units, with_names=axes is panels[-1])
+            if name == "whirl_ratio":
+                axes.axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
+    if len(names) == 1:
+        page.columns[0][1].set_ylabel(quantity(names[0], units).in_lines())
+    one = page.lines[0]
+    ways = [
+        line_entry(
+            label=f"carried {way}" if way in ("up", "down") else way,
+            **({"markersize": 4} | curve_style(way, one.procedures, len(one.x))),
+        )
+        for way in one.procedures
+        if one.procedures != ("same",)
+    ]
+    return page.finish([*ways, *outcome_handles(page.lines, markers=False)])
+
+
+def draw_words(results: Results, name: str, units: str) -> Figure:
+    """A curve for each word of one axis along the other one, whose values are numbers."""
+    axis = longest(results)
+    (word_axis,) = (other for other in results.swept if other != axis)
+    y, words, lines = quantity(name, units), quantity(word_axis, units), []
+    figure = new_figure(page_width(), 3.2)
+    axes = figure.add_subplot()
+    for number, value in enumerate(results.coords[word_axis]):
+        lines.append(line_of(results, axis, units, **{word_axis: number}))
+        word, colour = words.value(value), WORD_COLOURS[number % len(WORD_COLOURS)]
+        style = {
+            "color": colour,
+            "marker": WORD_MARKERS[number % len(WORD_MARKERS)],
+            "markerfacecolor": colour,
+            "markersize": 3.5,
+            "label": word,
+            "gid": f"{name}:{word}",
+        }
+        draw_values(axes, lines[-1], name, style)
+    lay_along(axes, results, axis, units)
+    axes.set_ylabel(y.label)
+    name_panel(axes, name, name)
+    limit_values([axes] * len(lines), lines, name)
+    shade_severity(axes, results.attrs, name, units, with_names=True)
+    return finish(figure, sweep_title(results, units), axes.get_legend_handles_labels()[0], 4)
 
 
 def draw_summary(results: Results, units: str = "si") -> Figure:
@@ -117,7 +184,7 @@ def draw_value(variable: str, results: Results, units: str = "si") -> Figure:
         return draw_curves(results, (variable,), units)
     if _has_word_axis(results):
         return draw_words(results, variable, units)
-    return draw_map(results, units, name=variable)
+    return draw_value_map(results, units, variable)
 
 
 def _across(data: Any) -> str:
@@ -166,24 +233,21 @@ def draw_motion(results: Results, units: str = "si") -> Figure:
 
 
 def _draw_motion_lines(results: Results, units: str) -> Figure:
-    names = [
-        name
-        for name in MOTION_LABELS
-        if any(np.isfinite(_values_to_draw(line, name)).any() for line in lines_of(results))
-    ]
-    figure, lines, columns = new_columns(results, units, ["motion", *names], 2.0 + 1.3 * len(names))
+    lines = lines_of(results)
+    names = [name for name in MOTION_LABELS if any(np.isfinite(_values_to_draw(line, name)).any() for line in lines)]
+    page = Columns(results, units, ["motion", *names], 2.0 + 1.3 * len(names))
     present: set[int] = set()
-    for line, column in zip(lines, columns, strict=True):
-        x = quantity(line.axis, units)
-        kinds_here = np.ma.masked_where(line["status"] != OK, line["motion"].astype(int))
-        first = column is columns[0]
-        draw_cells(column[1], line, x.scale, kinds_here, MOTIONS, "motions", name_rows=first)
-        present |= set(kinds_here.compressed().tolist())
-        for axes, name in zip(column[2:], names, strict=True):
-            _draw_motion_values(axes, line, name, x)
-    for axes, label in zip(columns[0][1:], ["Motion", *map(MOTION_LABELS.get, names)], strict=True):
-        axes.set_ylabel(str(label))
-    if "lyapunov_exponent" in names:
+    for line, name, axes in page.each():
+        first = axes in page.columns[0]
+        if name != "motion":
+            _draw_motion_values(axes, line, name)
+        else:
+            codes = np.ma.masked_where(line["status"] != OK, line["motion"].astype(int))
+            draw_rows(axes, line, codes, MOTIONS, "motions", name_rows=first)
+            present |= set(codes.compressed().tolist())
+        if first:
+            axes.set_ylabel(MOTION_LABELS.get(name, "Motion"))
+    if panels := page.panels("lyapunov_exponent"):
         bar_ends = [
             _values_to_draw(line, "lyapunov_exponent") + sign * STANDARD_ERRORS * line["lyapunov_error"]
             for line in lines
@@ -191,11 +255,12 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
         ]
         low, high = robust_limits(np.concatenate([values.ravel() for values in bar_ends]))
         margin = 0.08 * (high - low)
-        columns[0][2].set_ylim(min(low, 0.0) - margin, max(high, 0.0) + margin)
-    kinds = [Patch(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present]
+        panels[0].set_ylim(min(low, 0.0) - margin, max(high, 0.0) + margin)
+    kinds = [
+        area_entry(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present
+    ]
     directions = direction_entries(lines[0].procedures) if names else []
-    legend_below(figure, [*kinds, *directions, *outcome_handles(lines, markers=False)], 4)
-    return figure
+    return page.finish([*kinds, *directions, *outcome_handles(lines, markers=False)])
 
 
 def _values_to_draw(line: Line, name: str) -> Array:
@@ -209,29 +274,17 @@ def _values_to_draw(line: Line, name: str) -> Array:
     return np.where(shown, line[name], np.nan)
 
 
-def _draw_motion_values(axes: Axes, line: Line, name: str, x: Shown) -> None:
+def _draw_motion_values(axes: Axes, line: Line, name: str) -> None:
+    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.4, "markeredgewidth": 0.5}
     for row, (procedure, values) in enumerate(zip(line.procedures, _values_to_draw(line, name), strict=True)):
-        hollow = is_open(procedure, line.procedures)
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
+        face = "white" if is_open(procedure, line.procedures) else colour
         errors = STANDARD_ERRORS * line["lyapunov_error"][row] if name == "lyapunov_exponent" else None
-        axes.errorbar(
-            line.x / x.scale,
-            values,
-            yerr=errors,
-            linestyle="none",
-            marker="o",
-            color=colour,
-            markersize=2.4,
-            markerfacecolor="white" if hollow else colour,
-            markeredgewidth=0.5,
-            elinewidth=0.4,
-        )
+        axes.errorbar(line.across, values, errors, color=colour, markerfacecolor=face, elinewidth=0.4, **style)
     if name == "lyapunov_exponent":
         axes.axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
-    elif name == "zero_one":
-        axes.set_ylim(-0.15, 1.1)
     else:
-        axes.set_ylim(0, None)
+        axes.set_ylim(*((-0.15, 1.1) if name == "zero_one" else (0, None)))
 
 
 KINDS = (
@@ -239,7 +292,7 @@ KINDS = (
         "bifurcation",
         "peaks of the three motions along one axis, coloured by response, hysteresis shaded",
         of=LINE,
-        place=_bifurcation_place,
+        place=lambda data: 30 if fits_columns(data) and drawn_in(data.attrs).peaks[0] in data.variables else None,
         draw=draw_bifurcation,
         uses=lambda model: (*model.drawn.peaks, *(panel.greatest for panel in model.drawn.panels)),
         across=longest,

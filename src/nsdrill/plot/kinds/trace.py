@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Any, cast
 
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
@@ -20,22 +19,10 @@ from nsdrill.plot.decimation import binned_statistics, count_upcrossings, envelo
 from nsdrill.plot.kinds.hole import draw_orbit, has_orbit
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import between
+from nsdrill.plot.page import name_panel, new_figure, panels_per_row, put_title, set_panel_title, stack, tiles
 from nsdrill.plot.panels import WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import (
-    BLUE,
-    MANY_MARKERS,
-    REFERENCE,
-    SKY,
-    font_size,
-    name_panel,
-    new_figure,
-    page_width,
-    panels_per_row,
-    put_title,
-    set_panel_title,
-    stack,
-)
+from nsdrill.plot.style import BLUE, DASHED, MANY_MARKERS, REFERENCE, SKY, font_size, halo, page_width
 from nsdrill.plot.traces import (
     HISTORY_HEIGHT,
     check_length,
@@ -72,50 +59,53 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     trace, notes = last_seconds(trace, width), []
     if trace.time[-1] - trace.time[0] < 0.999 * run:
         notes.append(f"last {LAST_SECONDS:g} s of {run:.4g} s")
-    scheduled, constants = ([SCHEDULED[name] for name in moving_values(trace)], constant_histories(trace))
-    names = [name for name in (*drawn_in(trace.attrs).histories, *scheduled) if name not in constants]
-    panels = stack(figure, len(names))
-    time = quantity("time", units)
-    histories = {name: trace[name] / quantity(name, units).scale for name in names}
+    constants, scheduled = constant_histories(trace), [SCHEDULED[name] for name in moving_values(trace)]
     if constants:
-        texts = (
-            f"{quantity(name, units).words.lower()} {quantity(name, units).value(value)}"
-            for name, value in constants.items()
-        )
+        shown = {quantity(name, units): value for name, value in constants.items()}
+        texts = (f"{one.words.lower()} {one.value(value)}" for one, value in shown.items())
         notes.append(f"constant: {', '.join(texts)}")
-    bins = band_bins(list(histories.values()), width)
-    for axes, (name, values) in zip(panels, histories.items(), strict=True):
+    names = [name for name in (*drawn_in(trace.attrs).histories, *scheduled) if name not in constants]
+    panels = dict(zip(names, stack(figure, len(names)), strict=True))
+    time = quantity("time", units)
+    bins = band_bins([trace[name] for name in names], width)
+    for name, axes in panels.items():
+        shown_value = quantity(name, units)
+        values = trace[name] / shown_value.scale
         if bins:
             _draw_band(axes, trace.time / time.scale, values, bins, name)
         else:
             kept_time, kept_values = envelope(trace.time, values, LINE_BINS)
             axes.plot(kept_time / time.scale, kept_values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
-        axes.set_ylabel(quantity(name, units).label)
+        axes.set_ylabel(shown_value.label)
         name_panel(axes, name, name)
         axes.margins(x=0)
     if bins:
         bin_width = float(trace.time[-1] - trace.time[0]) / bins
         notes += [f"bands: least to greatest in each {bin_width:.2g} s", "lines: the mean"]
+    notes += _draw_references(panels, trace, units, moves="drive_speed" in scheduled)
+    column = list(panels.values())
+    set_panel_title(column[0], "; ".join(notes), "left")
+    column[-1].set_xlabel(time.label)
+    figure.align_ylabels(column)
+
+
+def _draw_references(panels: dict[str, Axes], trace: Trace, units: str, *, moves: bool) -> list[str]:
+    """Draw the rotary speed, which ``moves`` or not, and the wall of the hole; returns a
+    note on a wall out of sight."""
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
-    if "bit_speed" in names and "drive_speed" in scheduled:
-        speeds = setpoint(trace, "rotary_speed") / quantity("bit_speed", units).scale
-        kept_time, values = envelope(trace.time, speeds, LINE_BINS)
-        panels[names.index("bit_speed")].plot(
-            kept_time / time.scale, values, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid="rotary speed"
-        )
-    elif "bit_speed" in names and speed is not None:
-        _draw_reference(
-            panels[names.index("bit_speed")], float(speed) / quantity("bit_speed", units).scale, "rotary speed"
-        )
-    if "radius" in names and gap is not None:
+    scale = quantity("bit_speed", units).scale
+    if "bit_speed" in panels and moves:
+        kept_time, values = envelope(trace.time, setpoint(trace, "rotary_speed") / scale, LINE_BINS)
+        kept_time = kept_time / quantity("time", units).scale
+        panels["bit_speed"].plot(kept_time, values, zorder=3, gid="rotary speed", **DASHED)
+    elif "bit_speed" in panels and speed is not None:
+        _draw_reference(panels["bit_speed"], float(speed) / scale, "rotary speed")
+    if "radius" in panels and gap is not None:
         radius = quantity("radius", units)
-        if np.nanmax(trace["radius"]) > WALL_VISIBLE_FROM * float(gap):
-            _draw_reference(panels[names.index("radius")], float(gap) / radius.scale, "wall")
-        else:
-            notes.append(f"wall at {radius.value(float(gap))}")
-    set_panel_title(panels[0], "; ".join(notes), "left")
-    panels[-1].set_xlabel(time.label)
-    figure.align_ylabels(panels)
+        if np.nanmax(trace["radius"]) <= WALL_VISIBLE_FROM * float(gap):
+            return [f"wall at {radius.value(float(gap))}"]
+        _draw_reference(panels["radius"], float(gap) / radius.scale, "wall")
+    return []
 
 
 def constant_histories(trace: Trace) -> dict[str, float]:
@@ -156,15 +146,14 @@ def band_bins(histories: list[Array], width: float) -> int:
 def _draw_band(axes: Axes, time: Array, values: Array, bins: int, name: str) -> None:
     middle, least, greatest, mean = binned_statistics(time, values, bins)
     middle[[0, -1]] = time[[0, -1]]
-    axes.fill_between(
-        middle, least, greatest, facecolor=SKY, edgecolor=SKY, linewidth=0.5, alpha=0.75, gid=f"history:{name}:band"
-    )
+    style: dict[str, Any] = {"facecolor": SKY, "edgecolor": SKY, "linewidth": 0.5, "alpha": 0.75}
+    axes.fill_between(middle, least, greatest, gid=f"history:{name}:band", **style)
     axes.plot(middle, mean, color=BLUE, linewidth=0.8, gid=f"history:{name}")
 
 
 def _draw_reference(axes: Axes, height: float, label: str) -> None:
     """Draw a reference line with its name above its end, so that it needs no legend."""
-    axes.axhline(height, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid=label)
+    axes.axhline(height, zorder=3, gid=label, **DASHED)
     axes.annotate(
         label,
         (1.0, height),
@@ -174,7 +163,7 @@ def _draw_reference(axes: Axes, height: float, label: str) -> None:
         ha="right",
         fontsize=font_size(6),
         color=REFERENCE,
-        path_effects=[patheffects.withStroke(linewidth=1.5, foreground="white")],
+        path_effects=halo(1.5),
         zorder=3.5,
     )
 
@@ -187,10 +176,8 @@ def draw_phase_page(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
     planes = len(planes_of(trace))
     across = panels_per_row(planes, PLANE_WIDTH)
-    down = -(-planes // across)
-    figure = new_figure(page_width(), 0.7 + 2.2 * down)
-    grid = figure.add_gridspec(down, across)
-    draw_planes([figure.add_subplot(grid[divmod(place, across)]) for place in range(planes)], trace, units)
+    figure = new_figure(page_width(), 0.7 + 2.2 * -(-planes // across))
+    draw_planes(tiles(figure, planes, across), trace, units)
     put_title(figure, title_of(trace, units))
     return figure
 
@@ -198,26 +185,20 @@ def draw_phase_page(trace: Trace, units: str = "si") -> Figure:
 def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
     """Draw velocity over position for each motion."""
     part, part_text = shown_part(trace)
+    rasterised, gap = len(trace.time[part]) > MANY_MARKERS, trace.attrs.get("gap")
     for axes, (across, up) in zip(panels, planes_of(trace), strict=True):
         x, y = quantity(across, units), quantity(up, units)
-        axes.plot(
-            trace[across][part] / x.scale,
-            trace[up][part] / y.scale,
-            color=BLUE,
-            linewidth=0.35,
-            rasterized=len(trace.time[part]) > MANY_MARKERS,
-            gid=f"phase:{across}",
-        )
+        path = trace[across][part] / x.scale, trace[up][part] / y.scale
+        axes.plot(*path, color=BLUE, linewidth=0.35, rasterized=rasterised, gid=f"phase:{across}")
         axes.set(xlabel=x.label, ylabel=y.label)
         name_panel(axes, f"phase_{across}", up)
         if part_text:
             set_panel_title(axes, part_text)
         axes.xaxis.set_major_locator(MaxNLocator(PLANE_TICKS, steps=(1, 2, 2.5, 5, 10)))
-        gap = trace.attrs.get("gap")
         if across == "radius" and gap is not None:
             low, high = axes.get_xlim()
             if low < float(gap) / x.scale < high:
-                axes.axvline(float(gap) / x.scale, color=REFERENCE, linewidth=0.7, dashes=(4, 2), gid="wall")
+                axes.axvline(float(gap) / x.scale, gid="wall", **DASHED)
 
 
 PLANE_HEIGHT = 1.6  # inches
@@ -227,10 +208,8 @@ TWO_COLUMNS_FROM = 5.0  # inches of width, from which on the planes stand beside
 def draw_page(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
     planes, shows_orbit = len(planes_of(trace)), has_orbit(trace)
-    height, heights = (
-        8.6 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace)),
-        [*[1.55] * shows_orbit, *[1.0] * planes],
-    )
+    heights = [*[1.55] * shows_orbit, *[1.0] * planes]
+    height = 8.6 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace))
     height = max(height, 0.7 + sum(heights) * PLANE_HEIGHT)
     if page_width() >= TWO_COLUMNS_FROM:
         figure = new_figure(page_width(), height)
@@ -240,7 +219,7 @@ def draw_page(trace: Trace, units: str = "si") -> Figure:
         figure = new_figure(page_width(), height + height_below)
         left, right = cast("Any", figure.subfigures(2, 1, height_ratios=(height, height_below)))
     draw_histories(left, trace, units)
-    panels = stack(right, shows_orbit + planes, shared=False, height_ratios=heights)
+    panels = stack(right, len(heights), shared=False, height_ratios=heights)
     if shows_orbit:
         draw_orbit(panels[0], trace, units)
     draw_planes(panels[shows_orbit:], trace, units)

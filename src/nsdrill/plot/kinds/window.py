@@ -1,5 +1,6 @@
 """The operating window: where every procedure is safe, where only some are, which response
-bounds it, and the recommended operating point.
+bounds it, and the recommended operating point; and the windows of two studies side by
+side.
 
 There is a panel for each value of a third axis, or a strip where only one axis is
 swept. Colours are those of the responses; an area that depends on the history is
@@ -10,6 +11,7 @@ that the picture can be read in grey.
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,127 +19,278 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from nsdrill.analysis.window import (
     CRITICAL,
     HISTORY_DEPENDENT,
+    SAFE,
     UNKNOWN,
-    Classes,
     axes_of,
     classes,
     find_window,
     unknown_words,
 )
 from nsdrill.data import Array, Results
-from nsdrill.plot import isolines
-from nsdrill.plot.answer import answer, is_hint, notes
-from nsdrill.plot.hatching import hatch
-from nsdrill.plot.isolines import RATE_OF_PENETRATION, line_variables
-from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.legend import legend_below
-from nsdrill.plot.look import look
-from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, lies_across
-from nsdrill.plot.named_areas import (
-    COLOURS,
-    CRITICAL_COLOURS,
-    HATCH_WIDTH,
-    NORM,
-    RIM_HATCH,
-    SAFE_CODE,
-    UNKNOWN_CODE,
-    UNKNOWN_HATCH,
-    name_areas,
+from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
+from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells, draw_equal_rates, hatch, line_variables
+from nsdrill.plot.kinds.uncertain import draw_outline, outline_entry
+from nsdrill.plot.labels import operating_point, sweep_title
+from nsdrill.plot.look import Look, look
+from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
+from nsdrill.plot.page import (
+    SHORTEST_LINE,
+    Picture,
+    area_entry,
+    finish,
+    freeze_layout,
+    has_title,
+    line_entry,
+    new_figure,
+    panels_per_row,
 )
+from nsdrill.plot.panels import draw_codes
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
-from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.style import (
+    BAD_TO_GOOD,
     BLACK,
     FULL_WIDTH,
     GREY,
     RESPONSES,
     SAFE_COLOUR,
-    SHORTEST_LINE,
     WARNING,
-    Picture,
-    cell_style,
     font_size,
-    new_figure,
+    halo,
+    house_style,
+    ink_on,
     page_width,
-    panels_per_row,
-    put_title,
+    using_look,
+    without_glyph_warnings,
 )
 
 ALLOWED_LEGEND = 0.5  # inches of a legend for which there is room anyway
+# Codes of the cells: the response bits of critical points (0: by a severity or by
+# disagreeing checks alone), and after them safe and unknown.
+SAFE_CODE, UNKNOWN_CODE = len(RESPONSES), len(RESPONSES) + 1
+CRITICAL_COLOURS = (BAD_TO_GOOD[0], *(style.colour for style in RESPONSES[1:]))
+RIM_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
+HATCH_WIDTH = 1.8  # points
+CHARACTER, LINE = 0.075, 0.16  # inches of a letter of an area, and of its line
+SMALLEST_AREA = 0.004  # of the map, from which an area has a letter
+BORDER: dict[str, Any] = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
+
+
+class Window:
+    """The operating window of a sweep, as it is drawn: its ``numbers`` and its ``maps``, one for
+    each value of a third axis, over a ``plane``."""
+
+    def __init__(self, results: Results, units: str, severity: int | None, confidence: float | None) -> None:
+        self.units, self.numbers = units, find_window(results, severity, confidence)
+        self.maps = classes(results, severity, self.numbers["confidence"])
+        self.plane = Plane(results, self.maps.x, self.maps.y, units)
+        self.lines: list[Artist] = []  # the legend entry of lines of equal rate
+
+    def where(self, number: int) -> str:
+        """The value of the third axis of a map; empty where there is none."""
+        third = self.maps.third
+        return operating_point({third: self.maps.values(third)[number]}, self.units) if third else ""
+
+    def draw(self, axes: Axes, number: int) -> None:
+        """Draw a map into a panel: its areas with their names, the lines of equal rate of
+        penetration, the recommended point."""
+        cells, state, bits = self.plane.cells, self.maps.state[number], self.maps.bits[number]
+        # cells that depend on the history are drawn as safe, with a hatch above
+        codes = np.where(state == UNKNOWN, UNKNOWN_CODE, np.where(state == CRITICAL, bits, SAFE_CODE))
+        draw_codes(axes, cells, codes, [*CRITICAL_COLOURS, SAFE_COLOUR, GREY], "window", "cells")
+        for code in np.unique(bits[state == HISTORY_DEPENDENT]).tolist():
+            chosen = (state == HISTORY_DEPENDENT) & (bits == code)
+            hatch(axes, cells, chosen, RIM_HATCH, CRITICAL_COLOURS[code], f"rim:{code}", width=HATCH_WIDTH)
+        hatch(axes, cells, state == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
+        point, most_probable = self.numbers["maps"][number]["recommended"], self._most_probable_in(number)
+        if self.maps.y and RATE_OF_PENETRATION in self.maps.yields:
+            rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.shown(self.maps.results.coords)
+            clear = [self.plane.shown(one) for one in (point, most_probable) if one]
+            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines  # type: ignore[arg-type]
+        if point:
+            self._draw_recommended(axes, point)
+        self._name_areas(axes, cells, number, point)
+        if most_probable:
+            # White below black is visible on every colour.
+            x, y = self.plane.shown(most_probable)
+            style: dict[str, Any] = {"marker": "D", "linestyle": "none", "zorder": 5, "clip_on": False}
+            for colour, size, gid in (("white", 8.0, "halo"), (BLACK, 6.0, "most_probable")):
+                axes.plot([x], [y], color=colour, markersize=size, gid=gid, **style)
+
+    def _draw_recommended(self, axes: Axes, point: dict[str, Any]) -> None:
+        """Draw the recommended point, with bars to the last safe point in each direction;
+        hollow where it is a hint."""
+        x, y = self.plane.shown(point)
+        less, more = (
+            self.plane.shown({axis: sides[side]["margin"] for axis, sides in point["margins"].items()})
+            for side in ("less", "more")
+        )
+        bars: dict[str, Any] = {"xerr": [[less[0]], [more[0]]]}
+        if self.maps.y:
+            bars["yerr"] = [[less[1]], [more[1]]]
+        hint = is_hint(self.numbers, point)
+        for colour, width, size in (("white", 2.4, 6.0), (BLACK, 1.0, 4.5)):
+            face = "white" if hint else colour
+            marker: dict[str, Any] = {"marker": "o", "markersize": size, "markerfacecolor": face, "zorder": 5}
+            caps: dict[str, Any] = {"elinewidth": width, "capsize": 2.5, "capthick": width}
+            artists = axes.errorbar([x], [y], **bars, color=colour, **caps, **marker)
+            artists[0].set_gid("recommended" if colour == BLACK else "halo")
+
+    def _most_probable_in(self, number: int) -> dict[str, Any] | None:
+        """The point that is most probably safe, if no point is safe and it lies in this
+        map."""
+        point: dict[str, Any] | None = self.numbers["most_probable"]
+        if point is None or self.numbers["safe"]:
+            return None
+        third = self.maps.third
+        return point if not third or self.numbers["maps"][number]["at"] == {third: point[third]} else None
+
+    def _name_areas(self, axes: Axes, cells: Cells, number: int, point: dict[str, Any] | None) -> None:
+        """The letters, or where there is room the name, of the response of each area; with
+        a question mark where the history decides. Small areas have none but where they
+        bound the recommended point."""
+        from scipy import ndimage
+
+        state, bits = self.maps.state[number], self.maps.bits[number]
+        box = axes.get_window_extent()
+        # inches for one unit of the axes
+        width, height = (
+            size / axes.figure.dpi / abs(ends[-1] - ends[0])
+            for size, ends in zip((box.width, box.height), cells, strict=True)
+        )
+        bounding = self._beside(point) if point else set()
+        for value, mark in ((CRITICAL, ""), (HISTORY_DEPENDENT, "?")):
+            for code in np.unique(bits[state == value]).tolist():
+                labels, count = ndimage.label((state == value) & (bits == code))
+                for inside in (labels == area for area in range(1, count + 1)):
+                    is_bound = any(inside[cell] for cell in bounding)
+                    if not is_bound and inside.mean() < SMALLEST_AREA:
+                        continue
+                    row, begin, end = _widest(inside)
+                    rows = np.flatnonzero(inside[:, (begin + end) // 2])
+                    room = (cells[0][end] - cells[0][begin]) * width
+                    tall = abs(cells[1][rows[-1] + 1] - cells[1][rows[0]]) * height
+                    name = (RESPONSES[code].name if code else "!") + mark
+                    text = name if room > CHARACTER * (len(name) + 1) else (RESPONSES[code].letters or "!") + mark
+                    if not is_bound and (room < CHARACTER * len(text) or tall < LINE):
+                        continue
+                    middle = (cells[0][begin] + cells[0][end]) / 2, (cells[1][row] + cells[1][row + 1]) / 2
+                    if not self.maps.y and room <= 2 * CHARACTER * len(text):
+                        middle = middle[0], 0.82
+                    write_name(axes, middle, text, code, value)
+
+    def _beside(self, point: dict[str, Any]) -> set[tuple[int, int]]:
+        """The cells (row, column) that bound the recommended point."""
+        maps = self.maps
+
+        def nearest(axis: str, value: float) -> int:
+            return int(np.argmin(np.abs(maps.values(axis) - value)))
+
+        at = {axis: nearest(axis, point[axis]) for axis in (maps.x, maps.y) if axis}
+        found = set()
+        for axis in at:
+            for side in point["margins"][axis].values():
+                if side["first_not_safe"] is not None:
+                    place = {**at, axis: nearest(axis, side["first_not_safe"])}
+                    found.add((place.get(str(maps.y), 0), place[maps.x]))
+        return found
+
+    def entries(self) -> Iterator[Artist]:
+        """The legend entries of the areas, with their meaning in this file and their shares
+        of all points, and of the points drawn."""
+        numbers, state, bits = self.numbers, self.maps.state, self.maps.bits
+        share = numbers["share"]
+        yield area_entry(facecolor=SAFE_COLOUR, label=f"{self._criterion()} ({100 * share['safe']:.1f} %)", **BORDER)
+        critical, by_history = (state == value for value in (CRITICAL, HISTORY_DEPENDENT))
+        words_of_none = "! checks disagree" if numbers["severity"] is None else "! severity"
+        for code in np.unique(bits[critical | by_history]).tolist():
+            here = bits == code
+            parts = [
+                f"{100 * (area & here).mean():.1f} %{words}"
+                for area, words in ((critical, ""), (by_history, " by the history"))
+                if np.any(area & here)
+            ]
+            name = f"{RESPONSES[code].letters} {RESPONSES[code].name}" if code else words_of_none
+            yield area_entry(facecolor=CRITICAL_COLOURS[code], label=f"{name} ({', '.join(parts)})", **BORDER)
+        if np.any(by_history):
+            label = f"hatched, with ?: history-dependent ({100 * share['rim']:.1f} %)"
+            yield area_entry(facecolor=SAFE_COLOUR, edgecolor=BLACK, linewidth=0, hatch=RIM_HATCH, label=label)
+        if numbers["unknown"]:
+            style: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.4, "hatch": UNKNOWN_HATCH}
+            yield area_entry(facecolor=GREY, label=f"unknown ({unknown_words(numbers)})", **style)
+        yield from self._entries_of_points()
+
+    def _criterion(self) -> str:
+        """What is safe here."""
+        numbers = self.numbers
+        procedures = " and ".join(numbers["procedures"])
+        criterion = (
+            "no critical response" if numbers["severity"] is None else f"no severity above {numbers['severity']}"
+        )
+        if numbers["confidence"] is not None:
+            history = f"in {procedures}" if numbers["history_examined"] else "history not examined"
+            return f"safe with {100 * numbers['confidence']:g} %: {criterion}, {history}"
+        if not numbers["history_examined"]:
+            return f"safe: {criterion}; history not examined"
+        return f"safe: {criterion}, {procedures}"
+
+    def _entries_of_points(self) -> Iterator[Artist]:
+        numbers = self.numbers
+        style: dict[str, Any] = {"color": BLACK, "markersize": 5}
+        best = [one["recommended"] for one in numbers["maps"] if one["recommended"]]
+        for of_hints, words, face in ((False, "recommended", BLACK), (True, "a hint, not a setting", "white")):
+            if any(is_hint(numbers, point) == of_hints for point in best):
+                label = f"{words}, bars to the last safe point"
+                yield line_entry(linewidth=1.0, marker="o", markerfacecolor=face, label=label, **style)
+        if numbers["most_probable"] and not numbers["safe"]:
+            label = f"most probably safe, with {100 * numbers['most_probable']['probability']:.0f} %"
+            yield line_entry(marker="D", linestyle="none", label=label, **style)
+        if (count := len(self.maps.state)) > MAX_PANELS:
+            yield line_entry(linestyle="none", label=f"{MAX_PANELS} of {count} panels shown")
+
+
+def write_name(axes: Axes, place: tuple[float, float], text: str, code: int, state: int) -> None:
+    """Write the name of an area at a place of its own."""
+    colour, ground = BLACK, "white"
+    if state == CRITICAL:
+        colour, ground = ink_on(CRITICAL_COLOURS[code]), CRITICAL_COLOURS[code]
+    centred: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 4, "clip_on": True}
+    axes.text(
+        *place, text, color=colour, fontsize=font_size(7), path_effects=halo(2.5, ground), gid=f"area:{code}", **centred
+    )
+
+
+def _widest(inside: Array) -> tuple[int, int, int]:
+    """The row of an area, and the ends of its longest run of cells in it: the longest of
+    all, of equal ones the middle one."""
+    runs = []
+    for row in np.flatnonzero(inside.any(axis=1)).tolist():
+        steps = np.flatnonzero(np.diff(np.pad(inside[row].astype(int), 1))).tolist()
+        runs += [(row, begin, end) for begin, end in zip(steps[::2], steps[1::2], strict=True)]
+    longest_run = max(end - begin for _, begin, end in runs)
+    chosen = [run for run in runs if run[2] - run[1] == longest_run]
+    return chosen[len(chosen) // 2]
 
 
 def draw(results: Results, units: str = "si", severity: int | None = None, confidence: float | None = None) -> Figure:
-    numbers = find_window(results, severity, confidence)
-    classified = classes(results, severity, numbers["confidence"])
-    map_numbers = _panels_to_draw(len(classified.state))
-    figure, panels = _new_panels(classified, map_numbers, units, answer(numbers, units))
-    has_lines = False
-    for axes, map_number in zip(panels, map_numbers, strict=True):
-        has_lines |= draw_map(axes, classified, numbers, map_number, units)
-    handles = [*legend_entries(classified, numbers), *([isolines.legend_entry(units)] if has_lines else [])]
-    legend_below(figure, handles, 3)
-    put_warnings(figure, notes(numbers, units))
+    window = Window(results, units, severity, confidence)
+    count = len(window.maps.state)
+    # as many as fit on a page, evenly spaced, with the first and the last
+    numbers = [round(place * (count - 1) / (MAX_PANELS - 1)) for place in range(MAX_PANELS)]
+    numbers = list(range(count)) if count <= MAX_PANELS else numbers
+    columns = panels_per_row(COLUMNS_OF_PANELS.get(len(numbers), 4), PANEL_WIDTH)
+    height = height_of_maps(len(numbers), columns) if window.maps.y else 0.8 + 0.9 * -(-len(numbers) // columns)
+    figure = new_figure(page_width(FULL_WIDTH if len(numbers) > 1 or not window.maps.y else 5.0), height)
+    panels = window.plane.panels(figure, [window.where(number) for number in numbers], columns)
+    for axes, number in zip(panels, numbers, strict=True):
+        window.draw(axes, number)
+    title = f"{sweep_title(results, units, width=80)}\n{answer(window.numbers, units)}"
+    finish(figure, title, [*window.entries(), *window.lines], 3)
+    put_warnings(figure, notes(window.numbers, units))
     return figure
-
-
-def draw_map(axes: Axes, classified: Classes, numbers: dict[str, Any], map_number: int, units: str) -> bool:
-    """Draw one map of a window into a panel: its areas with their names, the lines of
-    equal rate of penetration, the recommended point. Returns whether there are such
-    lines."""
-    cells, has_lines = cell_edges(classified, units), False
-    state, bits = classified.state[map_number], classified.bits[map_number]
-    codes = _codes(state, bits)
-    axes.pcolormesh(*cells, codes, cmap=COLOURS, norm=NORM, gid="cells", **cell_style(codes.size))
-    for code in np.unique(bits[state == HISTORY_DEPENDENT]).tolist():
-        chosen = (state == HISTORY_DEPENDENT) & (bits == code)
-        colour = CRITICAL_COLOURS[code]
-        hatch(axes, cells, chosen, RIM_HATCH, "none", colour, f"rim:{code}", HATCH_WIDTH)
-    hatch(axes, cells, state == UNKNOWN, UNKNOWN_HATCH, "none", BLACK, "unknown")
-    point, most_probable = (
-        numbers["maps"][map_number]["recommended"],
-        _most_probable_in(classified, numbers, map_number),
-    )
-    if classified.y and RATE_OF_PENETRATION in classified.yields:
-        scale = {axis: quantity(axis, units).scale for axis in (classified.x, classified.y)}
-        x, y = (classified.values(axis) / scale[axis] for axis in scale)
-        points = [
-            tuple(shown_point[axis] / scale[axis] for axis in scale)
-            for shown_point in (point, most_probable)
-            if shown_point
-        ]
-        has_lines = isolines.draw_lines(axes, x, y, classified.yields[RATE_OF_PENETRATION][map_number], units, points)
-    _draw_recommended(axes, classified, point, bool(point) and is_hint(numbers, point), units)
-    name_areas(axes, classified, cells, map_number, point)
-    if most_probable is not None:
-        scales = [quantity(axis, units).scale if axis else 1.0 for axis in (classified.x, classified.y)]
-        height = most_probable[classified.y] / scales[1] if classified.y else 0.5
-        for colour, size in (("white", 8.0), (BLACK, 6.0)):
-            name = "most_probable" if colour == BLACK else "halo"
-            axes.plot(
-                [most_probable[classified.x] / scales[0]],
-                [height],
-                linestyle="none",
-                marker="D",
-                markersize=size,
-                color=colour,
-                zorder=5,
-                clip_on=False,
-                gid=name,
-            )
-    return has_lines
-
-
-def _codes(state: Array, bits: Array) -> Array:
-    """The code of each cell; cells that depend on the history are drawn as safe, with a
-    hatch above."""
-    codes = np.where(state == CRITICAL, bits, SAFE_CODE)
-    return np.asarray(np.where(state == UNKNOWN, UNKNOWN_CODE, codes))
 
 
 def put_warnings(figure: Figure, texts: list[str]) -> None:
@@ -160,166 +313,69 @@ def put_warnings(figure: Figure, texts: list[str]) -> None:
         figure.set_figheight(figure.get_figheight() + max(0.0, grown) + heading_lines * 1.4 * font_size(9) / 72)
 
 
-def _panels_to_draw(count: int) -> list[int]:
-    """The indices of the maps to draw: all, or as many as fit on a page, evenly spaced,
-    with the first and the last."""
-    if count <= MAX_PANELS:
-        return list(range(count))
-    return [round(number * (count - 1) / (MAX_PANELS - 1)) for number in range(MAX_PANELS)]
+CHARACTERS = 15  # in an inch of the title of a panel
 
 
-def _new_panels(classified: Classes, map_numbers: list[int], units: str, sentence: str) -> tuple[Figure, list[Axes]]:
-    panel_columns = panels_per_row(COLUMNS_OF_PANELS.get(len(map_numbers), 4), PANEL_WIDTH)
-    panel_rows = -(-len(map_numbers) // panel_columns)
-    width = page_width() / panel_columns
-    height = (
-        1.3 + panel_rows * (min(0.8 * width, 3.4) if panel_rows == 1 else 0.72 * width)
-        if classified.y
-        else 0.8 + 0.9 * panel_rows
-    )
-    figure = new_figure(page_width(FULL_WIDTH if len(map_numbers) > 1 or not classified.y else 5.0), height)
-    grid = figure.add_gridspec(panel_rows, panel_columns)
-    x = quantity(classified.x, units)
-    panels: list[Axes] = []
-    x_edges, y_edges = cell_edges(classified, units)
-    for place, map_number in enumerate(map_numbers):
-        first = panels[0] if panels else None
-        axes = figure.add_subplot(grid[divmod(place, panel_columns)], sharex=first, sharey=first)
-        is_lowest, is_leftmost = (place + panel_columns >= len(map_numbers), place % panel_columns == 0)
-        axes.tick_params(labelbottom=is_lowest, labelleft=is_leftmost)
-        axes.set_xlabel(x.label if is_lowest else "")
-        if classified.y:
-            axes.set_ylabel(quantity(classified.y, units).label if is_leftmost else "")
-        else:
-            axes.set_yticks([])
-        if classified.third:
-            axes.set_title(operating_point({classified.third: classified.values(classified.third)[map_number]}, units))
-        panels.append(axes)
-    spaced(panels[0], classified.values(classified.x), classified.values(classified.y) if classified.y else None)
-    panels[0].set_xlim(x_edges[0], x_edges[-1])
-    panels[0].set_ylim((y_edges[-1], y_edges[0]) if classified.y == "depth" else (y_edges[0], y_edges[-1]))
-    point = operating_point(fixed_values(classified.results), units)
-    put_title(figure, f"{heading(classified.results.attrs, point, width=80)}\n{sentence}")
-    return figure, panels
+def draw_two(
+    a: Results,
+    b: Results,
+    names: Sequence[str],
+    units: str = "si",
+    severity: int | None = None,
+    confidence: float | None = None,
+    look: Look | None = None,
+) -> Figure:
+    """The windows of two results over the same axes, under the ``names`` of the two; of
+    a third axis the map that the answer is about. In that of the second a line shows
+    where the first one is safe."""
+    with using_look(look or Look()), house_style(), without_glyph_warnings():
+        figure = _draw_two([Window(one, units, severity, confidence) for one in (a, b)], names, units)
+        freeze_layout(figure)
+    return figure
 
 
-def cell_edges(classified: Classes, units: str) -> tuple[Array, Array]:
-    """The edges of the cells along x and y, in the shown units; a strip of height one
-    where only one axis is swept."""
-    y_edges = (
-        edges(classified.values(classified.y)) / quantity(classified.y, units).scale
-        if classified.y
-        else np.array([0.0, 1.0])
-    )
-    return edges(classified.values(classified.x)) / quantity(classified.x, units).scale, y_edges
+def _draw_two(windows: Sequence[Window], names: Sequence[str], units: str) -> Figure:
+    columns = 2 if windows[0].maps.y else 1
+    figure = new_figure(page_width(), 4.4 if columns == 2 else 3.6)
+    characters = max(int(CHARACTERS * figure.get_figwidth() / columns), SHORTEST_LINE)
+    panels = windows[0].plane.panels(figure, ["", ""], columns)
+    (x, y), (other_x, other_y) = (window.plane.cells for window in windows)
+    windows[0].plane.limit(panels[0], _ends(x, other_x), _ends(y, other_y))
+    handles: dict[str, Artist] = {}
+    places, texts = [_answered(window) for window in windows], []
+    for letter, name, window, place, axes in zip("ab", names, windows, places, panels, strict=True):
+        window.draw(axes, place)
+        if has_title():
+            where = f", {window.where(place)}" if window.maps.third else ""
+            words = (f"{letter}: {name}{where}", f"{letter}: {answer(window.numbers, units)}")
+            wrapped = "\n".join(textwrap.fill(line, characters) for line in words)
+            axes.set_title(wrapped, loc="left", fontsize=font_size(7), parse_math=False)
+        for handle in window.entries():
+            # shares are of one of the two
+            label = str(handle.get_label()).rpartition(" (")[0] or str(handle.get_label())
+            handle.set_label(label)
+            handles.setdefault(label, handle)
+        first_sentences = (text.partition(". ")[0].rstrip(".") for text in warnings(window.numbers, units))
+        texts += [f"{letter}: {sentence}." for sentence in first_sentences]
+    draw_outline(panels[1], windows[0].plane.cells, windows[0].maps.state[places[0]] == SAFE)
+    lines = windows[0].lines or windows[1].lines
+    titles = {str(window.maps.results.attrs.get("title") or "") for window in windows}
+    title = titles.pop() if len(titles) == 1 else "a and b"
+    finish(figure, title, [*handles.values(), outline_entry("safe in a"), *lines], 3)
+    put_warnings(figure, texts)
+    return figure
 
 
-def _draw_recommended(axes: Axes, classified: Classes, point: dict[str, Any] | None, hint: bool, units: str) -> None:
-    """Draw the recommended point, with bars to the last safe point in each direction;
-    hollow where it is a ``hint``."""
-    if point is None:
-        return
-    scale = quantity(classified.x, units).scale
-    bars: dict[str, Any] = {"xerr": _margins(point, classified.x, scale)}
-    height = 0.5
-    if classified.y:
-        scale_y = quantity(classified.y, units).scale
-        bars["yerr"], height = _margins(point, classified.y, scale_y), point[classified.y] / scale_y
-    # White below black is visible on every colour.
-    for colour, width, size in (("white", 2.4, 6.0), (BLACK, 1.0, 4.5)):
-        artists = axes.errorbar(
-            [point[classified.x] / scale],
-            [height],
-            **bars,
-            color=colour,
-            elinewidth=width,
-            capsize=2.5,
-            capthick=width,
-            marker="o",
-            markersize=size,
-            markerfacecolor="white" if hint else colour,
-            zorder=5,
-        )
-        artists[0].set_gid("recommended" if colour == BLACK else "halo")
+def _answered(window: Window) -> int:
+    """The number of the map that the answer is about, of what is safe throughout the
+    first."""
+    at = (chosen_map(window.numbers) or {"at": {}})["at"]
+    return next((number for number, one in enumerate(window.numbers["maps"]) if one["at"] == at), 0)
 
 
-def _most_probable_in(classified: Classes, numbers: dict[str, Any], map_number: int) -> dict[str, Any] | None:
-    """The point that is most probably safe, if no point is safe and it lies in this
-    map."""
-    point: dict[str, Any] | None = numbers["most_probable"]
-    if point is None or numbers["safe"]:
-        return None
-    return (
-        point
-        if classified.third is None or numbers["maps"][map_number]["at"] == {classified.third: point[classified.third]}
-        else None
-    )
-
-
-def _margins(point: dict[str, Any], axis: str, scale: float) -> list[list[float]]:
-    return [[point["margins"][axis][side]["margin"] / scale] for side in ("less", "more")]
-
-
-def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]:
-    """The legend entries of the areas, with their meaning in this file and their shares
-    of all points, and of the points drawn."""
-    criterion = "no critical response" if numbers["severity"] is None else f"no severity above {numbers['severity']}"
-    procedures = " and ".join(numbers["procedures"])
-    label = f"safe: {criterion}, {procedures}"
-    if not numbers["history_examined"]:
-        label = f"safe: {criterion}; history not examined"
-    if numbers["confidence"] is not None:
-        history = f"in {procedures}" if numbers["history_examined"] else "history not examined"
-        label = f"safe with {100 * numbers['confidence']:g} %: {criterion}, {history}"
-    share = numbers["share"]
-    border: dict[str, Any] = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
-    handles: list[Artist] = [Patch(facecolor=SAFE_COLOUR, label=f"{label} ({100 * share['safe']:.1f} %)", **border)]
-    critical, by_history = (classified.state == value for value in (CRITICAL, HISTORY_DEPENDENT))
-    words_of_none = "! checks disagree" if numbers["severity"] is None else "! severity"
-    for code in np.unique(classified.bits[critical | by_history]).tolist():
-        here = classified.bits == code
-        parts = [
-            f"{100 * (area & here).mean():.1f} %{words}"
-            for area, words in ((critical, ""), (by_history, " by the history"))
-            if np.any(area & here)
-        ]
-        name = f"{RESPONSES[code].letters} {RESPONSES[code].name}" if code else words_of_none
-        label = f"{name} ({', '.join(parts)})"
-        handles.append(Patch(facecolor=CRITICAL_COLOURS[code], label=label, **border))
-    if np.any(by_history):
-        label = f"hatched, with ?: history-dependent ({100 * share['rim']:.1f} %)"
-        handles.append(Patch(facecolor=SAFE_COLOUR, edgecolor=BLACK, linewidth=0, hatch=RIM_HATCH, label=label))
-    if numbers["unknown"]:
-        handles.append(
-            Patch(
-                facecolor=GREY,
-                edgecolor=BLACK,
-                linewidth=0.4,
-                hatch=UNKNOWN_HATCH,
-                label=f"unknown ({unknown_words(numbers)})",
-            )
-        )
-    recommended = [point_of_map["recommended"] for point_of_map in numbers["maps"] if point_of_map["recommended"]]
-    for of_hints in (False, True):
-        if any(is_hint(numbers, point_of_map) == of_hints for point_of_map in recommended):
-            label = (
-                "a hint, not a setting, bars to the last safe point"
-                if of_hints
-                else "recommended, bars to the last safe point"
-            )
-            face = "white" if of_hints else BLACK
-            style: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 5, "markerfacecolor": face}
-            handles.append(Line2D([], [], linewidth=1.0, label=label, **style))
-    if numbers["most_probable"] and not numbers["safe"]:
-        label = f"most probably safe, with {100 * numbers['most_probable']['probability']:.0f} %"
-        handles.append(Line2D([], [], color=BLACK, marker="D", markersize=5, linestyle="none", label=label))
-    if len(classified.state) > MAX_PANELS:
-        handles.append(Line2D([], [], linestyle="none", label=f"{MAX_PANELS} of {len(classified.state)} panels shown"))
-    return handles
-
-
-def _place(data: Any) -> float | None:
-    return 50 if isinstance(data, Results) and axes_of(data) is not None else None
+def _ends(*edges: Array) -> Array:
+    """The least and the greatest of all edges."""
+    return np.array([min(one.min() for one in edges), max(one.max() for one in edges)])
 
 
 KINDS = (
@@ -327,7 +383,7 @@ KINDS = (
         "window",
         "where all procedures are safe, where only some, and the recommended operating point",
         of=PLANE,
-        place=_place,
+        place=lambda data: 50 if isinstance(data, Results) and axes_of(data) is not None else None,
         draw=draw,
         uses=lambda model: (*line_variables(model), "settled"),
         takes=("severity", "confidence"),

@@ -1,0 +1,181 @@
+"""What lies on the cells of maps and strips: patterns, veils, the verdicts of the checks,
+and lines of equal rate of penetration, which show the yield of a setting beside its
+safety."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.path import Path
+from matplotlib.ticker import MaxNLocator
+
+from nsdrill.data import Array
+from nsdrill.models.description import Description
+from nsdrill.observe.trust import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
+from nsdrill.plot.labels import quantity
+from nsdrill.plot.page import area_entry, line_entry
+from nsdrill.plot.style import GREY, font_size, halo
+
+VEIL = 0.18  # share of white over cells that were not run
+PALE_GREY = to_hex(tuple((1 - VEIL) * part + VEIL for part in to_rgb(GREY)))  # type: ignore[arg-type]
+Cells = tuple[Array, Array]  # their edges along x and y, in the units that are shown
+
+
+def cover(axes: Axes, cells: Cells, selected: Array, gid: str, **style: Any) -> None:
+    """Cover the ``selected`` cells [y, x] with one path."""
+    if np.any(selected):
+        unlined: dict[str, Any] = {"facecolors": "none", "linewidths": 0}
+        axes.add_collection(
+            PathCollection([covering_path(cells, selected)], gid=gid, **{**unlined, **style}), autolim=False
+        )
+
+
+def veil(axes: Axes, cells: Cells, selected: Array) -> None:
+    """Make the ``selected`` cells paler, as what they show is inferred from those
+    around them. No pattern: it would hide what the map shows."""
+    cover(axes, cells, selected, "inferred", facecolors=(1.0, 1.0, 1.0, VEIL))
+
+
+def hatch(
+    axes: Axes, cells: Cells, selected: Array, pattern: str, edge: str, gid: str, *, face: str = "", width: float = 0.0
+) -> None:
+    """Cover the ``selected`` cells with a pattern, above a ground of the colour ``face``
+    where there is one; ``width`` of its lines in points, where it is not the usual
+    one."""
+    if face:
+        cover(axes, cells, selected, f"{gid}:ground", facecolors=face, edgecolors=face, linewidths=0.6)
+    if pattern:
+        of_width = {"hatch_linewidth": width} if width and hasattr(PathCollection, "set_hatch_linewidth") else {}
+        cover(axes, cells, selected, gid, edgecolors=edge, hatch=pattern, **of_width)
+
+
+def covering_path(cells: Cells, selected: Array) -> Path:
+    """The ``selected`` cells [y, x] as one path, a rectangle for each run of them in a
+    row, so that the pattern is drawn once."""
+    x, y = cells
+    steps = np.diff(np.pad(np.asarray(selected, dtype=np.int8), ((0, 0), (1, 1))), axis=1)
+    rows, left = np.nonzero(steps == 1)
+    right = np.nonzero(steps == -1)[1]
+    around = ((left, rows), (right, rows), (right, rows + 1), (left, rows + 1), (left, rows))
+    corners = np.stack([np.column_stack((x[column], y[row])) for column, row in around], axis=1)
+    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+    return Path(corners.reshape(-1, 2), codes * len(rows))
+
+
+DOUBT_HATCH = "//////"
+LARGEST_DOT, SMALLEST_DOT = 4.5, 1.6  # points of diameter of a dot
+DOT: dict[str, Any] = {"marker": "o", "color": "black", "markeredgecolor": "white", "linestyle": "none"}
+
+
+def overlay_verdicts(axes: Axes, cells: Cells, verdicts: Array, cell_size: float) -> None:
+    """Hatch the cells [y, x] where a check found other features, and put a dot where it
+    found another response, or failed; ``cell_size`` in points."""
+    x, y = cells
+    hatch(axes, cells, verdicts == FEATURES_DIFFER, DOUBT_HATCH, "white", "features_differ")
+    rows, columns = np.nonzero((verdicts == RESPONSE_DIFFERS) | (verdicts == CHECK_FAILED))
+    if rows.size:
+        size = float(np.clip(0.6 * cell_size, SMALLEST_DOT, LARGEST_DOT))
+        middle = 0.5 * (x[columns] + x[columns + 1]), 0.5 * (y[rows] + y[rows + 1])
+        own: dict[str, Any] = {"markersize": size, "markeredgewidth": min(0.5, 0.2 * size), "gid": "response_differs"}
+        axes.plot(*middle, scalex=False, scaley=False, **DOT, **own)
+
+
+def verdict_handles(verdicts: Array) -> list[Artist]:
+    """Legend entries with the numbers of doubtful points."""
+    handles: list[Artist] = []
+    features, responses, failed, unchecked = (
+        int(np.count_nonzero(verdicts == code)) for code in (FEATURES_DIFFER, RESPONSE_DIFFERS, CHECK_FAILED, UNCHECKED)
+    )
+    checked = verdicts.size - unchecked
+    if features:
+        label = f"checked: numbers differ ({features} of {checked})"
+        handles.append(area_entry(facecolor=GREY, edgecolor="white", linewidth=0, hatch=DOUBT_HATCH, label=label))
+    if responses or failed:
+        unknown = f", {failed} unknown: a check failed" if failed else ""
+        label = f"checked: response differs ({responses} of {checked}{unknown})"
+        handles.append(line_entry(markersize=4, markeredgewidth=0.5, label=label, **DOT))
+    return handles
+
+
+RATE_OF_PENETRATION = "rate_of_penetration"
+MAX_LINES = 6
+MIN_RELATIVE_RANGE = 0.02  # range relative to the greatest value: below it no lines are drawn
+LABEL_CLEARANCE = 0.12  # between a label and a point kept clear, as a part of the axes
+ALONG_A_LINE = (0.5, 0.3, 0.7, 0.15, 0.85)  # where a label that is moved may stand
+
+
+def line_variables(model: Description) -> tuple[str, ...]:
+    """The variables of a sweep of ``model`` that lines of equal rate are drawn from."""
+    return tuple(variable.name for variable in model.derived if variable.name == RATE_OF_PENETRATION)
+
+
+def draw_equal_rates(
+    axes: Axes, centres: Cells, values: Array, units: str, keep_clear: Sequence[tuple[float, float]] = ()
+) -> list[Artist]:
+    """Draw labelled lines of equal rate of penetration, ``values`` [y, x] in SI at the
+    ``centres`` of cells in shown units. Values of NaN, as of points that were not run,
+    are left out and the lines follow from the others. No label stands over the points
+    ``keep_clear``, in units of the axes.
+
+    Returns the legend entry; none where there are no lines: with fewer than two values
+    along an axis, or values that hardly vary.
+    """
+    shown = quantity(RATE_OF_PENETRATION, units)
+    values = values / shown.scale
+    known = np.isfinite(values)
+    if min(values.shape) < 2 or np.count_nonzero(known) < 4:
+        return []
+    low, high = float(values[known].min()), float(values[known].max())
+    levels = [level for level in MaxNLocator(MAX_LINES).tick_values(low, high) if max(low, 0.0) < level < high]
+    if high - low < MIN_RELATIVE_RANGE * high or not levels:
+        return []
+    if min(np.count_nonzero(known.any(axis=axis)) for axis in (0, 1)) < 2:
+        return []
+    style: dict[str, Any] = {"levels": levels, "colors": "black", "linewidths": 0.7, "linestyles": "dashed"}
+    if known.all():
+        lines: Any = axes.contour(*centres, values, zorder=4, **style)
+    else:
+        x, y = np.meshgrid(*centres)
+        lines = axes.tricontour(x[known], y[known], values[known], zorder=4, **style)
+    lines.set(gid="equal", path_effects=halo(1.8))
+    label_style: dict[str, Any] = {"fontsize": font_size(6), "inline_spacing": 2}
+    positions = _label_positions(axes, lines, keep_clear, label_style) if keep_clear else False
+    for label in axes.clabel(lines, inline=True, manual=positions, **label_style):
+        label.set(path_effects=halo(1.8), gid="equal:label")
+    return [line_entry(color="black", linewidth=0.7, linestyle="dashed", label=shown.label)]
+
+
+def _label_positions(
+    axes: Axes, lines: Any, keep_clear: Sequence[tuple[float, float]], label_style: dict[str, Any]
+) -> Any:
+    """The positions of the labels of the lines; False, for matplotlib's own positions,
+    where these leave the points ``keep_clear`` free."""
+    default_labels = axes.clabel(lines, inline=False, **label_style)
+    positions = [label.get_position() for label in default_labels]
+    for label in default_labels:
+        label.remove()
+    scale = np.abs([np.diff(axes.get_xlim())[0], np.diff(axes.get_ylim())[0]])
+
+    def clearance(position: Any) -> float:
+        return min(float(np.hypot(*((np.asarray(position) - point) / scale))) for point in keep_clear)
+
+    if all(clearance(position) > LABEL_CLEARANCE for position in positions):
+        return False
+    segments = [segment for level in lines.allsegs for segment in level if len(segment)]
+
+    def moved(position: Any) -> Any:
+        """The place of a label along its line that is clear, else the clearest."""
+        if clearance(position) > LABEL_CLEARANCE:
+            return position
+        nearest = min(segments, key=lambda segment: float(np.min(np.hypot(*((segment - position) / scale).T))))
+        candidates = [nearest[round(fraction * (len(nearest) - 1))] for fraction in ALONG_A_LINE]
+        clear = [candidate for candidate in candidates if clearance(candidate) > LABEL_CLEARANCE]
+        return clear[0] if clear else max(candidates, key=clearance)
+
+    return [tuple(moved(position)) for position in positions]

@@ -1,0 +1,380 @@
+"""Pictures of samples of uncertain numbers: the probability of a safe run and of each
+response, which unknown moves what how far, and what safety costs.
+
+All maps of probability have one colour scale, from bad to good: 100 % of a safe run is as
+good as 0 % of a response. Its lightness rises all the way, so that it is read in grey
+and by colour-blind readers. A line surrounds the operating window at the
+confidence.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib import patheffects
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, window_state
+from nsdrill.analysis.sensitivity import PART, sensitivity
+from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
+from nsdrill.analysis.window import USUAL_CONFIDENCE
+from nsdrill.data import Array, Results
+from nsdrill.models.registry import model_in
+from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells
+from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title
+from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
+from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title
+from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
+from nsdrill.plot.slices import lay_along, positions, robust_limits
+from nsdrill.plot.style import (
+    BLACK,
+    BLUE,
+    GOODNESS,
+    ORANGE,
+    REFERENCE,
+    RESPONSES,
+    cell_style,
+    font_size,
+    halo,
+    page_width,
+)
+from nsdrill.quantity import quantity as base_quantity
+from nsdrill.variables import RESPONSES as RESPONSE_NAMES
+from nsdrill.variables import SAMPLE
+
+BAND_STYLE: dict[str, Any] = {"alpha": 0.16, "linewidth": 0}
+EDGE_DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+CONFIDENCE_STYLE: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.6, "linestyle": (0, (4, 2))}
+
+
+def draw_probability(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Figure:
+    probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
+    history = "whatever the history" if EVERY in probabilities.histories else ""
+    title = sweep_title(results, units, f"{len(results.coords[SAMPLE])} samples", history, width=80)
+    if len(results.swept) == 2:
+        return _draw_maps(results, probabilities, units, confidence, title)
+    if results.swept:
+        return _draw_lines(results, probabilities, units, confidence, title)
+    return _draw_points(probabilities, title)
+
+
+def _style(outcome: str) -> tuple[str, str, str]:
+    """Label, colour and marker of an outcome."""
+    if outcome == SAFE:
+        return "safe", BLACK, "o"
+    style = RESPONSES[1 << RESPONSE_NAMES.index(outcome)]
+    return style.name, style.colour, style.marker
+
+
+def _draw_maps(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
+    planes, outcomes = Planes.of(results, units), probabilities.outcomes
+    columns = COLUMNS_OF_PANELS.get(len(outcomes), 4)
+    figure = new_figure(page_width(), 1.3 + -(-len(outcomes) // columns) * 2.4)
+    panels = planes.panels(figure, [_style(outcome)[0] for outcome in outcomes], columns, pad=3)
+    inside, _ = window_state(probabilities, confidence)
+    meshes = {}
+    for axes, outcome in zip(panels, outcomes, strict=True):
+        share = 100.0 * planes.arranged(probabilities.of(outcome)[0][np.newaxis])[0, 0]
+        meshes[outcome] = axes.pcolormesh(
+            *planes.cells,
+            share,
+            cmap=GOODNESS if outcome == SAFE else GOODNESS.reversed(),
+            norm=Normalize(0.0, 100.0),
+            gid=f"probability:{outcome}",
+            **cell_style(share.size),
+        )
+        draw_outline(axes, planes.cells, planes.arranged(inside[np.newaxis])[0, 0])
+    bar = figure.colorbar(meshes[SAFE], ax=panels, aspect=30, pad=0.01, ticks=range(0, 101, 20))
+    bar.set_label("Probability of a safe run / of a response [%]")
+    bar.set_ticklabels([f"{tick} / {100 - tick}" for tick in range(0, 101, 20)])
+    safe_share = 100.0 * np.count_nonzero(inside) / inside.size
+    label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
+    return finish(figure, title, [outline_entry(label)], 1)
+
+
+def outline_entry(label: str) -> Artist:
+    """The legend entry of an outline."""
+    return line_entry(color="white", linewidth=1.2, path_effects=_outline_effects(), label=label)
+
+
+def _outline_effects() -> list[Any]:
+    return [patheffects.Stroke(linewidth=2.6, foreground=BLACK), patheffects.Normal()]
+
+
+def draw_outline(axes: Axes, cells: Cells, inside: Array) -> None:
+    """Draw the border of the cells that are ``inside`` [y, x], white within black, which
+    is visible on every colour."""
+    (x, y), padded = cells, np.pad(inside, 1)
+    vertical = np.argwhere(padded[1:-1, 1:] != padded[1:-1, :-1])
+    horizontal = np.argwhere(padded[1:, 1:-1] != padded[:-1, 1:-1])
+    borders = [((x[j], y[i]), (x[j], y[i + 1])) for i, j in vertical]
+    borders += [((x[j], y[i]), (x[j + 1], y[i])) for i, j in horizontal]
+    outline = LineCollection(borders, colors="white", linewidths=1.2, capstyle="round", gid="confidence")
+    outline.set(path_effects=_outline_effects(), clip_on=False)
+    axes.add_collection(outline)
+
+
+def _draw_lines(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
+    axis = results.swept[0]
+    figure = new_figure(page_width(), 3.2)
+    axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
+    x = positions(results, axis) / quantity(axis, units).scale
+    handles: list[Artist] = []
+    for place, outcome in enumerate(probabilities.outcomes):
+        label, colour, marker = _style(outcome)
+        share, low, high = (100.0 * part.ravel() for part in probabilities.of(outcome))
+        axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND_STYLE)
+        edge_style: dict[str, Any] = {"linewidth": 0.7, "linestyle": EDGE_DASHES[place % len(EDGE_DASHES)]}
+        for edge in (low, high):  # overlapping bands are distinguished by their edges
+            axes.plot(x, edge, color=colour, gid=f"edge:{outcome}", **edge_style)
+        # of coinciding lines the lower one is wider
+        above = len(probabilities.outcomes) - 1 - place
+        sizes: dict[str, Any] = {"markersize": 2.6 + 0.8 * above, "linewidth": 0.9 + 0.4 * above}
+        handles += axes.plot(x, share, color=colour, marker=marker, label=label, gid=f"line:{outcome}", **sizes)
+    for history, dashes in zip(probabilities.histories[:-1], ("--", ":"), strict=False):
+        share = 100.0 * probabilities.of(SAFE, history)[0].ravel()
+        own: dict[str, Any] = {"label": f"safe, {history} by itself", "gid": f"alone:{history}"}
+        handles += axes.plot(x, share, color=BLACK, linestyle=dashes, linewidth=0.9, **own)
+    axes.axhline(100.0 * confidence, zorder=0, gid="confidence", **CONFIDENCE_STYLE)
+    axes.set(ylim=(-2.0, 102.0), ylabel="Probability [%]")
+    lay_along(axes, results, axis, units, margins=True)
+    band = line_entry(color=REFERENCE, linewidth=5, alpha=BAND_STYLE["alpha"], label="95 % interval")
+    reference = line_entry(label=f"{100 * confidence:g} %", **CONFIDENCE_STYLE)
+    return finish(figure, title, [*handles, band, reference], 6)
+
+
+def _draw_points(probabilities: Probabilities, title: str) -> Figure:
+    """Draw each outcome of one operating point with its interval."""
+    count = len(probabilities.outcomes)
+    figure = new_figure(page_width(5.0), 0.9 + 0.3 * count)
+    axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
+    labels = []
+    for row, outcome in enumerate(probabilities.outcomes):
+        label, colour, marker = _style(outcome)
+        labels.append(label)
+        share, low, high = (100.0 * float(part.ravel()[0]) for part in probabilities.of(outcome))
+        style: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 5, "linestyle": "none"}
+        point, *_ = axes.errorbar([share], [row], xerr=[[share - low], [high - share]], capsize=3, **style)
+        point.set_gid(f"point:{outcome}")
+        beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": font_size(7)}
+        axes.annotate(f"{share:.1f} %", (high, row), (5, 0), **beside)
+    axes.set_yticks(range(count), labels)
+    axes.set(ylim=(count - 0.5, -0.5), xlim=(-2.0, 115.0), xlabel="Probability [%], with its 95 % interval")
+    put_title(figure, title)
+    return figure
+
+
+LOW_COLOUR, HIGH_COLOUR = BLUE, ORANGE
+BAR_HEIGHT = 0.62
+# words at the right of a panel of a tornado
+AT_RIGHT: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": False}
+
+
+def draw_tornado(results: Results, units: str = "si", severity: int | None = None) -> Figure:
+    """A bar extends from the mean of the answer where an unknown is low to the mean where
+    it is high; the widest is at the top."""
+    numbers = sensitivity(results, severity)
+    answers = [answer for answer in numbers["answers"] if answer["mean"] is not None]
+    columns = min(2, len(answers))
+    rows = -(-len(answers) // columns)
+    figure = new_figure(page_width(), 0.9 + rows * (0.75 + 0.24 * len(numbers["answers"][0]["unknowns"])))
+    grid = figure.add_gridspec(rows, columns)
+    for place, answer in enumerate(answers):
+        axes = figure.add_subplot(grid[divmod(place, columns)])
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+        shown = quantity(answer["name"], units) if answer["name"] != SAFE_RUN else None
+        axes.set_xlabel(f"{shown.label}, mean" if shown else "Probability of a safe run [%]")
+        if answer["deviation"] is None:
+            amount = f"{answer['mean'] / (shown.scale if shown else 0.01):.4g} {shown.unit if shown else '%'}"
+            _write_constant(axes, f"{amount} in every sample,\nwhatever the unknowns are")
+        else:
+            _draw_bars(axes, answer, shown.scale if shown else 0.01)
+    handles = [
+        area_entry(facecolor=LOW_COLOUR, label=f"the lowest {100 * PART:g} % of the samples of the unknown"),
+        area_entry(facecolor=HIGH_COLOUR, label=f"the highest {100 * PART:g} %"),
+        line_entry(color=REFERENCE, linewidth=0.8, label="mean of all samples"),
+    ]
+    over = f"mean over {numbers['points']} operating points" if numbers["swept"] else ""
+    parts = (operating_point(numbers["at"], units), over, f"{numbers['samples']} samples")
+    return finish(figure, heading(results.attrs, "; ".join(filter(None, parts)), width=80), handles, 3)
+
+
+def _write_constant(axes: Axes, text: str) -> None:
+    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, fontsize=font_size(7))
+    axes.set(xticks=[], yticks=[])
+
+
+def _draw_bars(axes: Axes, answer: dict[str, Any], scale: float) -> None:
+    """Draw the bars of one answer, and beside each its first-order index, and its total
+    index where the samples yield it."""
+    rows = [row for row in answer["unknowns"] if None not in (row["low"]["answer"], row["high"]["answer"])]
+    rows.sort(key=lambda row: -abs(row["high"]["answer"] - row["low"]["answer"]))
+    middle = answer["mean"] / scale
+    for number, row in enumerate(rows):
+        ends = (("low", LOW_COLOUR), ("high", HIGH_COLOUR))
+        bars = [(row[end]["answer"] / scale - middle, end, colour) for end, colour in ends]
+        # Where both bars extend to the same side, the shorter one lies in front and
+        # is thinner, so that both are visible even if they are equal.
+        bars.sort(key=lambda bar: -abs(bar[0]))
+        heights = (BAR_HEIGHT, 0.5 * BAR_HEIGHT if bars[0][0] * bars[1][0] > 0.0 else BAR_HEIGHT)
+        for (extent, end, colour), height in zip(bars, heights, strict=True):
+            axes.barh(number, extent, height, middle, color=colour, gid=f"{end}:{row['key']}")
+        if row["first"] is not None:
+            indices = [index for index in ("first", "total") if row[index] is not None]
+            texts = [f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %" for index in indices]
+            beside: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": font_size(7)}
+            axes.annotate("\n".join(texts), (1.0, number), (4, 0), **beside, **AT_RIGHT)
+    axes.axvline(middle, color=REFERENCE, linewidth=0.8, gid="mean")
+    axes.set_yticks(range(len(rows)), [base_quantity(row["key"]).label for row in rows])
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.margins(x=0.08)
+    words = "first-order\nindex" + (", total" if any(row["total"] is not None for row in rows) else "")
+    above: dict[str, Any] = {"xycoords": "axes fraction", "va": "bottom", "ha": "left", "fontsize": font_size(6)}
+    axes.annotate(words, (1.0, 1.0), (4, 2), color=BLACK, **above, **AT_RIGHT)
+
+
+SPECIFIC_ENERGY = "mechanical_specific_energy"
+# least distances between labels: part of the greatest rate, per cent of probability
+RATE_SPACING, PROBABILITY_SPACING = 0.05, 30.0
+
+
+def draw_trade_off(results: Results, units: str = "si") -> Figure:
+    """The rate of penetration of every operating point against the probability of a safe
+    run there. The points that no other point beats in both, the Pareto front, are joined
+    by a line and labelled with their settings."""
+    probabilities, shown = probabilities_of(results), quantity(RATE_OF_PENETRATION, units)
+    probability, low, high = (100.0 * part.ravel() for part in probabilities.of(SAFE))
+    rate = _mean(results, RATE_OF_PENETRATION) / shown.scale
+    known = np.isfinite(rate)
+    front = pareto_front(np.where(known, rate, -np.inf), probability)
+    labelled = front[_spread_out(probability[front], rate[front])] if front.size else front
+    figure = new_figure(page_width(5.5), 4.6)
+    axes = figure.add_subplot()
+    bars: dict[str, Any] = {"linestyle": "none", "ecolor": "#808080", "elinewidth": 0.7, "capsize": 2, "zorder": 2}
+    spread = (probability - low)[labelled], (high - probability)[labelled]
+    axes.errorbar(probability[labelled], rate[labelled], xerr=spread, gid="interval", **bars)
+    axes.plot(probability[front], rate[front], color=BLACK, linewidth=0.8, zorder=2.5, gid="front")
+    _draw_points_of_trade(figure, axes, results, units, probability, np.where(known, rate, np.nan))
+    for place in labelled:
+        at_left = probability[place] > 55.0
+        axes.annotate(
+            _setting_text(results, int(place), units),
+            (probability[place], rate[place]),
+            (-5 if at_left else 5, 4),
+            textcoords="offset points",
+            ha="right" if at_left else "left",
+            fontsize=font_size(6),
+            path_effects=halo(2.0),
+            zorder=4,
+        )
+    history = ", whatever the history" if EVERY in probabilities.histories else ""
+    axes.set(xlim=(-3.0, 103.0), ylim=(0.0, 1.08 * float(np.max(rate[known], initial=1e-9))))
+    axes.set(xlabel=f"Probability of a safe run{history} [%]", ylabel=shown.label)
+    label = "not beaten in both, with the 95 % interval of the probability"
+    title = sweep_title(results, units, f"{len(results.coords[SAMPLE])} samples", width=70)
+    return finish(figure, title, [line_entry(color=BLACK, linewidth=0.8, label=label)], 1)
+
+
+def _draw_points_of_trade(
+    figure: Figure, axes: Axes, results: Results, units: str, probability: Array, rate: Array
+) -> None:
+    """The points, in the colour of their specific energy where that is known."""
+    energy, energies = quantity(SPECIFIC_ENERGY, units), np.full(len(rate), np.nan)
+    if SPECIFIC_ENERGY in results.variables:
+        energies = _mean(results, SPECIFIC_ENERGY) / energy.scale
+    known, has_energy = np.isfinite(rate), np.isfinite(rate) & np.isfinite(energies)
+    without = known & ~has_energy
+    style: dict[str, Any] = {"edgecolor": BLACK, "zorder": 3}
+    axes.scatter(
+        probability[without], rate[without], s=14, facecolor="white", linewidth=0.5, gid="points:no energy", **style
+    )
+    if has_energy.any():
+        lowest, highest = robust_limits(energies[has_energy])
+        scale: dict[str, Any] = {"c": energies[has_energy], "cmap": "viridis", "vmin": lowest, "vmax": highest}
+        points = axes.scatter(
+            probability[has_energy], rate[has_energy], s=16, linewidth=0.4, gid="points", **scale, **style
+        )
+        figure.colorbar(points, ax=axes, label=energy.label, aspect=30, pad=0.01)
+
+
+def pareto_front(rate: Array, probability: Array) -> Array:
+    """The indices of the points that no other point beats in both rate and probability,
+    the least probable first."""
+    order = np.lexsort((-rate, -probability))  # the most probable first, among equals the fastest
+    fastest, front = -np.inf, []
+    for place in order.tolist():
+        if rate[place] > fastest:
+            fastest = rate[place]
+            front.append(place)
+    return np.array(front[::-1], dtype=int)
+
+
+def _mean(results: Results, name: str) -> Array:
+    """The mean of the finite values of a variable over procedures and samples, at every
+    operating point; NaN where none is finite."""
+    values = np.moveaxis(np.asarray(results[name], dtype=float), 0, -1)
+    values = values.reshape(-1, values.shape[-2] * values.shape[-1])
+    finite = np.isfinite(values)
+    count = finite.sum(axis=1)
+    total = np.where(finite, values, 0.0).sum(axis=1)
+    return np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)
+
+
+def _spread_out(probability: Array, rate: Array) -> Array:
+    """The indices of the points of the front that are labelled, so that no two labels
+    overlap: the most probable point, then each that is far enough from the last."""
+    chosen = [len(rate) - 1]
+    for place in range(len(rate) - 2, -1, -1):
+        last = chosen[-1]
+        rate_distance = (rate[place] - rate[last]) / (RATE_SPACING * max(float(rate.max()), 1e-300))
+        distances = rate_distance, (probability[last] - probability[place]) / PROBABILITY_SPACING
+        if np.hypot(*distances) >= 1.0:
+            chosen.append(place)
+    return np.array(chosen)
+
+
+def _setting_text(results: Results, place: int, units: str) -> str:
+    indices = np.unravel_index(place, [len(results.coords[axis]) for axis in results.axes])
+    at = {axis: float(results.coords[axis][i]) for axis, i in zip(results.axes, indices, strict=True)}
+    return operating_point({axis: at[axis] for axis in results.swept}, units)
+
+
+KINDS = (
+    Kind(
+        "probability",
+        "how probable a safe run and each response are: maps over two axes, with bands along one",
+        of=SAMPLES,
+        place=lambda data: 10 if has_samples(data) and len(data.swept) < 3 else None,
+        draw=draw_probability,
+        takes=("confidence",),
+        across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
+        advice=needs_samples,
+    ),
+    Kind(
+        "tornado",
+        "which uncertain number moves the safe run, stick-slip, lift-off and contact how far",
+        of=SAMPLES,
+        place=lambda data: 55 if has_samples(data) else None,
+        draw=draw_tornado,
+        uses=lambda model: model.check_features,
+        takes=("severity",),
+        advice=needs_samples,
+    ),
+    Kind(
+        "trade-off",
+        "rate of penetration against the probability of a safe run, point by point",
+        of=SAMPLES,
+        place=lambda data: 52 if has_samples(data) and data.swept and RATE_OF_PENETRATION in data.variables else None,
+        draw=draw_trade_off,
+        uses=lambda model: tuple(
+            variable.name for variable in model.derived if variable.name in (RATE_OF_PENETRATION, SPECIFIC_ENERGY)
+        ),
+        advice=needs_samples,
+    ),
+)

@@ -1,0 +1,293 @@
+"""The page of a picture: the figure with its panels, titles and legend, and its
+layout."""
+
+from __future__ import annotations
+
+import io
+import re
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Literal
+
+import matplotlib as mpl
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from nsdrill.errors import InputError
+from nsdrill.plot.labels import quantity
+from nsdrill.plot.look import look as look
+from nsdrill.plot.style import (
+    FONT_SIZE,
+    MOTIONS,
+    REFERENCE,
+    RESPONSES,
+    house_style,
+    missing_characters,
+    page_width,
+    settings,
+    target,
+    without_glyph_warnings,
+)
+
+NOTEBOOK_DPI = 110
+SHORTEST_LINE = 20  # characters of a title
+TITLE_HEIGHT = 0.3  # inches by which a page without a title is lower
+PANEL_MARGINS = 0.7  # inches beside a panel: the axis at its left, and overhang at its right
+
+
+class Picture(Figure):
+    """A figure that a notebook shows without pyplot. It keeps the settings with which
+    it was drawn, and the characters of its title that no font has."""
+
+    settings: Mapping[str, Any] | None = None
+    missing: str = ""
+
+    def _repr_png_(self) -> bytes:
+        image = io.BytesIO()
+        with house_style(self.settings), without_glyph_warnings():
+            self.savefig(image, format="png", dpi=NOTEBOOK_DPI)
+        return image.getvalue()
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """A figure in inches, unknown to pyplot and to any window system. It is higher
+    where the font is larger than :data:`FONT_SIZE`, as room for the labels of panels
+    above each other."""
+    if (drawing_target := target.get()) is not None:
+        return drawing_target
+    label_size = FontProperties(size=mpl.rcParams["axes.labelsize"]).get_size_in_points()
+    scaled_height = height * max(1.0, label_size / FONT_SIZE)
+    figure = Picture(figsize=(width, look.get().height or scaled_height), layout="constrained")
+    figure.settings = settings(look.get())
+    FigureCanvasAgg(figure)
+    engine = figure.get_layout_engine()
+    assert isinstance(engine, ConstrainedLayoutEngine)
+    engine.set(w_pad=0.03, h_pad=0.03, hspace=0.02, wspace=0.02)
+    return figure
+
+
+def stack(figure: Any, rows: int, *, shared: bool = True, **ratios: Any) -> list[Axes]:
+    """Panels one below the other, which share the x axis where ``shared``."""
+    grid = figure.add_gridspec(rows, 1, **ratios)
+    panels: list[Axes] = []
+    for row in range(rows):
+        first = panels[0] if shared and panels else None
+        panels.append(figure.add_subplot(grid[row, 0], sharex=first))
+        panels[-1].tick_params(labelbottom=not shared or row == rows - 1)
+    return panels
+
+
+def tiles(figure: Any, count: int, columns: int) -> list[Axes]:
+    """So many panels, ``columns`` in a row."""
+    grid = figure.add_gridspec(-(-count // columns), columns)
+    return [figure.add_subplot(grid[divmod(place, columns)]) for place in range(count)]
+
+
+def name_panel(axes: Axes, name: str, y: str = "") -> None:
+    """Name a panel, as the user may ask for it alone, and the variable along its y
+    axis, where that has a unit for limits."""
+    axes.set_label(name)
+    axes.yaxis.set_gid(y)
+
+
+def has_title() -> bool:
+    """Whether pictures have titles, of the figure and of panels; not where the user
+    wants none."""
+    return look.get().title is not False
+
+
+def put_title(figure: Figure, text: str) -> None:
+    """Give the figure the title of the user, else ``text``; its lines are broken where
+    they are wider than the figure."""
+    title_of_user = look.get().title
+    if title_of_user is False:
+        # no empty strip in place of the title
+        if isinstance(figure, Picture) and look.get().height is None:
+            figure.set_figheight(max(0.5 * figure.get_figheight(), figure.get_figheight() - TITLE_HEIGHT))
+        return
+    text = title_of_user if isinstance(title_of_user, str) else text
+    title = figure.suptitle(text, parse_math=False)
+    if title is None:  # drawn into axes of the caller, who gives the title
+        return
+    if isinstance(figure, Picture):
+        figure.missing = missing_characters(text)
+    available, lines = figure.bbox.width - 6.0 * figure.dpi / 72, []
+    for line in text.split("\n"):
+        count = len(line)
+        title.set_text(line)
+        while (width := title.get_window_extent().width) > available and count > SHORTEST_LINE:
+            count = max(SHORTEST_LINE, min(count - 1, int(count * available / width) + 2))
+            title.set_text(textwrap.fill(line, count))
+        lines.append(title.get_text())
+    title.set_text("\n".join(lines))
+
+
+def set_panel_title(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
+    """Give a panel a title, broken after semicolons and commas where it is wider than
+    its figure or subfigure; no title where the user wants none."""
+    parent: Any = axes.figure
+    if not has_title():  # the user wants no titles
+        return
+    title = axes.set_title(text, loc=loc)
+    width, available = (title.get_window_extent().width, parent.bbox.width - PANEL_MARGINS * parent.dpi)
+    if width > available:
+        unbroken = re.sub(r"(?<![;,]) ", "\u00a0", text)
+        lines = textwrap.fill(unbroken, max(SHORTEST_LINE, int(len(text) * available / width)), break_long_words=False)
+        title.set_text(lines.replace("\u00a0", " "))
+
+
+def finish(figure: Figure, title: str, handles: Sequence[Artist], columns: int) -> Figure:
+    """The figure with its title, and a legend below its panels."""
+    put_title(figure, title)
+    legend_below(figure, handles, columns)
+    return figure
+
+
+def panels_per_row(count: int, min_width: float) -> int:
+    """How many of ``count`` panels fit in a row, each ``min_width`` inches wide or
+    more."""
+    return max(1, min(count, int(page_width() / min_width)))
+
+
+def line_entry(label: str, **style: Any) -> Artist:
+    """An entry of a legend with a line, or a marker, of this style."""
+    return Line2D([], [], label=label, **style)
+
+
+def area_entry(label: str, **style: Any) -> Artist:
+    """An entry of a legend with an area of this style."""
+    return Patch(label=label, **style)
+
+
+def marker_entry(
+    label: str,
+    marker: str = "o",
+    colour: str = REFERENCE,
+    *,
+    size: float = 4.5,
+    edge: float = 0.0,
+    hollow: bool = False,
+) -> Artist:
+    """An entry with a marker, filled or open."""
+    style: dict[str, Any] = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge}
+    if hollow:
+        style |= {"markerfacecolor": "none", "markeredgewidth": edge or 0.7}
+    return line_entry(label, linestyle="none", **style)
+
+
+def response_entries(codes: Iterable[int]) -> list[Artist]:
+    """An entry for each response, by colour and marker."""
+    return [marker_entry(style.name, style.marker, style.colour) for style in (RESPONSES[code] for code in codes)]
+
+
+def motion_entries(codes: Iterable[int]) -> list[Artist]:
+    """An entry for each kind of motion, by colour."""
+    return [marker_entry(style.name, "o", style.colour, size=4) for style in (MOTIONS[code] for code in sorted(codes))]
+
+
+def direction_entries(procedures: Sequence[str]) -> list[Artist]:
+    """What filled and open markers mean; no entries where the state was not carried
+    both up and down."""
+    if not {"up", "down"} <= set(procedures):
+        return []
+    return [marker_entry("up: filled", size=4, edge=0.7), marker_entry("down: open", size=4, hollow=True)]
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
+    """A legend below the panels, in ``columns`` columns or as many as fit the width of
+    the figure; its texts are broken where a single column is too wide."""
+    for count in range(min(columns, len(handles)), 0, -1):
+        legend = figure.legend(handles=list(handles), loc="outside lower center", ncols=count)
+        width = legend.get_window_extent().width
+        if width <= figure.bbox.width:
+            return
+        if count == 1:
+            for text in legend.get_texts():
+                characters = int(len(text.get_text()) * 0.95 * figure.bbox.width / width)
+                if len(text.get_text()) > characters:
+                    text.set_text(textwrap.fill(text.get_text(), max(characters, SHORTEST_LINE)))
+            return
+        legend.remove()
+
+
+def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: str) -> None:
+    """Limit the x axes that show the variable ``across`` to these values, in SI."""
+    x = quantity(across, units)
+    low, high = (end / x.scale for end in ends)
+    for axes in panels_of(figure):
+        if axes.get_xlabel() == x.label:
+            if axes.get_xscale() == "log" and low <= 0.0:
+                raise InputError(f"--xlim: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero.")
+            axes.set_xlim(low, high)
+
+
+def write_in_largest_panel(figure: Figure, text: str) -> None:
+    """Write ``text`` in the middle of the largest panel."""
+    if not (panels := panels_of(figure) or [figure.add_subplot()]):
+        return
+    figure.draw_without_rendering()  # so that the panels have their sizes
+    largest = max(panels, key=lambda axes: axes.get_position().width * axes.get_position().height)
+    largest.text(
+        0.5,
+        0.5,
+        text,
+        transform=largest.transAxes,
+        ha="center",
+        va="center",
+        gid="nothing",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+    )
+
+
+def panels_of(figure: Any) -> list[Axes]:
+    """All axes of a figure and of its subfigures."""
+    panels = figure.axes or [axes for subfigure in getattr(figure, "subfigs", ()) for axes in panels_of(subfigure)]
+    return list(dict.fromkeys(panels))
+
+
+CONSTANT_TOLERANCE = 1e-6  # relative range below which values are shown as constant
+
+
+def _widen_constant_axes(figure: Figure) -> None:
+    """Widen the limits of axes whose values are constant but for rounding, so that they
+    appear as a line with plain ticks: otherwise rounding fills the panel, and every
+    tick has ten digits."""
+    for axes in panels_of(figure):
+        if axes.get_label() == "<colorbar>":
+            continue
+        for axis in (axes.xaxis, axes.yaxis):
+            name = axis.axis_name
+            if axis.get_scale() != "linear" or not getattr(axes, f"get_autoscale{name}_on")():
+                continue
+            ends = getattr(axes, f"get_{name}lim")()
+            low, high = min(ends), max(ends)
+            size = max(abs(low), abs(high))
+            if high - low < max(CONSTANT_TOLERANCE * size, 1e-9):
+                middle, half = 0.5 * (low + high), 0.05 * size if size > 1e-6 else 0.05
+                limits = (middle - half, middle + half)
+                getattr(axes, f"set_{name}lim")(*(limits if ends[0] <= ends[1] else limits[::-1]))
+
+
+def freeze_layout(figure: Figure) -> None:
+    """Lay out the figure and fix its layout: the same geometry in every format, each
+    time it is saved.
+
+    The layout is computed twice, as the space for aligned labels is known only once the
+    axes have their positions.
+    """
+    _widen_constant_axes(figure)
+    for _ in range(2):
+        figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    # The layout solver orders its variables by memory address, so positions differ in
+    # the last bits from one call to the next: enough for a pixel. Rounding makes them
+    # the same every time.
+    for axes in figure.axes:
+        left, bottom, width, height = (round(value, 6) for value in axes.get_position(original=True).bounds)
+        axes.set_position((left, bottom, width, height))

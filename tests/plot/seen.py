@@ -1,0 +1,21 @@
+"""What is seen of a picture: the words of its legend, and what is drawn, by the names
+that the artists have."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def legend_words(figure: Any) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def artists(where: Any, name: str) -> list[Any]:
+    """All artists of this name on a figure or on axes; of all names that begin so where it
+    ends with a colon."""
+    return where.findobj(lambda one: (gid := str(one.get_gid())) == name or (name[-1] == ":" and gid.startswith(name)))
+
+
+def maps(figure: Any) -> list[Any]:
+    """The panels of a figure that are maps."""
+    return [mesh.axes for mesh in artists(figure, "cells")]
