@@ -65,6 +65,16 @@ def choice(default: str, source: str) -> Any:
     return field(default=default, metadata={"units": "", "source": source, "confidence": "modelling choice"})
 
 
+def option(default: Any, meaning: str) -> Any:
+    """A field that is a switch, or one of the words of its type."""
+    return field(default=default, metadata={"meaning": meaning})
+
+
+def section(kind: type, meaning: str) -> Any:
+    """A field with a dataclass of its own."""
+    return field(default_factory=kind, metadata={"meaning": meaning})
+
+
 def given(default: Any, source: str, confidence: str, **others: str) -> dict[str, Any]:
     """Another default of a number, with its source and confidence; ``others`` are its
     units, its meaning or what is usual, where these differ too."""

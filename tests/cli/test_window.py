@@ -128,7 +128,7 @@ def test_a_real_run(call: Call, shared: Path) -> None:
 
 def test_what_is_no_sweep(call: Call, shared: Path) -> None:
     write_trace("trace.h5", replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
-    assert "a results file is needed" in call("window", "trace.h5").err
+    assert "this is a trace file; a results file" in call("window", "trace.h5").err
     assert "there is no such file" in call("window", "nothing.h5").err
     Path("text.h5").write_text("no")
     for words in (

@@ -324,8 +324,8 @@ def test_the_best_tuning_is_the_best_of_the_map() -> None:
 
 def test_figures_solve_for_the_gains_once(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
-    solve = drives._regulator
-    monkeypatch.setattr(drives, "_regulator", lambda *numbers: calls.append(numbers) or solve(*numbers))
+    solve = drives._feedback
+    monkeypatch.setattr(drives, "_feedback", lambda *numbers: calls.append(numbers) or solve(*numbers))
     derived_quantities(driven(kind="lqr"), HEAVY)
     assert len(calls) == 1
 

@@ -103,11 +103,10 @@ def section_watch() -> tuple[Any, Any]:
         if b[moves_] * b[observing_] == 0.0 or not (b[start_ + 1] < 0.0 <= b[end_ + 1]):
             return
         h, count = b[step_], int(store[0])
-        p0, p1, p2, p3, p4, p5 = cubic(b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1])
-        theta = crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
+        theta = crossing(cubic(b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1]), 0.0, 1.0)
         for k in range(3):
-            p0, p1, p2, p3, p4, p5 = cubic(b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k])
-            store[1 + 3 * count + k] = value(p0, p1, p2, p3, p4, p5, theta)
+            coordinate = cubic(b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k])
+            store[1 + 3 * count + k] = value(coordinate, theta)
         store[0] = float(count + 1)
 
     @compiled(MARKER)

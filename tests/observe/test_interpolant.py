@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 from machine_code import of_numbers
 
 from nsdrill.observe.inside import crossings, has_extremum
-from nsdrill.observe.interpolant import above, extreme, quintic, value
+from nsdrill.observe.interpolant import above, extreme, lowered, quintic, value
 
 
 def time_above(g0: float, d0: float, c0: float, g1: float, d1: float, c1: float, level: float) -> float:
-    p0, p1, p2, p3, p4, p5 = quintic(g0, d0, c0, g1, d1, c1)
-    theta = extreme(p1, p2, p3, p4, p5, d1) if has_extremum(p1, d1) else 1.0
-    start, end = p0 > level, g1 > level
-    top = value(p0, p1, p2, p3, p4, p5, theta) > level
-    first, second = crossings(p0 - level, p1, p2, p3, p4, p5, theta, start, top, end)
+    p = quintic(g0, d0, c0, g1, d1, c1)
+    theta = extreme(p, d1) if has_extremum(d0, d1) else 1.0
+    start, end = g0 > level, g1 > level
+    top = value(p, theta) > level
+    first, second = crossings(lowered(p, level), theta, start, top, end)
     return above(first, second, 1.0, start, top, end)
 
 

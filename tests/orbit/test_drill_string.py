@@ -21,6 +21,20 @@ AT = {"operation": {"depth": "5000 m", "wob": "22.24 kN"}}
 SMOOTH = {**AT, "bit": {"surface_amplitude": "0 mm"}}
 
 
+UNITS = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "twist": "rad", "bit_speed": "rad/s"}
+
+
+def initial_of(one):
+    """The section initial of a study that starts from the state of a point."""
+    states = zip(one["state_name"].values, one["state"].values, strict=True)
+    return {str(name): f"{float(value)!r} {UNITS[str(name)]}" for name, value in states}
+
+
+def multipliers_of(data):
+    """The multipliers of a point, or of all points."""
+    return data["multiplier_real"].values + 1j * data["multiplier_imag"].values
+
+
 def numbers_at(data, label):
     return np.sort(data["rotary_speed"].values[data["label"].values == label])
 
@@ -97,12 +111,7 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
     # ends in steady drilling.
     side = cycles.isel(point=large)
     one = side.isel(point=int(np.argmin(np.abs(side["rotary_speed"].values - (fold - 0.05)))))
-    state = dict(zip((str(name) for name in one["state_name"].values), one["state"].values, strict=True))
-    initial = {
-        "z": f"{float(state['z'])!r} m",
-        "twist": f"{float(state['twist'])!r} rad",
-        "bit_speed": f"{float(state['bit_speed'])!r} rad/s",
-    }
+    initial = {name: value for name, value in initial_of(one).items() if name in ("z", "twist", "bit_speed")}
     for speed, sticks in ((float(one["rotary_speed"]), True), (fold + 0.1, False)):
         run = nsdrill.run(
             {
@@ -219,7 +228,7 @@ def test_multipliers_across_contacts(bounce):
         return Flow(base.equations, rtol=rtol)
 
     def monodromy(rtol, periods=1):
-        legs = Legs(state[None], np.zeros(1), np.array([periods * fold / number]), values, np.ones(1, bool))
+        legs = Legs(state[None], 0.0, periods * fold / number, values, True)
         ends = flow(rtol).run(legs)
         return rotated(setup.symmetry, ends.monodromy[0].T, -periods * fold).T
 
@@ -227,7 +236,7 @@ def test_multipliers_across_contacts(bounce):
     scaled = [monodromy(rtol) * state_scales / state_scales[:, None] for rtol in (1e-11, 1e-12, 1e-13)]
     assert np.max(np.abs(scaled[0] - scaled[2])) < 1e-7
     own = np.sort_complex(np.linalg.eigvals(scaled[0]))
-    stored = data["multiplier_real"].values + 1j * data["multiplier_imag"].values
+    stored = multipliers_of(data)
     place = int(np.argmin(np.abs(data["rotary_speed"].values - number)))
     fine, finer = (np.sort_complex(np.linalg.eigvals(one)) for one in scaled[1:])
     assert np.max(np.abs(own - finer)) < 2e-8
@@ -236,8 +245,7 @@ def test_multipliers_across_contacts(bounce):
     # branch.
     assert np.max(np.abs(np.sort_complex(stored[place]) - finer)) < 1e-9
     states, speeds = data["state"].values, data["rotary_speed"].values
-    n = len(states)
-    legs = Legs(states, np.zeros(n), fold / speeds, speeds[:, None], np.ones(n, bool))
+    legs = Legs(states, 0.0, fold / speeds, speeds[:, None], True)
     worst = []
     for matrix, there in zip(flow(1e-14).run(legs).monodromy, stored, strict=True):
         finest = np.linalg.eigvals(rotated(setup.symmetry, matrix.T, -fold).T * state_scales / state_scales[:, None])
@@ -250,7 +258,7 @@ def test_multipliers_across_contacts(bounce):
     for j in range(8):
         h = 1e-3 * state_scales[j]
         sides = state + np.array([[h], [-h]]) * np.eye(8)[j]
-        legs = Legs(sides, np.zeros(2), np.full(2, fold / number), np.repeat(values, 2, axis=0), np.zeros(2, bool))
+        legs = Legs(sides, 0.0, fold / number, values)
         ends = rotated(setup.symmetry, flow(1e-13).run(legs).state, -fold)
         differences[:, j] = (ends[0] - ends[1]) / (2 * h)
     assert np.max(np.abs(differences * state_scales / state_scales[:, None] - scaled[0])) < 1e-4
@@ -290,7 +298,7 @@ def test_divergence(bounce):
 
         damping = parameters.drillstring.torsional_damping + (torque(omega + h) - torque(omega - h)) / (2 * h)
         divergence = -parameters.drillstring.axial_damping / k.m_a - damping / k.J
-        multipliers = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
+        multipliers = multipliers_of(one)
         found = np.log(np.abs(np.prod(multipliers[np.isfinite(multipliers)]))) / float(one["period"])
         assert found == pytest.approx(divergence, abs=1e-8)
 
@@ -300,17 +308,12 @@ def test_exponent_of_a_settled_bounce(bounce):
     its error."""
     _, data = bounce
     one = orbit_at(data, 3.8)
-    largest = max(np.abs(one["multiplier_real"].values + 1j * one["multiplier_imag"].values))
+    largest = max(np.abs(multipliers_of(one)))
     assert int(one["unstable"]) == 0
-    state = {
-        str(name): float(value) for name, value in zip(data["state_name"].values, one["state"].values, strict=True)
-    }
-    units = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "twist": "rad", "bit_speed": "rad/s"}
-    initial = {name: f"{value!r} {units[name]}" for name, value in state.items()}
     run = nsdrill.run(
         {
             **AT,
-            "initial": initial,
+            "initial": initial_of(one),
             "sweep": {"rotary_speed": f"{float(one['rotary_speed'])!r} rad/s"},
             "simulation": {"transient": "200 s", "observe": "400 s", "rtol": 1e-9},
             "record": {"exponent": True},
@@ -326,26 +329,13 @@ def test_branches_against_the_sweep(bounce):
     branch; the torus bifurcations of the branch bound the interval in which the sweep
     finds something else."""
     _, data = bounce
-    starts = {name: data["state"].values[:, k] for k, name in enumerate(data["state_name"].values)}
     for number in (3.4, 4.5):
         one = orbit_at(data, number)
-        units = {
-            "x": "m",
-            "y": "m",
-            "z": "m",
-            "vx": "m/s",
-            "vy": "m/s",
-            "vz": "m/s",
-            "twist": "rad",
-            "bit_speed": "rad/s",
-        }
-        place = int(np.argmin(np.abs(data["rotary_speed"].values - number)))
-        initial = {str(name): f"{float(values[place])!r} {units[str(name)]}" for name, values in starts.items()}
         speed = float(one["rotary_speed"])
         run = nsdrill.run(
             {
                 **AT,
-                "initial": initial,
+                "initial": initial_of(one),
                 "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
                 "simulation": {"transient": "100 s", "observe": "50 s", "rtol": 1e-9},
             },
@@ -364,14 +354,11 @@ def test_torus_bifurcation_against_the_sweep(bounce):
     _, data = bounce
     torus = numbers_at(data, 8)[-2]
     one = orbit_at(data, 4.2)
-    units = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "twist": "rad", "bit_speed": "rad/s"}
-    names = [str(name) for name in data["state_name"].values]
-    initial = {name: f"{float(value)!r} {units[name]}" for name, value in zip(names, one["state"].values, strict=True)}
     step, points = 0.02, 7
     run = nsdrill.run(
         {
             **AT,
-            "initial": initial,
+            "initial": initial_of(one),
             "simulation": {"transient": "400 s", "observe": "30 s"},
             "sweep": {
                 "procedure": "up",
@@ -417,13 +404,12 @@ def test_multipliers_where_equations_are_not_linearised(extra):
     states, values = len(state), np.array([[number]])
     h = 1e-4 * flow.state_scales(values)[0]
     sides = np.concatenate([state + np.diag(h), state - np.diag(h)])
-    many = 2 * states
-    legs = Legs(sides, np.zeros(many), np.full(many, period), np.repeat(values, many, axis=0), np.zeros(many, bool))
+    legs = Legs(sides, 0.0, period, values)
     ends = rotated(setup.symmetry, flow.run(legs).state, -number * period)
     differences = ((ends[:states] - ends[states:]) / (2.0 * h[:, None])).T
     free = list(setup.symmetry.free)
     wanted = np.sort_complex(np.linalg.eigvals(differences[np.ix_(free, free)]))
-    stored = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
+    stored = multipliers_of(one)
     assert np.sort_complex(stored) == pytest.approx(wanted, abs=1e-6)
 
 
@@ -489,7 +475,7 @@ def test_a_regulated_motor_against_shooting_by_scipy():
         h = 1e-4 * np.eye(5)[j]
         matrix[:, j] = (end(start + h) - end(start - h)) / 2e-4
     wanted = np.linalg.eigvals(matrix)
-    stored = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
+    stored = multipliers_of(one)
     for multiplier in wanted:
         assert np.min(np.abs(stored[np.isfinite(stored)] - multiplier)) < 1e-5
     assert np.sum(np.abs(wanted) > 1.001) == int(one["unstable"])
@@ -516,11 +502,9 @@ def test_touches_of_circles_are_located():
         state = reached.mesh_states
         angles = 2 * math.pi * np.arange(len(state)) / len(state)
         state = rotated(setup.symmetry, state, angles)
-        n, fold = len(state), 2 * math.pi / 3
+        fold = 2 * math.pi / 3
         for _ in range(250):
-            values = np.full((n, 1), side)
-            run = Legs(state, np.zeros(n), np.full(n, fold), values, np.zeros(n, bool), 1.0, True)
-            ends = flow.run(run)
+            ends = flow.run(Legs(state, 0.0, fold, np.array([side]), angular=True))
             state = rotated(setup.symmetry, ends.state, -fold)
             depths.append(ends.touches[:, 1, 1].max())
         assert (max(depths[-20:]) > 0.0) == touches

@@ -21,10 +21,7 @@ def cycle(flow, state, period, number, segments=6):
     problem = Cycle.at(flow, period, np.array([number]), np.array(state, dtype=float), segments)
     starts = [np.array(state, dtype=float)]
     for _ in range(segments - 1):
-        legs = Legs(
-            starts[-1][None], np.zeros(1), np.array([period / segments]), np.array([[number]]), np.zeros(1, bool)
-        )
-        starts.append(flow.run(legs).state[0])
+        starts.append(flow.run(Legs(starts[-1][None], 0.0, period / segments, np.array([number]))).state[0])
     return at(flow, problem, problem.unknowns(np.stack(starts), period, number)).found
 
 
@@ -71,10 +68,10 @@ def test_mathieu_characteristic_values(order):
     value: a multiplier of the rest of 1 or, over half of that period, of -1."""
     flow = flow_of(mathieu, 2, forced=True)
     number = float(mathieu_a(order, 1.0))
-    legs = Legs(np.zeros((1, 2)), np.zeros(1), np.array([np.pi]), np.array([[number]]), np.ones(1, bool))
-    multipliers = np.linalg.eigvals(flow.run(legs).monodromy[0])
+    (monodromy,) = flow.run(Legs(np.zeros((1, 2)), 0.0, np.pi, np.array([number]), True)).monodromy
+    multipliers = np.linalg.eigvals(monodromy)
     wanted = -1.0 if order % 2 else 1.0
-    assert np.trace(flow.run(legs).monodromy[0]) == pytest.approx(2.0 * wanted, abs=1e-8)
+    assert np.trace(monodromy) == pytest.approx(2.0 * wanted, abs=1e-8)
     assert np.prod(multipliers).real == pytest.approx(1.0, abs=1e-9)
 
 
@@ -84,8 +81,7 @@ def test_folds_of_duffing():
     flow = flow_of(duffing, 2, forced=True)
     state, number = np.zeros((1, 2)), np.array([[0.6]])
     for _ in range(60):
-        legs = Legs(state, np.zeros(1), np.array([2 * np.pi / 0.6]), number, np.zeros(1, bool))
-        state = flow.run(legs).state
+        state = flow.run(Legs(state, 0.0, 2 * np.pi / 0.6, number)).state
     problem = Periodic.at(flow, 1, number[0], state[0])
     point = at(flow, problem, problem.unknowns(state, 0.6))
     jobs = {0: follow(problem, point, 1, Rules((0.5, 1.6), 400, functions_of({}, PERIODIC)))}

@@ -11,8 +11,8 @@ def legend_words(figure: Any) -> list[str]:
 
 
 def artists(where: Any, name: str) -> list[Any]:
-    """All artists of this name on a figure or on axes; of all names that begin so where it
-    ends with a colon."""
+    """All artists of this name on a figure or on axes; of all names that begin so where
+    it ends with a colon."""
     return where.findobj(lambda one: (gid := str(one.get_gid())) == name or (name[-1] == ":" and gid.startswith(name)))
 
 

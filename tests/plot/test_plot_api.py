@@ -38,11 +38,6 @@ def test_few_values_of_a_second_axis_stand_side_by_side() -> None:
     assert {"Weight on bit: 22.24 kN", "Weight on bit: 66.72 kN"} <= set(titles)
 
 
-def test_every_kind_is_described(speeds: Results, plane: Results, trace: Trace) -> None:
-    for data in (speeds, plane, trace):
-        assert set(plot.kinds_for(data)) <= set(plot.all_kinds())
-
-
 def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds: Results) -> None:
     with pytest.raises(InputError) as caught:
         plot.draw(speeds, "bifurcatoin")

@@ -16,8 +16,8 @@ from nsdrill.plot.look import look_of
 
 @pytest.fixture
 def crowd() -> Dataset:
-    """One branch with 41 special points of three kinds within 0.4 of 6 rad/s, and a fold
-    by itself."""
+    """One branch with 41 special points of three kinds within 0.4 of 6 rad/s, and a
+    fold by itself."""
     speed = np.linspace(2.0, 8.0, 601)
     label = np.zeros(601, dtype=int)
     label[400:441] = np.array([FOLD, TORUS, DOUBLING])[np.arange(41) % 3]

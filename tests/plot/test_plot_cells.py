@@ -1,7 +1,7 @@
-"""What lies on the cells of maps and strips: the marks of points that checks doubt, each
-where it is and counted in the legend; points of refined sweeps, of which the response is
-inferred and nothing else known; and lines of equal rate of penetration, where the rate
-has the value that stands beside them."""
+"""What lies on the cells of maps and strips: the marks of points that checks doubt,
+each where it is and counted in the legend; points of refined sweeps, of which the
+response is inferred and nothing else known; and lines of equal rate of penetration,
+where the rate has the value that stands beside them."""
 
 from __future__ import annotations
 

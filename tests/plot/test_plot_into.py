@@ -8,9 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from made_up import make_results
 from matplotlib.figure import Figure
 
 import nsdrill
@@ -152,8 +150,3 @@ def test_window_by_severity(shared: Path) -> None:
     figure = nsdrill.plot(shared / "small.h5", "window", severity=2)
     with nsdrill.open_results(shared / "small.h5") as data:
         assert nsdrill.plot(data, "window", severity=2)._repr_png_() == figure._repr_png_()
-
-
-def test_a_value_along_one_axis(shared: Path) -> None:
-    made = to_dataset(make_results(rotary_speed=np.linspace(1, 8, 5)))
-    assert nsdrill.plot(made, "lift_off").axes

@@ -1,4 +1,5 @@
-"""The user has the last word on how a picture looks: size, type, title, style, limits."""
+"""The user has the last word on how a picture looks: size, type, title, style,
+limits."""
 
 from __future__ import annotations
 
@@ -163,27 +164,17 @@ def test_a_part_of_a_trace(trace: Trace) -> None:
     ("kind", "given", "message"),
     [
         ("orbit", {"xlim": (0.0, 1.0)}, "--xlim: found with --kind orbit, whose panels have no x axis in common"),
-        (
-            "phase",
-            {"time": ("90 s", "95 s")},
-            "allowed: times with two samples or more between them, of 0 s to 59.995 s",
-        ),
+        ("phase", {"time": ("90 s", "95 s")}, "times with two samples or more between them, of 0 s to 59.995 s"),
         ("phase", {"time": ("9 s", "5 s")}, "--from and --to: found 9 to 5 s; allowed: the lower end first"),
         ("phase", {"time": ("9 m", "5 s")}, "--from: "),
+        ("value", {"time": (0, 1)}, "--from and --to: found with results"),
+        ("value", {"xlim": (20.0, 30.0)}, "--xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"),
+        ("value", {"xlim": ("3 kN", "4 kN")}, "--xlim: "),
     ],
 )
-def test_wrong_limits_are_told(trace: Trace, kind: str, given: dict[str, Any], message: str) -> None:
+def test_wrong_limits_are_told(speeds: Results, trace: Trace, kind: str, given: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        plot.draw(trace, kind, look=look_of(**given))
-
-
-def test_wrong_limits_of_sweeps_are_told(speeds: Results) -> None:
-    with pytest.raises(InputError, match=r"--from and --to: found with results"):
-        plot.draw(speeds, look=look_of(time=(0, 1)))
-    with pytest.raises(InputError, match=r"--xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"):
-        plot.draw(speeds, look=look_of(xlim=(20.0, 30.0)))
-    with pytest.raises(InputError, match="--xlim: "):
-        plot.draw(speeds, look=look_of(xlim=("3 kN", "4 kN")))
+        plot.draw(speeds if kind == "value" else trace, kind, look=look_of(**given))
 
 
 def test_a_look_is_of_one_picture(speeds: Results) -> None:

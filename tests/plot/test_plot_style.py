@@ -53,8 +53,8 @@ def test_responses_differ_in_shape_and_name() -> None:
 
 
 def test_every_mark_can_be_seen_on_a_dark_page(speeds: Results, trace: Trace) -> None:
-    """The contrast of each line and marker, and of all words, is that which WCAG 2.1 asks
-    of text; grounds are near the page."""
+    """The contrast of each line and marker, and of all words, is that which WCAG 2.1
+    asks of text; grounds are near the page."""
     look = look_of(style="dark_background")
     for data, kind in ((speeds, None), (speeds, "value"), (trace, None)):
         figure = plot.draw(data, kind, look=look)

@@ -1,4 +1,5 @@
-"""The trade-off of rate and safety: the points, and which of them no other one beats."""
+"""The trade-off of rate and safety: the points, and which of them no other one
+beats."""
 
 from __future__ import annotations
 

@@ -139,7 +139,8 @@ def test_every_area_is_named(both: Results) -> None:
 
 
 def test_the_answer_and_its_warnings_are_in_the_picture(both: Results) -> None:
-    """What the text of the window says in capitals stands in the picture that is sent."""
+    """What the text of the window says in capitals stands in the picture that is
+    sent."""
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
     passed = {
         "axis": "rotary_speed",

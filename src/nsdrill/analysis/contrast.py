@@ -10,6 +10,7 @@ import numpy as np
 
 from nsdrill.analysis.comparison import common_places
 from nsdrill.analysis.hysteresis import response_text
+from nsdrill.analysis.plane import stretches
 from nsdrill.analysis.window import SAFE, UNKNOWN, YIELDS, Classes, axes_of, classes, find_window, usual_confidence
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
@@ -92,17 +93,11 @@ def _lines(
     return [rows[round(n * (len(rows) - 1) / (MAX_ROWS - 1))] for n in range(MAX_ROWS)]
 
 
-def _intervals(state: Array) -> list[tuple[int, int]]:
-    """The first and last index of each run of safe points of a line."""
-    steps = np.flatnonzero(np.diff(np.pad((state == SAFE).astype(int), 1))).tolist()
-    return [(begin, end - 1) for begin, end in zip(steps[::2], steps[1::2], strict=True)]
-
-
 def _borders(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[dict[str, Any]]:
     rows = []
     x = [one.values(one.x) for one in maps]
     for at, *cells in _lines(maps, places):
-        spans = [_intervals(one.state[cell]) for one, cell in zip(maps, cells, strict=True)]
+        spans = [stretches(one.state[cell] == SAFE) for one, cell in zip(maps, cells, strict=True)]
         free = set(range(len(spans[1])))
         pairs: list[tuple[tuple[int, int] | None, tuple[int, int] | None]] = []
         for begin, end in spans[0]:

@@ -29,6 +29,13 @@ def regions(safe: Array) -> list[tuple[int, tuple[int, int, int, int]]]:
     ]
 
 
+def stretches(chosen: Array) -> list[tuple[int, int]]:
+    """The first and last place of each stretch of neighbours of ``chosen`` [n] that are
+    true."""
+    steps = np.flatnonzero(np.diff(np.pad(chosen.astype(int), 1))).tolist()
+    return [(begin, end - 1) for begin, end in zip(steps[::2], steps[1::2], strict=True)]
+
+
 def largest_margin(safe: Array, y: Array, x: Array) -> tuple[int, int, float] | None:
     """The row and column of the safe point of ``safe`` [y, x] with the largest margin,
     and the margin; None where no point is safe.

@@ -15,9 +15,9 @@ from nsdrill.data import Array
 from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 
 if TYPE_CHECKING:
-    from nsdrill.analysis.window import Classes
+    from nsdrill.analysis.window import Cell, Classes
 
-Cell = tuple[int, int]  # row and column of a map
+
 # The reasons, by the names that they have in data.
 PASSES_IN_STICK_SLIP = "passes_in_stick_slip"
 STARTS_ON_WALL = "starts_on_wall"
@@ -26,10 +26,9 @@ BOUNCE_LASTS = "bounce_lasts"
 STICKING_LASTS = "sticking_lasts"
 
 
-def reason(maps: Classes, number: int | None, inside: Cell, beyond: Cell) -> dict[str, Any] | None:
-    """Why the point ``beyond`` the window is not safe, in the map ``number``, while
-    ``inside`` is; None where its response needs no explanation, or where the file does
-    not tell. Plain data:
+def reason(maps: Classes, inside: Cell, beyond: Cell) -> dict[str, Any] | None:
+    """Why the point ``beyond`` the window is not safe, while ``inside`` is; None where
+    its response needs no explanation, or where the file does not tell. Plain data:
 
     - ``code``: one of the names above;
     - ``procedure``: the way on which the motion is met;
@@ -37,17 +36,17 @@ def reason(maps: Classes, number: int | None, inside: Cell, beyond: Cell) -> dic
       ``starts_on_wall`` the first one of the sweep.
     """
     along = carried_axis(maps.results)
-    if number is None or maps.confidence is not None or along not in (maps.x, maps.y):
+    if maps.over_all or maps.confidence is not None or along not in (maps.x, maps.y):
         return None
     values = maps.values(along)
-    place = beyond[1] if along == maps.x else beyond[0]
+    place = beyond[2] if along == maps.x else beyond[1]
     # the neighbour at another setting of the axis along which nothing is carried
-    is_beside = beyond[0] != inside[0] if along == maps.x else beyond[1] != inside[1]
-    safe_on = [bool(is_safe[number, *beyond]) for is_safe in maps.is_safe_in]
+    is_beside = beyond[1] != inside[1] if along == maps.x else beyond[2] != inside[2]
+    safe_on = [bool(is_safe[beyond]) for is_safe in maps.is_safe_in]
     for procedure, bits, is_safe in zip(maps.procedures, maps.bits_in, safe_on, strict=True):
         if is_safe or procedure == "same":
             continue
-        there, here = (_chain(bits[number], cell, along == maps.x) for cell in (beyond, inside))
+        there, here = (_chain(bits, cell, along == maps.x) for cell in (beyond, inside))
         first, step = (len(values) - 1, -1) if procedure == "down" else (0, 1)
         if there[place] & WHIRL:
             begin = place
@@ -70,4 +69,4 @@ def reason(maps: Classes, number: int | None, inside: Cell, beyond: Cell) -> dic
 
 def _chain(bits: Array, cell: Cell, along_x: bool) -> list[int]:
     """The responses along the carried axis through a cell."""
-    return [int(b) for b in np.asarray(bits[cell[0]] if along_x else bits[:, cell[1]])]
+    return [int(b) for b in np.asarray(bits[cell[:2]] if along_x else bits[cell[0], :, cell[2]])]

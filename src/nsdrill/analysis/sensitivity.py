@@ -181,27 +181,11 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         columns = [order.index(unknown.short) for unknown in results.drawn]
     else:
         columns = list(range(len(keys)))
-    rows: list[dict[str, Any]] = []
+    samples, rows = independent(results), list[dict[str, Any]]()
     for name, answers in answers_of(results, severity).items():
-        samples = independent(results)
-        drawn, sample_answers = values[samples], answers[samples]
-        result = indices(values, answers, design)
-        unknown_rows = [
-            _unknown_row(unknown, columns[number], result, drawn[:, number], sample_answers, dependent)
-            for number, unknown in enumerate(results.drawn)
-        ]
-        variable = BY_NAME.get(name)
-        rows.append(
-            {
-                "name": name,
-                "meaning": variable.long_name if variable else "a run that ends well without a critical response",
-                "units": variable.units if variable else "1",
-                "mean": _mean(sample_answers),
-                "deviation": None if result is None else float(np.sqrt(result.variance)),
-                "missing": int(np.count_nonzero(~np.isfinite(sample_answers))),
-                "unknowns": unknown_rows,
-            }
-        )
+        found, drawn = indices(values, answers, design), zip(results.drawn, columns, values[samples].T, strict=True)
+        row = _answer_row(name, answers[samples], found)
+        rows.append(row | {"unknowns": [_unknown_row(*one, found, answers[samples], dependent) for one in drawn]})
     return {
         "kind": "sensitivity",
         "title": str(results.attrs.get("title") or ""),
@@ -219,8 +203,20 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
     }
 
 
+def _answer_row(name: str, answers: Array, found: Indices | None) -> dict[str, Any]:
+    variable = BY_NAME.get(name)
+    return {
+        "name": name,
+        "meaning": variable.long_name if variable else "a run that ends well without a critical response",
+        "units": variable.units if variable else "1",
+        "mean": _mean(answers),
+        "deviation": None if found is None else float(np.sqrt(found.variance)),
+        "missing": int(np.count_nonzero(~np.isfinite(answers))),
+    }
+
+
 def _unknown_row(
-    unknown: Unknown, column: int, result: Indices | None, drawn: Array, answers: Array, dependent: bool
+    unknown: Unknown, column: int, drawn: Array, result: Indices | None, answers: Array, dependent: bool
 ) -> dict[str, Any]:
     lowest, highest = np.quantile(drawn, [PART, 1.0 - PART])
     ends = {"low": drawn <= lowest, "high": drawn >= highest}

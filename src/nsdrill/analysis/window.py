@@ -14,15 +14,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.outcome import known, text
-from nsdrill.analysis.plane import largest_margin, regions
+from nsdrill.analysis.plane import largest_margin, regions, stretches
 from nsdrill.analysis.probability import (
+    RunSafety,
     check_samples,
     effective_number,
     independent,
@@ -65,7 +66,8 @@ class Classes:
     ``bits_in`` and ``is_safe_in`` are [procedure, third, y, x]: the responses in each
     procedure, and whether it is safe.
 
-    ``histories`` and ``failed_runs`` are the numbers of histories and of failed runs,
+    ``over_all``: this is one map of what holds at all values of a third axis. ``histories``
+    and ``failed_runs`` are the numbers of histories and of failed runs,
     ``safe_in`` the number of safe points in each procedure by itself.
     """
 
@@ -86,6 +88,7 @@ class Classes:
     unsettled: Array
     confidence: float | None = None
     safety: tuple[Array, ...] = ()
+    over_all: bool = False
 
     @property
     def procedures(self) -> list[str]:
@@ -115,6 +118,10 @@ def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:
     return numbers[0], numbers[1] if len(numbers) > 1 else None, third
 
 
+Planes = Callable[[Array], Array]  # from the grid of the runs to [third, y, x, history]
+Cell = tuple[int, int, int]  # of the maps: third, y, x
+
+
 def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:
     """The state of every operating point. With ``severity`` a history is safe where
     none of the three severities exceeds it, whatever the response bits are. With
@@ -124,8 +131,8 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
 
     An inferred point has a response but no severity: by severity it is unknown.
     """
-    axes = axes_of(results)
-    if axes is None:
+    swept = axes_of(results)
+    if swept is None:
         if not results.swept:
             raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
         raise InputError(
@@ -133,8 +140,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
             f"three, among them words as "
             "one, beside one or two of numbers."
         )
-    runs = run_safety(results, severity)
-    x, y, third = axes
+    x, y, third = swept
 
     def planes(array: Array) -> Array:
         """``array`` as [third, y, x, history]. Axes that are not swept have length 1;
@@ -146,44 +152,40 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, x)]
         return transposed.reshape(*lengths, -1)
 
-    if confidence is not None:
-        return _classes_by_confidence(results, severity, confidence, (x, y, third), planes)
-    safe = runs.safe
-
-    def of_each(array: Array) -> list[Array]:
-        """The planes of each procedure."""
-        return [planes(part[None]) for part in array]
-
-    safe_maps, any_safe, any_unsafe = (planes(safe), planes(safe).any(axis=-1), planes(runs.unsafe).any(axis=-1))
-    state = np.where(
-        planes(safe | runs.unsafe).all(axis=-1) | (any_safe & any_unsafe),
-        np.where(any_unsafe, np.where(any_safe, HISTORY_DEPENDENT, CRITICAL), SAFE),
-        UNKNOWN,
-    )
-    all_bits = np.where(known(results["status"]), results["response"], 0).astype(int)
-    bits_in = np.array([np.bitwise_or.reduce(part, axis=-1) for part in of_each(all_bits)])
-    safe_in = {
-        text(name): int(np.count_nonzero(procedure_safe.all(axis=tuple(range(len(results.axes), procedure_safe.ndim)))))
-        for name, procedure_safe in zip(results.coords["procedure"], safe, strict=True)
-    }
-    yields = {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables}
+    runs = run_safety(results, severity)
+    if confidence is None:
+        found = _by_histories(results, runs, planes)
+    else:
+        found = _by_confidence(results, severity, confidence, planes)
     return Classes(
         results,
-        x,
-        y,
-        third,
-        state,
-        np.bitwise_or.reduce(bits_in, axis=0),
-        np.asarray(planes(runs.failed).any(axis=-1)),
-        np.asarray(planes(runs.distrusted).any(axis=-1)),
-        safe_maps.shape[-1],
-        int(np.count_nonzero(runs.failed)),
-        safe_in,
-        yields,
-        bits_in,
-        np.array([part.all(axis=-1) for part in of_each(safe)]),
-        np.asarray(planes(_unsettled(results)).any(axis=-1)),
+        *swept,
+        failed=np.asarray(planes(runs.failed).any(axis=-1)),
+        distrusted=np.asarray(planes(runs.distrusted).any(axis=-1)),
+        failed_runs=int(np.count_nonzero(runs.failed)),
+        yields={name: _mean(planes(results[name])) for name in YIELDS if name in results.variables},
+        **found,
     )
+
+
+def _by_histories(results: Results, runs: RunSafety, planes: Planes) -> dict[str, Any]:
+    """The fields of classes where the histories decide on a point."""
+    any_safe, any_unsafe = planes(runs.safe).any(axis=-1), planes(runs.unsafe).any(axis=-1)
+    is_decided = planes(runs.safe | runs.unsafe).all(axis=-1) | (any_safe & any_unsafe)
+    state = np.where(any_unsafe, np.where(any_safe, HISTORY_DEPENDENT, CRITICAL), SAFE)
+    bits = np.where(known(results["status"]), results["response"], 0).astype(int)
+    bits_in = np.array([np.bitwise_or.reduce(planes(part[None]), axis=-1) for part in bits])
+    is_safe_in = np.array([planes(part[None]).all(axis=-1) for part in runs.safe])
+    names = map(text, results.coords["procedure"])
+    return {
+        "state": np.where(is_decided, state, UNKNOWN),
+        "bits": np.bitwise_or.reduce(bits_in, axis=0),
+        "histories": planes(runs.safe).shape[-1],
+        "safe_in": {name: int(np.count_nonzero(part)) for name, part in zip(names, is_safe_in, strict=True)},
+        "bits_in": bits_in,
+        "is_safe_in": is_safe_in,
+        "unsettled": np.asarray(planes(_unsettled(results)).any(axis=-1)),
+    }
 
 
 def _unsettled(results: Results) -> Array:
@@ -194,18 +196,11 @@ def _unsettled(results: Results) -> Array:
     return np.asarray((results["status"] == OK) & (results["settled"] == 0))
 
 
-def _classes_by_confidence(
-    results: Results,
-    severity: int | None,
-    confidence: float,
-    swept: tuple[str, str | None, str | None],
-    planes: Callable[[Array], Array],
-) -> Classes:
-    """The classes where a point is safe if the probability of a safe run reaches
+def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes) -> dict[str, Any]:
+    """The fields of classes where a point is safe if the probability of a safe run reaches
     ``confidence``. ``bits`` are the responses that may prevent that: those with a
     probability of at least a third of 1 less ``confidence``."""
-    x, y, third = swept
-    runs, probabilities = run_safety(results, severity), probabilities_of(results, severity)
+    probabilities = probabilities_of(results, severity)
     is_safe, is_undecided = window_state(probabilities, confidence)
 
     def placed(array: Array) -> Array:
@@ -215,36 +210,19 @@ def _classes_by_confidence(
         occurs = share >= (1.0 - confidence) / 3
         return np.asarray(sum(placed(response).astype(int) << number for number, response in enumerate(occurs)))
 
-    procedures = range(len(results.coords["procedure"]))
-    state = np.where(is_safe, SAFE, np.where(is_undecided, UNKNOWN, CRITICAL))
-    return Classes(
-        results,
-        x,
-        y,
-        third,
-        placed(state),
-        bits_of(probabilities.share[-1, 1:]),
-        np.asarray(planes(runs.failed).any(axis=-1)),
-        np.asarray(planes(runs.distrusted).any(axis=-1)),
-        len(results.coords["procedure"]),
-        int(np.count_nonzero(runs.failed)),
-        {
-            name: int(np.count_nonzero(window_state(probabilities, confidence, name)[0]))
-            for name in probabilities.histories[:-1]
-        }
-        or {probabilities.histories[0]: int(np.count_nonzero(is_safe))},
-        {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables},
-        np.array([bits_of(probabilities.share[number, 1:]) for number in procedures]),
-        np.array(
-            [
-                placed(window_state(probabilities, confidence, name)[0])
-                for name in probabilities.histories[: len(procedures)]
-            ]
-        ),
-        np.asarray(planes(_unsettled(results)).mean(axis=-1) > 1.0 - confidence + 1e-9),
-        confidence,
-        tuple(placed(part) for part in probabilities.of("safe")),
-    )
+    procedures = len(results.coords["procedure"])
+    safe_by = {name: window_state(probabilities, confidence, name)[0] for name in probabilities.histories[:procedures]}
+    return {
+        "state": placed(np.where(is_safe, SAFE, np.where(is_undecided, UNKNOWN, CRITICAL))),
+        "bits": bits_of(probabilities.share[-1, 1:]),
+        "histories": procedures,
+        "safe_in": {name: int(np.count_nonzero(safe)) for name, safe in safe_by.items()},
+        "bits_in": np.array([bits_of(probabilities.share[number, 1:]) for number in range(procedures)]),
+        "is_safe_in": np.array([placed(safe) for safe in safe_by.values()]),
+        "unsettled": np.asarray(planes(_unsettled(results)).mean(axis=-1) > 1.0 - confidence + 1e-9),
+        "confidence": confidence,
+        "safety": tuple(placed(part) for part in probabilities.of("safe")),
+    }
 
 
 def _mean(values: Array) -> Array:
@@ -262,13 +240,37 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     samples."""
     confidence = usual_confidence(results, confidence)
     maps = classes(results, severity, confidence)
-    axes = [axis for axis in (maps.x, maps.y) if axis]
-    names = response_text(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
-    summary: dict[str, Any] = {
-        "kind": "window",
-        "title": str(results.attrs.get("title") or ""),
-        "overrides": overrides(results.attrs, thresholds=True),
-        "procedures": [text(name) for name in results.coords["procedure"]],
+    at = maps.values(maps.third)
+    return dict(
+        in_words(
+            {
+                "kind": "window",
+                "title": str(results.attrs.get("title") or ""),
+                "overrides": overrides(results.attrs, thresholds=True),
+                **_runs(maps, severity),
+                **_counts(maps.state),
+                **_outcomes(maps),
+                "confidence": confidence,
+                **_samples(results),
+                "most_probable": _most_probable(maps),
+                "price": _confidence_costs(maps),
+                "alone": _by_procedure(results, severity, confidence) if maps.histories > 1 else [],
+                "maps": [
+                    {"at": {maps.third: float(at[number])} if maps.third else {}, **_map(maps, number)}
+                    for number in range(len(maps.state))
+                ],
+                "throughout": _map(_throughout(maps), 0) if maps.third else None,
+                "depth": _over_depth(maps),
+            }
+        )
+    )
+
+
+def _runs(maps: Classes, severity: int | None) -> dict[str, Any]:
+    """What was run, and how."""
+    results, axes = maps.results, [axis for axis in (maps.x, maps.y) if axis]
+    return {
+        "procedures": maps.procedures,
         "histories": maps.histories,
         "history_examined": maps.histories > 1,
         "severity": severity,
@@ -285,30 +287,26 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "by_history": _by_history(maps),
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": json.loads(results.attrs.get(PASSED_OVER, "[]")),
-        **_counts(maps.state),
+    }
+
+
+def _outcomes(maps: Classes) -> dict[str, Any]:
+    """What prevents that points are safe."""
+    names = response_text(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
+    return {
         "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & maps.failed)),
         "safe_in": maps.safe_in,
         "obstacles": {name: int(np.count_nonzero(maps.bits >> number & 1)) for number, name in enumerate(names)},
-        "confidence": confidence,
-        "samples": len(results.coords.get(SAMPLE, ())) or None,
-        "counted": len(results.coords[SAMPLE][independent(results)]) if SAMPLE in results.coords else None,
-        "effective": effective_number(results, independent(results)) if SAMPLE in results.coords else None,
-        "most_probable": _most_probable(maps),
-        "price": _confidence_costs(maps),
-        "alone": _by_procedure(results, severity, confidence) if maps.histories > 1 else [],
-        "maps": [],
-        "throughout": None,
-        "depth": _over_depth(maps),
     }
-    thirds = maps.values(maps.third)
-    for number, state in enumerate(maps.state):
-        at = {maps.third: float(thirds[number])} if maps.third else {}
-        summary["maps"].append({"at": at, **_map(maps, state, number)})
-    if maps.third:
-        throughout = np.where((maps.state == CRITICAL).any(axis=0), CRITICAL, maps.state.min(axis=0))
-        summary["throughout"] = _map(maps, throughout, None)
-    worded: dict[str, Any] = in_words(summary)
-    return worded
+
+
+def _samples(results: Results) -> dict[str, Any]:
+    """How many samples there are, and how many of them count; None without samples."""
+    if SAMPLE not in results.coords:
+        return dict.fromkeys(("samples", "counted", "effective"))
+    samples, counted = results.coords[SAMPLE], independent(results)
+    effective = effective_number(results, counted)
+    return {"samples": len(samples), "counted": len(samples[counted]), "effective": effective}
 
 
 def usual_confidence(results: Results, confidence: float | None) -> float | None:
@@ -344,78 +342,101 @@ def _counts(state: Array) -> dict[str, Any]:
     return {"points": int(state.size), **counts, "share": {word: n / state.size for word, n in counts.items()}}
 
 
-def _map(maps: Classes, state: Array, number: int | None) -> dict[str, Any]:
-    """The numbers of one map [y, x]: shares, connected safe regions, the largest first,
-    the recommended point and the fastest one."""
-    x, y = maps.values(maps.x), maps.values(maps.y)
-    connected = []
+def _throughout(maps: Classes) -> Classes:
+    """One map of what holds at all values of the third axis: what occurs at any, the mean
+    yields, and the least probability of a safe run."""
+
+    def at_any(array: Array) -> Array:
+        return np.asarray(array.any(axis=0, keepdims=True))
+
+    least = np.argmin(maps.safety[0], axis=0)[None] if maps.safety else None
+    return replace(
+        maps,
+        third=None,
+        state=np.where(at_any(maps.state == CRITICAL), CRITICAL, maps.state.min(axis=0)),
+        bits=np.bitwise_or.reduce(maps.bits, axis=0, keepdims=True),
+        failed=at_any(maps.failed),
+        distrusted=at_any(maps.distrusted),
+        unsettled=at_any(maps.unsettled),
+        yields={name: _mean(np.moveaxis(array, 0, -1))[None] for name, array in maps.yields.items()},
+        is_safe_in=np.asarray(maps.is_safe_in.all(axis=1, keepdims=True)),
+        safety=() if least is None else tuple(np.take_along_axis(part, least, axis=0) for part in maps.safety),
+        over_all=True,
+    )
+
+
+def _map(maps: Classes, number: int) -> dict[str, Any]:
+    """The numbers of one map: shares, connected safe regions, the largest first, the
+    recommended point and the fastest one."""
+    x, y, state, connected = maps.values(maps.x), maps.values(maps.y), maps.state[number], []
     for cells, (top, bottom, left, right) in regions(state == SAFE):
         area: dict[str, Any] = {"points": cells, "share": cells / state.size, maps.x: [float(x[left]), float(x[right])]}
         if maps.y:
             area[maps.y] = [float(y[top]), float(y[bottom])]
         else:
-            area["sides"] = _limits(maps, state, number, x, left, lambda index: (0, index))
+            area["sides"] = _limits(maps, (number, 0, left), 2)
         connected.append(area)
-    best = _recommended(maps, state, number)
-    return {**_counts(state), "regions": connected, "recommended": best, "fastest": _fastest(maps, state, number)}
-
-
-def _yields(maps: Classes, number: int | None, cell: tuple[int, int]) -> dict[str, float]:
-    """The yields of a cell of the map ``number``; of None the mean over all maps."""
-    yields = {
-        name: _mean(array[:, *cell]) if number is None else array[number, *cell] for name, array in maps.yields.items()
+    is_here = (np.arange(len(maps.state)) == number)[:, None, None]
+    fastest = _best(maps, (maps.state == SAFE) & is_here)
+    return {
+        **_counts(state),
+        "regions": connected,
+        "recommended": _recommended(maps, number),
+        "fastest": None if fastest is None else {**_at(maps, fastest, (maps.x, maps.y)), **_yields(maps, fastest)},
     }
-    return {name: float(value) for name, value in yields.items() if np.isfinite(value)}
 
 
-def _fastest(maps: Classes, state: Array, number: int | None) -> dict[str, Any] | None:
-    """The safe point with the greatest rate of penetration, whatever its margin; None
-    where no rate is known."""
-    name = YIELDS[0]
-    if name not in maps.yields:
+def _best(maps: Classes, allowed: Array) -> Cell | None:
+    """The cell with the greatest rate of penetration among those ``allowed``
+    [third, y, x]; None where no rate is known."""
+    rate = maps.yields.get(YIELDS[0])
+    if rate is None or not np.any(allowed & np.isfinite(rate)):
         return None
-    rate = _mean(np.moveaxis(maps.yields[name], 0, -1)) if number is None else maps.yields[name][number]
-    rate = np.where((state == SAFE) & np.isfinite(rate), rate, -1.0)
-    row, column = (int(place) for place in np.unravel_index(np.argmax(rate), rate.shape))
-    if rate[row, column] < 0.0:
-        return None
-    point = {maps.x: float(maps.values(maps.x)[column])}
-    if maps.y:
-        point[maps.y] = float(maps.values(maps.y)[row])
-    return {**point, **_yields(maps, number, (row, column))}
+    return _cell(np.where(allowed & np.isfinite(rate), rate, -np.inf))
 
 
-def _recommended(maps: Classes, state: Array, number: int | None) -> dict[str, Any] | None:
+def _cell(values: Array) -> Cell:
+    """The first cell with the greatest of ``values`` [third, y, x]."""
+    third, y, x = (int(place) for place in np.unravel_index(np.argmax(values), values.shape))
+    return third, y, x
+
+
+def _at(maps: Classes, cell: Cell, axes: tuple[str | None, ...]) -> dict[str, float]:
+    """The values of some axes at a cell."""
+    places = dict(zip((maps.third, maps.y, maps.x), cell, strict=True))
+    return {axis: float(maps.values(axis)[places[axis]]) for axis in axes if axis}
+
+
+def _yields(maps: Classes, cell: Cell) -> dict[str, float]:
+    """The yields of a cell that are known."""
+    return {name: float(array[cell]) for name, array in maps.yields.items() if np.isfinite(array[cell])}
+
+
+def _safety(maps: Classes, cell: Cell) -> dict[str, float]:
+    """The probability of a safe run in a cell, and its interval."""
+    names = ("probability", "probability_low", "probability_high")
+    return {name: float(part[cell]) for name, part in zip(names, maps.safety, strict=False)}
+
+
+def _everything(maps: Classes, cell: Cell) -> dict[str, float]:
+    """Where a cell is, its safety and its yields."""
+    return {**_at(maps, cell, (maps.third, maps.y, maps.x)), **_safety(maps, cell), **_yields(maps, cell)}
+
+
+def _recommended(maps: Classes, number: int) -> dict[str, Any] | None:
     """The safe point with the largest margin; None where no point is safe."""
-    best = largest_margin(state == SAFE, maps.values(maps.y), maps.values(maps.x))
+    best = largest_margin(maps.state[number] == SAFE, maps.values(maps.y), maps.values(maps.x))
     if best is None:
         return None
-    row, column, margin = best
-    x, y = maps.values(maps.x), maps.values(maps.y)
-    point: dict[str, Any] = {maps.x: float(x[column])}
-    margins = {maps.x: _limits(maps, state, number, x, column, lambda index: (row, index))}
-    if maps.y:
-        point[maps.y] = float(y[row])
-        margins[maps.y] = _limits(maps, state, number, y, row, lambda index: (index, column))
+    cell = (number, *best[:2])
     return {
-        **point,
-        **_safety(maps, number, (row, column)),
-        **_yields(maps, number, (row, column)),
-        "margin": margin,
-        "margins": margins,
-        "settled": not np.any(maps.unsettled[(slice(None) if number is None else number, row, column)]),
+        **_at(maps, cell, (maps.x, maps.y)),
+        **_safety(maps, cell),
+        **_yields(maps, cell),
+        "margin": best[2],
+        "margins": {axis: _limits(maps, cell, place) for axis, place in ((maps.x, 2), (maps.y, 1)) if axis},
+        "settled": not maps.unsettled[cell],
     }
-
-
-def _safety(maps: Classes, number: int | None, cell: tuple[int, int]) -> dict[str, Any]:
-    """The probability of a safe run in a cell of the map ``number``, and its interval;
-    of None the least over all maps."""
-    if not maps.safety:
-        return {}
-    values = [part[(slice(None) if number is None else number, *cell)] for part in maps.safety]
-    least = int(np.argmin(np.atleast_1d(values[0])))
-    probability, low, high = (float(np.atleast_1d(part)[least]) for part in values)
-    return {"probability": probability, "probability_low": low, "probability_high": high}
 
 
 def _most_probable(maps: Classes) -> dict[str, Any] | None:
@@ -424,93 +445,65 @@ def _most_probable(maps: Classes) -> dict[str, Any] | None:
     if not maps.safety:
         return None
     is_best = maps.safety[0] >= np.max(maps.safety[0])
-    rate = maps.yields.get(YIELDS[0], np.zeros(is_best.shape))
-    order = np.where(is_best, np.where(np.isfinite(rate), rate, -1.0), -2.0)
-    index = np.unravel_index(int(np.argmax(order)), maps.state.shape)
-    axes = dict(zip((maps.third, maps.y, maps.x), index, strict=True))
-    at = {axis: float(maps.values(axis)[i]) for axis, i in axes.items() if axis}
-    cell = (int(index[1]), int(index[2]))
-    return {
-        **at,
-        **_safety(maps, int(index[0]), cell),
-        **_yields(maps, int(index[0]), cell),
-        "ties": int(is_best.sum()) - 1,
-    }
+    cell = _best(maps, is_best) or _cell(is_best)
+    return {**_everything(maps, cell), "ties": int(is_best.sum()) - 1}
 
 
 def _confidence_costs(maps: Classes) -> list[dict[str, Any]]:
     """What a confidence costs: for each of several the number of safe points, over all
     maps, and the fastest of these."""
-    if maps.confidence is None:
-        return []
-    probability, rate, rows = maps.safety[0], maps.yields.get(YIELDS[0]), []
-    for level in sorted({*LEVELS, maps.confidence}):
-        is_safe = probability >= level - 1e-9
+    rows = []
+    for level in sorted({*LEVELS, maps.confidence}) if maps.confidence is not None else ():
+        is_safe = maps.safety[0] >= level - 1e-9
+        fastest = _best(maps, is_safe)
         row: dict[str, Any] = {"confidence": level, "safe": int(is_safe.sum()), "share": float(is_safe.mean())}
-        row["fastest"] = None
-        if rate is not None and np.any(is_safe & np.isfinite(rate)):
-            best = np.unravel_index(np.argmax(np.where(is_safe & np.isfinite(rate), rate, -np.inf)), rate.shape)
-            index = tuple(int(i) for i in best)
-            axes = dict(zip((maps.third, maps.y, maps.x), index, strict=True))
-            at = {axis: float(maps.values(axis)[i]) for axis, i in axes.items() if axis}
-            cell = (index[1], index[2])
-            row["fastest"] = {**at, **_safety(maps, index[0], cell), **_yields(maps, index[0], cell)}
-        rows.append(row)
+        rows.append(row | {"fastest": None if fastest is None else _everything(maps, fastest)})
     return rows
 
 
 def _by_procedure(results: Results, severity: int | None, confidence: float | None) -> list[dict[str, Any]]:
     """The window of each procedure by itself, for results with samples."""
-    if confidence is None:
-        return []
     windows = []
-    for number, name in enumerate(results.coords["procedure"]):
+    for number, name in enumerate(results.coords["procedure"]) if confidence is not None else ():
         maps = classes(one_procedure(results, number), severity, confidence)
-        window = _map(maps, maps.state[0], 0) if maps.third is None else _counts(maps.state)
-        windows.append({"procedure": text(name), **window})
+        windows.append({"procedure": text(name), **(_map(maps, 0) if maps.third is None else _counts(maps.state))})
     return windows
 
 
-def _limits(maps: Classes, state: Array, number: int | None, values: Array, start: int, cell_at: Any) -> dict[str, Any]:
-    """How far one axis may change to either side, with the other fixed: to the last
-    safe point, and what lies behind it."""
-    sides = {}
+def _limits(maps: Classes, start: Cell, place: int) -> dict[str, Any]:
+    """How far one axis, that at this ``place`` of a cell, may change to either side of
+    ``start``, with the others fixed: to the last safe point, and what lies behind it."""
+    values, sides = maps.values((maps.third, maps.y, maps.x)[place]), {}
+
+    def cell(index: int) -> Cell:
+        third, y, x = (index if axis == place else at for axis, at in enumerate(start))
+        return third, y, x
+
     for side, step in (("less", -1), ("more", 1)):
-        last = start
-        while 0 <= last + step < len(values) and state[cell_at(last + step)] == SAFE:
+        last = start[place]
+        while 0 <= last + step < len(values) and maps.state[cell(last + step)] == SAFE:
             last += step
-        beyond = last + step
-        entry: dict[str, Any] = {
-            "margin": abs(float(values[last] - values[start])),
-            "safe_to": float(values[last]),
-            "first_not_safe": None,
-            "why": "edge",
-            "responses": [],
-            "safe_in": [],
-            "reason": None,
-        }
-        if 0 <= beyond < len(values):
-            cell = cell_at(beyond)
-            cells_behind = (slice(None) if number is None else number, *cell)
-            bits = int(np.bitwise_or.reduce(np.atleast_1d(maps.bits[cells_behind])))
-            why = STATES[int(state[cell])]
-            if why == "unknown" and np.any(maps.failed[cells_behind]):
-                why = "failed"
-            elif bits == 0 and np.any(maps.distrusted[cells_behind]):
-                why = "distrusted"
-            entry |= {
-                "first_not_safe": float(values[beyond]),
-                "why": why,
-                "responses": [] if bits == 0 else response_text(bits).split("+"),
-                "safe_in": [
-                    name
-                    for name, is_safe in zip(maps.procedures, maps.is_safe_in, strict=True)
-                    if np.all(is_safe[cells_behind])
-                ],
-                "reason": reason(maps, number, cell_at(start), cell),
-            }
-        sides[side] = entry
+        beyond: dict[str, Any] = {"first_not_safe": None, "why": "edge", "responses": [], "safe_in": [], "reason": None}
+        if 0 <= last + step < len(values):
+            beyond = {"first_not_safe": float(values[last + step]), **_hindrance(maps, start, cell(last + step))}
+        margin = abs(float(values[last] - values[start[place]]))
+        sides[side] = {"margin": margin, "safe_to": float(values[last]), **beyond}
     return sides
+
+
+def _hindrance(maps: Classes, inside: Cell, cell: Cell) -> dict[str, Any]:
+    """Why a cell is not safe, while the one ``inside`` is."""
+    bits, why = int(maps.bits[cell]), STATES[int(maps.state[cell])]
+    if why == "unknown" and maps.failed[cell]:
+        why = "failed"
+    elif bits == 0 and maps.distrusted[cell]:
+        why = "distrusted"
+    return {
+        "why": why,
+        "responses": response_text(bits).split("+") if bits else [],
+        "safe_in": [name for name, safe in zip(maps.procedures, maps.is_safe_in, strict=True) if safe[cell]],
+        "reason": reason(maps, inside, cell),
+    }
 
 
 def _over_depth(maps: Classes) -> dict[str, Any] | None:
@@ -518,23 +511,14 @@ def _over_depth(maps: Classes) -> dict[str, Any] | None:
     spans of depth in which it is open. None where depth is not swept."""
     if "depth" not in maps.results.swept:
         return None
-    axis = (maps.third, maps.y, maps.x).index("depth")
-    levels = np.moveaxis(maps.state, axis, 0)
-    depths = maps.values("depth")
-    rows = [{"depth": float(depth), **_counts(level)} for depth, level in zip(depths, levels, strict=True)]
-    is_open = [row["safe"] > 0 for row in rows]
-    spans: list[list[float]] = []
-    for number, (row, open_here) in enumerate(zip(rows, is_open, strict=True)):
-        if open_here and (number == 0 or not is_open[number - 1]):
-            spans.append([row["depth"], row["depth"]])
-        elif open_here:
-            spans[-1][1] = row["depth"]
-    closes = next(
-        (
-            row["depth"]
-            for row, open_here in zip(rows, is_open, strict=True)
-            if not open_here and spans and row["depth"] > spans[0][0]
-        ),
-        None,
-    )
-    return {"open": spans, "closes": closes, "reopens": spans[1][0] if len(spans) > 1 else None, "rows": rows}
+    levels = np.moveaxis(maps.state, (maps.third, maps.y, maps.x).index("depth"), 0)
+    depths = maps.values("depth").tolist()
+    rows = [{"depth": depth, **_counts(level)} for depth, level in zip(depths, levels, strict=True)]
+    spans = stretches(np.array([row["safe"] > 0 for row in rows]))
+    is_closed_below = bool(spans) and spans[0][1] + 1 < len(depths)
+    return {
+        "open": [[depths[first], depths[last]] for first, last in spans],
+        "closes": depths[spans[0][1] + 1] if is_closed_below else None,
+        "reopens": depths[spans[1][0]] if len(spans) > 1 else None,
+        "rows": rows,
+    }

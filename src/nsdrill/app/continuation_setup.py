@@ -65,24 +65,13 @@ def continuation_setup(study: Study) -> ContinuationSetup:
         )
     if study.ramped:
         raise InputError(
-            f"{source}: found a ramp in operation.{study.ramped[0]}; allowed: a "
-            f"constant value, of which "
-            "motions can repeat."
+            f"{source}: found a ramp in operation.{study.ramped[0]}; allowed: a constant value, of which motions can "
+            "repeat."
         )
     model = study.model.dynamics
     if model.switches(study.parameters) is not None:
         raise InputError(f"{source}: found drive.on_at; allowed: nothing that is switched on within the run.")
-    ranges = {continuation.along: (continuation.low, continuation.high)}
-    if (curves := continuation.curves) is not None:
-        start = number_of(study, dimension_of(curves.over))
-        if not curves.low <= start <= curves.high:
-            raise InputError(
-                f"{source}: continue.curves: found {curves.over} from {curves.low:g} to "
-                f"{curves.high:g} (SI); allowed: a range that has the study's own value, "
-                f"{start:g}, from where the "
-                "curves set out."
-            )
-        ranges[curves.over] = (curves.low, curves.high)
+    ranges = _ranges(study, continuation)
     structures = []
     for corner in product(*ranges.values()):
         operation = {name: getattr(study.operation, name) for name in OPERATION}
@@ -91,29 +80,39 @@ def continuation_setup(study: Study) -> ContinuationSetup:
             structures.append((model.variant(values.parameters), model.symmetry(values)))
         except NotImplementedError:
             raise InputError(
-                f"{source}: found the model {study.model.name}, which does not say how its motions "
-                f"repeat, or has no "
-                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion "
-                "or beam. A sweep "
+                f"{source}: found the model {study.model.name}, which does not say how its motions repeat, or has no "
+                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion or beam. A sweep "
                 "up and down (sweep.procedure: up-down) follows the stable motions of any model."
             ) from None
     if any(structure != structures[0] for structure in structures):
         raise InputError(
-            f"{source}: found a range of {' and '.join(ranges)} at whose ends the equations have "
-            f"different symmetries, "
-            "such as a hole that is vertical at one end and inclined at the other, or lobes of no "
-            "height at one end; "
-            "allowed: a range that leaves such an end out."
+            f"{source}: found a range of {' and '.join(ranges)} at whose ends the equations have different "
+            "symmetries, such as a hole that is vertical at one end and inclined at the other, or lobes of no "
+            "height at one end; allowed: a range that leaves such an end out."
         )
     if structures[0][1].folds and {*continuation.motions} == {"stick_slip"}:
         raise InputError(
-            f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth "
-            f"rock, on which "
-            "stick-slip is a cycle, or other motions. Over lobes it is a torus that is not "
-            "followed: a sweep up and "
+            f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth rock, on which "
+            "stick-slip is a cycle, or other motions. Over lobes it is a torus that is not followed: a sweep up and "
             "down (sweep.procedure: up-down) tells where it is stable."
         )
     return ContinuationSetup(study, continuation, model, *structures[0])
+
+
+def _ranges(study: Study, continuation: Continuation) -> dict[str, tuple[float, float]]:
+    """The ranges of the numbers that are free, by key; InputError where curves do not
+    set out from the study's own value."""
+    ranges = {continuation.along: (continuation.low, continuation.high)}
+    if (curves := continuation.curves) is not None:
+        start = number_of(study, dimension_of(curves.over))
+        if not curves.low <= start <= curves.high:
+            raise InputError(
+                f"{study.source or 'the study'}: continue.curves: found {curves.over} from {curves.low:g} to "
+                f"{curves.high:g} (SI); allowed: a range that has the study's own value, {start:g}, from where the "
+                "curves set out."
+            )
+        ranges[curves.over] = (curves.low, curves.high)
+    return ranges
 
 
 def number_of(study: Study, name: str) -> float:

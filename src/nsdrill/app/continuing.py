@@ -23,10 +23,9 @@ from nsdrill.app.seeding import seeds_of
 from nsdrill.app.unfinished import Part
 from nsdrill.data import json_text, resolved_study
 from nsdrill.errors import FileError, InputError
-from nsdrill.orbit.branch import Branch
+from nsdrill.orbit.branch import Branch, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow
-from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze
 from nsdrill.store import open_branches, part_path, write_branches
 from nsdrill.study.continuation import SECTION
@@ -174,10 +173,8 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
         or "no seeds at all"
     )
     return (
-        f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); "
-        f"allowed: seeds that have "
-        "settled on a motion that repeats. Give others (continue.seeds or --seeds), let them "
-        "settle for longer "
+        f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); allowed: seeds that "
+        "have settled on a motion that repeats. Give others (continue.seeds or --seeds), let them settle for longer "
         "(simulation.transient), or try longer periods (continue.lobes)."
     )
 

@@ -80,9 +80,8 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
     ]
     if not seeds:
         raise FileError(
-            f"{path}: found no settled point between the ends of continue.from and continue.to; "
-            f"allowed: results with "
-            "some. Run the sweep for longer (simulation.transient), or widen the range."
+            f"{path}: found no settled point between the ends of continue.from and continue.to; allowed: results "
+            "with some. Run the sweep for longer (simulation.transient), or widen the range."
         )
     return seeds
 
@@ -92,9 +91,8 @@ def _check_string(setup: ContinuationSetup, results: Results, path: Path) -> Non
     study = setup.study
     if str(results.attrs.get("model", study.model.name)) != study.model.name:
         raise FileError(
-            f"{path}: made with the model {results.attrs['model']}, the study has "
-            f"{study.model.name}. Choose "
-            "results of the same model as seeds."
+            f"{path}: made with the model {results.attrs['model']}, the study has {study.model.name}. Choose results "
+            "of the same model as seeds."
         )
     source = resolved_study(results.attrs)
     free = {setup.continuation.along, *source.get("sweep", {})}
@@ -114,8 +112,7 @@ def _place_of(setup: ContinuationSetup, results: Results, name: str, path: Path)
     if abs(values[near] - wanted) > 1e-6 * max(abs(wanted), 1e-300):
         low, high, own = (word_or_number(name, one) for one in (values[0], values[-1], wanted))
         raise FileError(
-            f"{path}: found {name} from {low} to {high}, of which none is {own}, as in the "
-            f"study; allowed: results that have the study's {name}, or --set a value that "
-            f"they have."
+            f"{path}: found {name} from {low} to {high}, of which none is {own}, as in the study; allowed: results "
+            f"that have the study's {name}, or --set a value that they have."
         )
     return near

@@ -189,6 +189,7 @@ def _unknown_lines(s: dict[str, Any], units: str) -> Iterator[str]:
 def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
     """The probability of each answer at some of the operating points."""
     from nsdrill.cli.words import point_text, samples_text
+    from nsdrill.plot.slices import evenly_spaced
 
     rows = s["probabilities"]
     histories = {row["history"]: None for row in rows}
@@ -203,7 +204,7 @@ def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
             f"{samples_text(s['counted'], s['effective'])}:"
         )
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
-        for row in _evenly_spaced(history_rows):
+        for row in evenly_spaced(history_rows, MAX_POINTS):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
             yield f"  {where:30s}" + "".join(f"{_probability_text(row[name]):>22s}" for name in names)
         if len(history_rows) > MAX_POINTS:
@@ -215,14 +216,6 @@ def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
 def _probability_text(estimate: dict[str, float]) -> str:
     low, high = 100 * estimate["low"], 100 * estimate["high"]
     return f"{100 * estimate['probability']:.1f} % ({low:.0f} to {high:.0f})"
-
-
-def _evenly_spaced(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """At most :data:`MAX_POINTS` of the ``rows``, evenly spaced, with the first and the
-    last."""
-    if len(rows) <= MAX_POINTS:
-        return rows
-    return [rows[round(i * (len(rows) - 1) / (MAX_POINTS - 1))] for i in range(MAX_POINTS)]
 
 
 def _override_lines(overrides: dict[str, str]) -> Iterator[str]:

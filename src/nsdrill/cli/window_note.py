@@ -12,6 +12,7 @@ from nsdrill.app import contrast as app
 from nsdrill.cli.words import aligned, count, samples_text
 from nsdrill.cli.words import label_of as name_of
 from nsdrill.plot.answer import ORDER, Formatter, answer, drilling, in_order, is_hint, limit, percent, warnings, why
+from nsdrill.plot.slices import evenly_spaced
 
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
@@ -181,21 +182,13 @@ def _map_table(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
     maps = summary["maps"]
     width = max(12, *(len(fmt.value(third, plane["at"][third])) for plane in maps))
     yield f"{name_of(third):>{width}s}{_headings(summary)}   recommended, and how far from there"
-    for plane in _evenly_spaced(maps):
+    for plane in evenly_spaced(maps, MAX_ROWS):
         yield (
             f"{fmt.value(third, plane['at'][third]):>{width}s}{_row(summary, plane)}   "
             f"{_recommendation(summary, plane, fmt)}"
         )
     if len(maps) > MAX_ROWS:
         yield f"  ({MAX_ROWS} of {len(maps)}; all with --json)"
-
-
-def _evenly_spaced(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """At most :data:`MAX_ROWS` of the ``rows``, evenly spaced, with the first and the
-    last."""
-    if len(rows) <= MAX_ROWS:
-        return rows
-    return [rows[round(number * (len(rows) - 1) / (MAX_ROWS - 1))] for number in range(MAX_ROWS)]
 
 
 def _recommendation(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -> str:
@@ -278,7 +271,7 @@ def _over_depth(summary: dict[str, Any], fmt: Formatter, table: bool) -> Iterato
     if table:
         yield ""
         yield f"{'depth':>12s}{_headings(summary)}"
-        for row in _evenly_spaced(rows):
+        for row in evenly_spaced(rows, MAX_ROWS):
             yield f"{fmt.value('depth', row['depth']):>12s}{_row(summary, row)}"
         if len(rows) > MAX_ROWS:
             yield f"  ({MAX_ROWS} of {len(rows)}; all with --json)"

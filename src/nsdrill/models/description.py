@@ -223,6 +223,9 @@ class Description:
         """The model as it is computed; imports the compiler."""
         return model_named(self.name)
 
+    def __str__(self) -> str:
+        return self.name
+
     def __reduce__(self) -> tuple[Any, ...]:
         return described, (self.name,)  # another process has the same models by these names
 

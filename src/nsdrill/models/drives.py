@@ -23,13 +23,14 @@ with one damping: J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)^2 without bit da
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from nsdrill.errors import Fault, InputError
-from nsdrill.models.numbers import DriveCard
+from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import DriveCard, FormatValue
 from nsdrill.models.reads import Reads
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
@@ -235,10 +236,11 @@ def inertia_faults(check: Any) -> Iterator[Fault]:
         )
 
 
-def overloaded(pairs: Sequence[tuple[float, float]], format_value: Any) -> str | None:
-    """The warning of a motor whose limit is below the steady torque, for the worst of
-    ``pairs`` (torque, limit) [N m], None where there is none; ``format_value`` gives
-    the text of a value."""
+def overloaded(corners: Iterable[Values], steady: Callable[[Values], float], format_value: FormatValue) -> str | None:
+    """The warning of a motor whose limit is below the ``steady`` torque [N m], for the
+    worst of the ``corners`` of a study, None where there is none."""
+    limits = [(corner, corner.parameters.drive.torque_limit) for corner in corners]
+    pairs = [(steady(corner), float(limit)) for corner, limit in limits if limit is not None]
     torque, limit = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
     if torque <= limit:
         return None
@@ -250,15 +252,19 @@ def overloaded(pairs: Sequence[tuple[float, float]], format_value: Any) -> str |
     )
 
 
-def swinging(growing: Sequence[tuple[complex, float, str]], several: bool, format_value: Any) -> str | None:
-    """The warning of a drive that makes the string oscillate by itself, for the worst
-    of ``growing`` (eigenvalue [1/s], depth [m], kind), None where there is none; with
-    the depth where there are ``several``."""
+def swinging(
+    study: Any, corners: Iterable[Values], growth: Callable[[Values], complex | None], format_value: FormatValue
+) -> str | None:
+    """The warning of a drive that makes the string oscillate by itself, as gains of the
+    wrong sign do, for the worst of the ``corners`` of a study, None where there is none;
+    ``growth`` is the eigenvalue [1/s] of what grows fastest, if anything does."""
+    growing = [(root, corner) for corner in corners if (root := growth(corner)) is not None]
     if not growing:
         return None
-    root, depth, kind = max(growing, key=lambda entry: entry[0].real)
+    root, corner = max(growing, key=lambda entry: entry[0].real)
+    depth, kind = corner.operation[0], corner.parameters.drive.kind
     swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
-    where = f" at {format_value(depth, 'm', 'm')}" if several else ""
+    where = f" at {format_value(depth, 'm', 'm')}" if "depth" in study.swept else ""
     return (
         f"Unstable: without any friction at the bit the string and its drive{where} do not come "
         f"to rest: an eigenvalue "

@@ -4,10 +4,15 @@ quantities at a point, and curves along an axis."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+# Text of a value in SI units, from the value, its SI unit and the unit that is shown.
+FormatValue = Callable[[float, str, str], str]
+LEAST_PERIODS = 4
 HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid
 FULL_HELIX = 2.0 * math.sqrt(2.0) - 1.0
 
@@ -23,6 +28,17 @@ class DerivedQuantity:
     meaning: str
     group: str = "rotation"
     further: bool = False
+
+
+def few_periods(study: Any, period: float) -> str | None:
+    """The warning of an observation that is short beside the longest torsional
+    ``period`` [s] of a study, None where it is long enough or nothing is observed."""
+    if (study.ramped and not study.swept) or study.simulation.observe >= LEAST_PERIODS * period:
+        return None
+    return (
+        f"Short: the torsional period is {period:.3g} s at most; an observation of "
+        f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen simulation.observe."
+    )
 
 
 GROUPS = {

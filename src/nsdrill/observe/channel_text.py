@@ -51,7 +51,7 @@ CONSTANTS = {
 HELPERS = (
     "quintic",
     "cubic",
-    "derivative",
+    "rate_of",
     "middle_of_quintic",
     "middle_of_cubic",
     "middle_of_rate",
@@ -228,21 +228,15 @@ class ChannelText:
     def _frame(self, channel: Channel) -> str:
         return self.row_texts[END][channel.frame] if channel.frame else "0.0"
 
-    def _polynomial(self, channel: Channel) -> list[str]:
-        """The lines that assign a channel's coefficients p0 to p5 over the step, its
-        values at both ends and its slope at the end."""
+    def _polynomial(self, channel: Channel, p: str = "p") -> list[str]:
+        """The lines that assign a channel's polynomial ``p`` over the step, its values
+        at both ends and its slope at the end."""
         base, k = self._base(channel), self.number_of[channel.name]
         lines = [*self._ends(channel), f"begin, end, end_slope = g0_{k}, g1_{k}, h * d1_{k}"]
         if base is None:
-            return [*lines, f"p0, p1, p2, p3, p4, p5 = {coefficients(channel, k)}"]
-        j = self.number_of[base.name]
-        return [
-            *lines,
-            *self._ends(base),
-            f"_, p1, p2, p3, p4, p5 = {coefficients(base, j)}",
-            "p0, p1, p2, p3, p4, p5 = derivative(p1, p2, p3, p4, p5)",
-            "p0, p1, p2, p3, p4 = begin, p1 / h, p2 / h, p3 / h, p4 / h",
-        ]
+            return [*lines, f"{p} = {coefficients(channel, k)}"]
+        polynomial = coefficients(base, self.number_of[base.name])
+        return [*lines, *self._ends(base), f"{p} = rate_of({polynomial}, begin, h)"]
 
     def _integral(self, channel: Channel) -> str:
         """The integral of a channel over the step."""

@@ -216,6 +216,16 @@ class Section:
 
 
 Feature = Extremes | TimeAbove | Mean | MeanAbove | Rms | RmsOfSlopes | Passages | Winding | Derived
+# What is measured for the features of a kind, in the order of the observer's rows.
+MEASURES: dict[type[Any], str] = {
+    TimeAbove: "above",
+    Mean: "integral",
+    MeanAbove: "part",
+    Rms: "square",
+    RmsOfSlopes: "slopes",
+    Passages: "passages",
+    Winding: "angle",
+}
 T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, Rms, RmsOfSlopes, Passages, Winding, Derived)
 
 
@@ -261,16 +271,8 @@ class Declaration:
     def measured_per_half(self) -> list[tuple[str, str]]:
         """What is measured in each half of the observation: (what, name of the
         channel); for what has a level or several channels, the name of the feature."""
-        return [
-            *((end, name) for name in self.channels_of(Extremes) for end in self.ends_of(name)),
-            *(("above", above.name) for above in self.of_kind(TimeAbove)),
-            *(("integral", name) for name in self.channels_of(Mean)),
-            *(("part", part.name) for part in self.of_kind(MeanAbove)),
-            *(("square", name) for name in self.channels_of(Rms)),
-            *(("slopes", slopes.name) for slopes in self.of_kind(RmsOfSlopes)),
-            *(("passages", name) for name in self.channels_of(Passages)),
-            *(("angle", winding.name) for winding in self.of_kind(Winding)),
-        ]
+        ends = [(end, name) for name in self.channels_of(Extremes) for end in self.ends_of(name)]
+        return [*ends, *dict.fromkeys(measure_of(feature) for kind in MEASURES for feature in self.of_kind(kind))]
 
     @property
     def named_features(self) -> list[tuple[str, Feature]]:
@@ -280,6 +282,14 @@ class Declaration:
             names = (feature.greatest, feature.least) if isinstance(feature, Extremes) else (feature.name,)
             pairs += [(name, feature) for name in names if name]
         return pairs
+
+
+def measure_of(feature: Any) -> tuple[str, str]:
+    """What is measured for a feature of one of the kinds of MEASURES: (what, name of
+    the channel), of which several features may be made; for what has a level or several
+    channels, the name of the feature."""
+    shared = isinstance(feature, Mean | Rms | Passages)
+    return MEASURES[type(feature)], feature.channel if shared else feature.name
 
 
 def check(names: Names, declaration: Declaration) -> None:
@@ -297,67 +307,10 @@ def check(names: Names, declaration: Declaration) -> None:
         _check_known("outputs", arguments(declaration.outputs.function), readable)
     channels = {channel.name: channel for channel in declaration.channels}
     for channel in declaration.channels:
-        where = f"channel {channel.name!r}"
-        for part in ("value", "slope", "curvature", "level", "scale"):
-            expression = getattr(channel, part)
-            if not (callable(expression) and part not in ("level", "scale")):
-                _check_name_or_number(f"{where}: {part}", expression)
-        for part in ("value", "slope", "curvature"):
-            rows_read = _reads(getattr(channel, part))
-            if aux := sorted({*rows_read} & {*names.aux}):
-                raise ValueError(
-                    f"{where}: {part} reads {aux[0]!r}, an auxiliary output, which is known at "
-                    "the end of a step only; let a function of Outputs return it under another "
-                    "name"
-                )
-            _check_known(f"{where}: {part}", rows_read, rows)
-        for part, allowed in (
-            ("frame", names.parameters),
-            ("level", names.parameters),
-            ("scale", (*names.parameters, *names.states)),
-        ):
-            _check_known(f"{where}: {part}", _reads(getattr(channel, part)), allowed)
-        if channel.inside:
-            _check_known(f"{where}: of", channel.of, channels)
-            given = arguments(channel.inside)[2 * len(channel.of) :]
-            _check_known(f"{where}: inside", given, names.parameters)
-        if channel.rate_of is not None:
-            _check_known(f"{where}: rate_of", [channel.rate_of], channels)
-            base = channels[channel.rate_of]
-            if base.curvature is None or base.rate_of is not None:
-                raise ValueError(f"{where}: rate_of is {base.name!r}, which must have a curvature and no rate_of")
-            if (channel.value, channel.slope, channel.curvature, channel.frame) != (
-                base.slope,
-                base.curvature,
-                None,
-                None,
-            ):
-                raise ValueError(
-                    f"{where}: as it is the rate of {base.name!r}, its value and slope must be "
-                    "the slope and curvature of that channel, and it may have neither a "
-                    "curvature nor a frame"
-                )
+        _check_channel(channel, channels, names, rows)
     for feature in declaration.features:
-        kind = type(feature).__name__
-        if isinstance(feature, Winding):
-            _check_known(kind, [feature.x, feature.y], channels)
-        elif isinstance(feature, RmsOfSlopes):
-            _check_known(kind, feature.channels, channels)
-        elif not isinstance(feature, Derived):
-            _check_known(kind, [feature.channel], channels)
-        if isinstance(feature, TimeAbove):
-            _check_known(f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters)
-        if isinstance(feature, Passages) or (isinstance(feature, TimeAbove) and feature.level is None):
-            _check_level(f"{kind} {feature.name!r}", channels[feature.channel])
-        if isinstance(feature, MeanAbove):
-            levels = [above.name for above in declaration.of_kind(TimeAbove)]
-            _check_known(f"MeanAbove {feature.name!r}: above", [feature.above], levels)
-        if isinstance(feature, Extremes):
-            _check_extremes(feature, declaration, channels[feature.channel], names, rows)
-        elif not isinstance(feature, Derived) and any(
-            channels[name].inside for name in channels if name in vars(feature).values()
-        ):
-            raise ValueError(f"{kind} {feature.name!r}: found a channel with a function inside; allowed: Extremes only")
+        if not isinstance(feature, Derived):
+            _check_measured(feature, declaration, channels, names, rows)
     defined = {name for name, feature in declaration.named_features if not isinstance(feature, Derived)}
     for derived in declaration.of_kind(Derived):
         _check_known(f"Derived {derived.name!r}", arguments(derived.function), {*defined, *names.parameters})
@@ -367,6 +320,63 @@ def check(names: Names, declaration: Declaration) -> None:
         _check_known("section: spacing", _reads(section.spacing), names.parameters)
         if not isinstance(section.spacing, str) and not 0.0 < section.spacing < np.inf:
             raise ValueError(f"section: spacing is {section.spacing}; allowed: a parameter or a positive number [rad]")
+
+
+def _check_channel(channel: Channel, channels: dict[str, Channel], names: Names, rows: set[str]) -> None:
+    where = f"channel {channel.name!r}"
+    numbers: tuple[str, ...] = (*names.parameters, *names.states)
+    allowed = {**dict.fromkeys(("value", "slope", "curvature"), rows), "level": names.parameters, "scale": numbers}
+    for part, readable in allowed.items():
+        expression = getattr(channel, part)
+        if readable is not rows or not callable(expression):
+            _check_name_or_number(f"{where}: {part}", expression)
+        if readable is rows and (aux := sorted({*_reads(expression)} & {*names.aux})):
+            raise ValueError(
+                f"{where}: {part} reads {aux[0]!r}, an auxiliary output, which is known at "
+                "the end of a step only; let a function of Outputs return it under another "
+                "name"
+            )
+        _check_known(f"{where}: {part}", _reads(expression), readable)
+    _check_known(f"{where}: frame", _reads(channel.frame), names.parameters)
+    if channel.inside:
+        _check_known(f"{where}: of", channel.of, channels)
+        given = arguments(channel.inside)[2 * len(channel.of) :]
+        _check_known(f"{where}: inside", given, names.parameters)
+    if channel.rate_of is not None:
+        _check_known(f"{where}: rate_of", [channel.rate_of], channels)
+        base = channels[channel.rate_of]
+        if base.curvature is None or base.rate_of is not None:
+            raise ValueError(f"{where}: rate_of is {base.name!r}, which must have a curvature and no rate_of")
+        rates = (channel.value, channel.slope, channel.curvature, channel.frame)
+        if rates != (base.slope, base.curvature, None, None):
+            raise ValueError(
+                f"{where}: as it is the rate of {base.name!r}, its value and slope must be "
+                "the slope and curvature of that channel, and it may have neither a "
+                "curvature nor a frame"
+            )
+
+
+def _check_measured(
+    feature: Any, declaration: Declaration, channels: dict[str, Channel], names: Names, rows: set[str]
+) -> None:
+    kind = type(feature).__name__
+    if isinstance(feature, Winding):
+        found: tuple[str, ...] = (feature.x, feature.y)
+    else:
+        found = feature.channels if isinstance(feature, RmsOfSlopes) else (feature.channel,)
+    _check_known(kind, found, channels)
+    if isinstance(feature, Extremes):
+        _check_extremes(feature, declaration, channels[feature.channel], names, rows)
+        return
+    if any(channels[name].inside for name in found):
+        raise ValueError(f"{kind} {feature.name!r}: found a channel with a function inside; allowed: Extremes only")
+    if isinstance(feature, TimeAbove):
+        _check_known(f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters)
+    if isinstance(feature, Passages) or (isinstance(feature, TimeAbove) and feature.level is None):
+        _check_level(f"{kind} {feature.name!r}", channels[feature.channel])
+    if isinstance(feature, MeanAbove):
+        levels = [above.name for above in declaration.of_kind(TimeAbove)]
+        _check_known(f"MeanAbove {feature.name!r}: above", [feature.above], levels)
 
 
 def _check_extremes(

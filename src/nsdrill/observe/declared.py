@@ -222,6 +222,18 @@ class _ObserverText(ChannelText):
                 f"{low} = min(low, g1_{k}) if plain else low",
             ]
             happens[first].append("fallen")
+        lines += self._crossing_lines(channel, sets, happens)
+        lines += [noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()]
+        return lines
+
+    def _crossing_lines(
+        self, channel: Channel, sets: list[tuple[str, Event]], happens: dict[str, list[str]]
+    ) -> list[str]:
+        """The lines that compare a channel with its levels, and add the time above
+        them of steps without a crossing; what brings a lane into each set joins what
+        ``happens``."""
+        k, found = self.number_of[channel.name], self.declaration.extremes_of(channel.name)
+        lines: list[str] = []
         for number, (lanes, event) in enumerate(sets):
             if event.above is None:
                 continue
@@ -242,7 +254,6 @@ class _ObserverText(ChannelText):
             ]
             if gate := self.gates.get(event.above.name):
                 lines.append(noted(gate, f"{above0} and {above1}"))
-        lines += [noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()]
         return lines
 
     def _inside_detection_lines(self, channel: Channel, lanes: str) -> list[str]:
@@ -333,7 +344,7 @@ class _ObserverText(ChannelText):
         return [
             *self._polynomial(self._channel(section.channel)),
             "record_returns(",
-            "    b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
+            "    b, store, i, W, h, p, end,",
             f"    {self._spacing()}, {self._offset('level')},",
             f"    RINGS + {rings * W} * (peaks + 1) + i * (1 + {entry} * returns), returns,",
             f"    {rows.pairs}, {rows.singles}, {W * rows.start}, {W * rows.stage},",
@@ -354,7 +365,7 @@ class _ObserverText(ChannelText):
         return [
             *self._polynomial(channel),
             "first, second, above0, above_inside, above1 = measure_events(",
-            "    b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope,",
+            "    b, store, i, W, h, begin, p, end, end_slope,",
             f"    {self._level(channel, above)}, {', '.join(self._slip(channel))},",
             f"    {self._is_followed(name) or True}, {least}, {greatest},",
             f"    {self._offset('above', above.name) if above else NONE}, {passages}, {low},",
@@ -390,9 +401,9 @@ class _ObserverText(ChannelText):
         assert channel.inside is not None
         lines, given = [], []
         for number, name in enumerate(channel.of):
-            p = [f"q{number}_{power}" for power in range(6)]
-            lines += [*self._polynomial(self._channel(name)), f"{', '.join(p)} = p0, p1, p2, p3, p4, p5"]
-            given += [f"value({', '.join(p)}, theta)", f"slope({', '.join(p[1:])}, theta) / h"]
+            p = f"p_{number}"
+            lines += self._polynomial(self._channel(name), p)
+            given += [f"value({p}, theta)", f"slope({p}, theta) / h"]
         names = arguments(channel.inside)[len(given) :]
         given += [self.row_texts[END][name] for name in names]
         return [

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import CLOSES, MARKER, OBSERVER, OPENS, Rows
-from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled
+from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled, inlined
 from nsdrill.compiler.words import lowest_bit, packed
 from nsdrill.elementary import sincos
 
@@ -98,30 +98,11 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     ``first`` is the position of their rows among those of the observer, ``place`` that
     of their header in the store.
     """
-    W, own, tangent_states = lanes, rows.own, rows.tangent_states
-    deviation_, scale_ = W * (rows.stage + own), W * (rows.scale + own)
-    slope_, slopes = W * (rows.acceleration + rows.own_slopes), rows.own_slopes
-    pushes = len(rows.pushed) // 2
-    push_ = W * (rows.push + pushes)
-    time_, step_, moves_, observing_ = (W * rows.time, W * rows.step, W * rows.moves, W * rows.observing)
-    next_time_, log_, last_log_, last_time_, began_, weight_, growth_ = (
-        W * (rows.observer + first + i) for i in range(7)
-    )
-    wave_ = growth_ + W
-
-    @compiled(BUFFER, BUFFER, INTEGER, FLOAT, FLOAT)
-    def add(b, store, i, log, now):  # type: ignore[no-untyped-def]
-        # The increment since the last renormalisation, at the middle of the interval.
-        rise, before = log - b[last_log_ + i], b[last_time_ + i]
-        angle = 2.0 * math.pi * ((0.5 * (before + now) - b[began_ + i]) / store[place + DURATION])
-        b[last_log_ + i] = log
-        b[last_time_ + i] = now
-        half, _ = sincos(0.5 * angle)
-        b[weight_ + i] += half * (now - before)
-        b[growth_ + i] += half * rise
-        for k in range(WAVES):
-            sine, _ = sincos((k + 1.0) * angle)
-            b[wave_ + k * W + i] += sine * rise
+    W, step_, moves_, time_ = lanes, lanes * rows.step, lanes * rows.moves, lanes * rows.time
+    observing_, columns = lanes * rows.observing, len(GROWTH_COLUMNS)
+    next_time_, log_, last_log_, last_time_, began_, weight_ = (W * (rows.observer + first + k) for k in range(6))
+    squared_length, shorten = _of_deviation(lanes, rows)
+    add = _addition(lanes, W * (rows.observer + first), place)
 
     @compiled(OBSERVER)
     def growth(b, store):  # type: ignore[no-untyped-def]
@@ -134,25 +115,16 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
         while due != 0:
             i = lowest_bit(due)
             due &= due - 1
-            squared_length = 0.0
-            for j in range(0, tangent_states * W, W):
-                component = b[deviation_ + j + i] / b[scale_ + j + i]
-                squared_length += component * component
             now = b[time_ + i] + b[step_ + i]
             if b[step_ + i] == 0.0:
                 b[log_ + i] = 0.0
                 b[next_time_ + i] = now + store[place + INTERVAL]
                 continue
             b[next_time_ + i] = max(b[next_time_ + i] + store[place + INTERVAL], now)
-            if 0.0 < squared_length < np.inf:
-                b[log_ + i] += 0.5 * math.log(squared_length)
-                scale = 1.0 / math.sqrt(squared_length)
-                for j in range(0, tangent_states * W, W):
-                    b[deviation_ + j + i] *= scale
-                for j in range(0, slopes * W, W):
-                    b[slope_ + j + i] *= scale
-                for j in range(0, pushes * W, W):
-                    b[push_ + j + i] *= scale
+            square = squared_length(b, i)
+            if 0.0 < square < np.inf:
+                b[log_ + i] += 0.5 * math.log(square)
+                shorten(b, i, 1.0 / math.sqrt(square))
             else:
                 b[log_ + i] = np.nan
             if b[observing_ + i] != 0.0:
@@ -160,21 +132,70 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
 
     @compiled(MARKER)
     def growth_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
-        squared_length = 0.0
-        for j in range(0, tangent_states * W, W):
-            component = b[deviation_ + j + i] / b[scale_ + j + i]
-            squared_length += component * component
-        log = b[log_ + i] + 0.5 * math.log(squared_length) if 0.0 < squared_length < np.inf else np.nan
+        square = squared_length(b, i)
+        log = b[log_ + i] + 0.5 * math.log(square) if 0.0 < square < np.inf else np.nan
         if mark == OPENS:
             b[next_time_ + i] = b[time_ + i] + store[place + INTERVAL]
             b[last_log_ + i] = log
             b[last_time_ + i] = b[time_ + i]
             b[began_ + i] = b[time_ + i]
-            for j in range(len(GROWTH_COLUMNS)):
+            for j in range(columns):
                 b[weight_ + j * W + i] = 0.0
         elif mark == CLOSES:
             add(b, store, i, log, b[time_ + i])  # since the last renormalisation, if any
-            for j in range(len(GROWTH_COLUMNS)):
+            for j in range(columns):
                 outcome[column + j] = b[weight_ + j * W + i]
 
     return growth, growth_marker
+
+
+def _of_deviation(lanes: int, rows: Rows) -> tuple[Any, Any]:
+    """The functions ``squared_length(b, i)``, in natural scales, and ``shorten(b, i,
+    scale)`` of the deviation of a lane, which are written out."""
+    W, end = lanes, lanes * rows.tangent_states
+    deviation_, scale_ = W * (rows.stage + rows.own), W * (rows.scale + rows.own)
+    pushes = len(rows.pushed) // 2
+    parts = (
+        (deviation_, end),
+        (W * (rows.acceleration + rows.own_slopes), W * rows.own_slopes),
+        (W * (rows.push + pushes), W * pushes),
+    )
+
+    @inlined
+    def squared_length(b, i):  # type: ignore[no-untyped-def]
+        total = 0.0
+        for j in range(0, end, W):
+            component = b[deviation_ + j + i] / b[scale_ + j + i]
+            total += component * component
+        return total
+
+    @inlined
+    def shorten(b, i, scale):  # type: ignore[no-untyped-def]
+        for part_, part_end in parts:
+            for j in range(0, part_end, W):
+                b[part_ + j + i] *= scale
+
+    return squared_length, shorten
+
+
+def _addition(lanes: int, first_: int, place: int) -> Any:
+    """The compiled function that adds what the logarithm of the length has grown since
+    the last renormalisation, at the middle of the interval; ``first_`` is the offset of
+    the rows of GROWTH."""
+    W = lanes
+    last_log_, last_time_, began_, weight_, growth_, wave_ = (first_ + k * W for k in range(2, 8))
+
+    @compiled(BUFFER, BUFFER, INTEGER, FLOAT, FLOAT)
+    def add(b, store, i, log, now):  # type: ignore[no-untyped-def]
+        rise, before = log - b[last_log_ + i], b[last_time_ + i]
+        angle = 2.0 * math.pi * ((0.5 * (before + now) - b[began_ + i]) / store[place + DURATION])
+        b[last_log_ + i] = log
+        b[last_time_ + i] = now
+        half, _ = sincos(0.5 * angle)
+        b[weight_ + i] += half * (now - before)
+        b[growth_ + i] += half * rise
+        for k in range(WAVES):
+            sine, _ = sincos((k + 1.0) * angle)
+            b[wave_ + k * W + i] += sine * rise
+
+    return add

@@ -20,14 +20,12 @@ from nsdrill.observe.channels import (
     Derived,
     Extremes,
     Mean,
-    MeanAbove,
     Names,
-    Passages,
     Rms,
     RmsOfSlopes,
     TimeAbove,
-    Winding,
     arguments,
+    measure_of,
     scale_of,
 )
 
@@ -101,20 +99,13 @@ def measured(
         elif isinstance(feature, Extremes):
             end = "greatest" if name == feature.greatest else "least"
             features[name] = _root(declaration, feature.channel, whole[end, feature.channel])
-        elif isinstance(feature, TimeAbove):
-            features[name] = _fraction(whole["above", name] / observe)
-        elif isinstance(feature, Mean):
-            features[name] = whole["integral", feature.channel] / observe
-        elif isinstance(feature, MeanAbove):
-            features[name] = whole["part", name] / observe
-        elif isinstance(feature, Passages):
-            features[name] = whole["passages", feature.channel] / observe
-        elif isinstance(feature, Winding):
-            features[name] = whole["angle", name] / observe
-        elif isinstance(feature, Rms):
-            features[name] = np.sqrt(np.maximum(whole["square", feature.channel], 0.0) / observe)
-        elif isinstance(feature, RmsOfSlopes):
-            features[name] = np.sqrt(whole["slopes", name] / observe)
+        else:
+            mean = whole[measure_of(feature)] / observe
+            if isinstance(feature, TimeAbove):
+                mean = _fraction(mean)
+            elif isinstance(feature, Rms | RmsOfSlopes):
+                mean = np.sqrt(np.maximum(mean, 0.0))
+            features[name] = mean
     by_name.update(zip(names.states, state_scales.T, strict=True))
     features[HALF_DIFFERENCE] = _half_difference(
         names, declaration, len(outcome), first, second, by_name, 0.5 * np.asarray(observe)

@@ -15,6 +15,7 @@ from nsdrill.observe.interpolant import (
     cubic,
     extreme,
     integral_of_cubic,
+    lowered,
     position_and_velocity,
     slope,
     value,
@@ -101,13 +102,13 @@ def update_peaks(b, store, i, W, current, stuck, slip, low_, growth_, ring, peak
 
 
 @inlined
-def level_crossing(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ignore[no-untyped-def]
+def level_crossing(p, low, high, above_at_low):  # type: ignore[no-untyped-def]
     """Where the polynomial crosses zero between ``low`` and ``high``, to 1e-13, from
     above if ``above_at_low``. Newton's method, kept inside a shrinking bracket by
     bisection. (The side is an argument, as a run may start on zero itself.)"""
     theta = 0.5 * (low + high)
     for _ in range(60):
-        residual, gradient = value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta)
+        residual, gradient = value(p, theta), slope(p, theta)
         before = (residual > 0.0) == above_at_low
         low, high = theta if before else low, high if before else theta
         next_theta = theta - residual / gradient
@@ -120,54 +121,28 @@ def level_crossing(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ig
 
 
 @inlined
-def crossings(p0, p1, p2, p3, p4, p5, theta, above0, above_inside, above1):  # type: ignore[no-untyped-def]
+def crossings(p, theta, above0, above_inside, above1):  # type: ignore[no-untyped-def]
     """Where the polynomial crosses zero before and after ``theta``: the extremum or
     else the end, which divides the step into two parts with at most one crossing each;
     ``theta`` and 1 where it does not cross. The last arguments are its sides at the
     start, at ``theta`` and at the end."""
     first, second = theta, 1.0
     if above0 != above_inside:
-        first = level_crossing(p0, p1, p2, p3, p4, p5, 0.0, theta, above0)
+        first = level_crossing(p, 0.0, theta, above0)
     if above1 != above_inside:
-        second = level_crossing(p0, p1, p2, p3, p4, p5, theta, 1.0, above_inside)
+        second = level_crossing(p, theta, 1.0, above_inside)
     return first, second
 
 
 @inlined
 def measure_events(  # type: ignore[no-untyped-def]
-    b,
-    store,
-    i,
-    W,
-    h,
-    begin,
-    p0,
-    p1,
-    p2,
-    p3,
-    p4,
-    p5,
-    end,
-    end_slope,
-    level,
-    stuck,
-    slip,
-    followed,
-    least_,
-    greatest_,
-    above_,
-    passages_,
-    low_,
-    growth_,
-    ring,
-    peaks,
-    every,
-    at_ends,
-):
+    b, store, i, W, h, begin, p, end, end_slope, level, stuck, slip,
+    followed, least_, greatest_, above_, passages_, low_, growth_, ring, peaks, every, at_ends,
+):  # fmt: skip
     """Update the measurements of a channel of lane i by the events inside a step of
     length ``h``: extrema, peaks, and crossings of ``level``.
 
-    The channel is given by its polynomial p0 to p5, its values ``begin`` and ``end``
+    The channel is given by its polynomial ``p``, its values ``begin`` and ``end``
     and ``end_slope``, by theta; its extremum counts where it is ``followed``; ``stuck``
     and ``slip`` are those of :func:`update_peaks`. Offsets of its rows, or NONE, are
     ``least_``, ``greatest_``, ``above_`` (the time above the level), ``passages_`` and
@@ -177,11 +152,12 @@ def measure_events(  # type: ignore[no-untyped-def]
     Returns how the level divides the step: two values of theta, and whether the channel
     is above the level before the first, between the two, and after the second.
     """
-    extremum_inside = has_extremum(p1, end_slope)
+    begin_slope = p[1]
+    extremum_inside = has_extremum(begin_slope, end_slope)
     theta, at_extremum = 1.0, end
     if extremum_inside:
-        theta = extreme(p1, p2, p3, p4, p5, end_slope)
-        at_extremum = value(p0, p1, p2, p3, p4, p5, theta)
+        theta = extreme(p, end_slope)
+        at_extremum = value(p, theta)
     is_seen = extremum_inside and followed
     seen = at_extremum if is_seen else end
     if least_ != NONE:
@@ -193,7 +169,7 @@ def measure_events(  # type: ignore[no-untyped-def]
             update_peaks(b, store, i, W, at_extremum, stuck, slip, low_, growth_, ring, peaks)
         if at_ends:
             update_peaks(b, store, i, W, end, stuck, slip, low_, growth_, ring, peaks)
-    if every and is_seen and p1 > 0.0 and peaks > 0:
+    if every and is_seen and begin_slope > 0.0 and peaks > 0:
         store_peak(store, ring, peaks, at_extremum)
     above0, above1 = begin > level, end > level
     above_inside = at_extremum > level
@@ -201,7 +177,7 @@ def measure_events(  # type: ignore[no-untyped-def]
         above_inside = above0
     first, second = theta, 1.0
     if above_ != NONE and (above0 != above_inside or above1 != above_inside):
-        first, second = crossings(p0 - level, p1, p2, p3, p4, p5, theta, above0, above_inside, above1)
+        first, second = crossings(lowered(p, level), theta, above0, above_inside, above1)
         # an excursion inside the step, which the values at its ends do not show
         if passages_ != NONE and above0 == above1:
             b[passages_ + i] += 1.0
@@ -228,61 +204,31 @@ def integral_above(g0, d0, g1, d1, first, second, above0, above_inside, above1):
 
 @inlined
 def record_returns(  # type: ignore[no-untyped-def]
-    b,
-    store,
-    i,
-    W,
-    h,
-    p0,
-    p1,
-    p2,
-    p3,
-    p4,
-    p5,
-    end,
-    spacing,
-    level_,
-    ring,
-    returns,
-    pairs,
-    singles,
-    start_,
-    stage_,
-    slope0_,
-    slope1_,
-    frame_rate_,
-):
-    """Record all states of lane i where the section's angle, the polynomial p0 to p5,
+    b, store, i, W, h, p, end, spacing, level_,
+    ring, returns, pairs, singles, start_, stage_, slope0_, slope1_, frame_rate_,
+):  # fmt: skip
+    """Record all states of lane i where the section's angle, the polynomial ``p``,
     reaches the next multiples of ``spacing``. The last ``returns`` are stored in the
     ring at ``ring``; then come the numbers of pairs of states and of states of first
     order, and the offsets of their rows at the start and the end of the step."""
     entry = 2 * pairs + singles + 1
     level = b[level_ + i]
     while end >= level:
-        theta = crossing(p0 - level, p1, p2, p3, p4, p5, 0.0, 1.0)
+        theta = crossing(lowered(p, level), 0.0, 1.0)
         count = int(store[ring])
         place = ring + 1 + entry * (count % returns)
         for k in range(pairs):
             x, a = 2 * k * W, k * W
             position, velocity = position_and_velocity(
-                b,
-                i,
-                theta,
-                h,
-                b[frame_rate_ + a + i],
-                start_ + x,
-                start_ + x + W,
-                slope0_ + a,
-                stage_ + x,
-                stage_ + x + W,
-                slope1_ + a,
-            )
+                b, i, theta, h, b[frame_rate_ + a + i],
+                start_ + x, start_ + x + W, slope0_ + a, stage_ + x, stage_ + x + W, slope1_ + a,
+            )  # fmt: skip
             store[place + 2 * k] = position
             store[place + 2 * k + 1] = velocity
         for k in range(singles):
             x, a = (2 * pairs + k) * W + i, (pairs + k) * W + i
-            q0, q1, q2, q3, q4, q5 = cubic(b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a])
-            store[place + 2 * pairs + k] = value(q0, q1, q2, q3, q4, q5, theta)
+            single = cubic(b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a])
+            store[place + 2 * pairs + k] = value(single, theta)
         store[place + entry - 1] = level
         store[ring] = float(count + 1)
         # Computed from the number of the multiple: in a long run repeated addition

@@ -3,7 +3,8 @@
 The velocities and accelerations of positions are known at both ends of a step, so the
 quintic Hermite polynomial through these six numbers is of sixth order in the step: more
 accurate than the dense output of the pair, and the same for any stepper. All
-polynomials are in theta from 0 to 1 over the step, as coefficients of rising powers.
+polynomials are in theta from 0 to 1 over the step, ``p`` the coefficients of their six
+rising powers.
 """
 
 from __future__ import annotations
@@ -27,56 +28,68 @@ def quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def derivative(p1, p2, p3, p4, p5):  # type: ignore[no-untyped-def]
-    """Coefficients of the derivative of p0 + p1 theta + ... by theta, the last zero."""
-    return p1, 2.0 * p2, 3.0 * p3, 4.0 * p4, 5.0 * p5, 0.0
+def rate_of(p, begin, h):  # type: ignore[no-untyped-def]
+    """Coefficients of the rate of a polynomial over a step of length h, whose value at
+    the beginning is known."""
+    _, _, p2, p3, p4, p5 = p
+    return begin, 2.0 * p2 / h, 3.0 * p3 / h, 4.0 * p4 / h, 5.0 * p5 / h, 0.0
 
 
 @inlined
-def value(p0, p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
+def lowered(p, level):  # type: ignore[no-untyped-def]
+    """The polynomial less ``level``."""
+    p0, p1, p2, p3, p4, p5 = p
+    return p0 - level, p1, p2, p3, p4, p5
+
+
+@inlined
+def value(p, theta):  # type: ignore[no-untyped-def]
     """The polynomial at theta."""
+    p0, p1, p2, p3, p4, p5 = p
     return fma(theta, fma(theta, fma(theta, fma(theta, fma(theta, p5, p4), p3), p2), p1), p0)
 
 
 @inlined
-def slope(p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
+def slope(p, theta):  # type: ignore[no-untyped-def]
     """The derivative of the polynomial by theta, at theta."""
+    _, p1, p2, p3, p4, p5 = p
     return fma(theta, fma(theta, fma(theta, fma(theta, 5.0 * p5, 4.0 * p4), 3.0 * p3), 2.0 * p2), p1)
 
 
 @inlined
-def extreme(p1, p2, p3, p4, p5, end_slope):  # type: ignore[no-untyped-def]
+def extreme(p, end_slope):  # type: ignore[no-untyped-def]
     """The theta of the extremum: where the slope, which has opposite signs at both
     ends, vanishes. The zero of the secant and two Newton steps.
 
     At an extremum the value depends on theta to second order, so an error of 1e-4 in
     theta is 1e-8 of the variation. Branch-free.
     """
+    _, p1, p2, p3, p4, p5 = p
     theta = p1 / (p1 - end_slope)
     for _ in range(2):
         curvature = fma(theta, fma(theta, fma(theta, 20.0 * p5, 12.0 * p4), 6.0 * p3), 2.0 * p2)
-        theta = theta - slope(p1, p2, p3, p4, p5, theta) / curvature
+        theta = theta - slope(p, theta) / curvature
         # In this order NaN, where the second derivative vanishes, gives a bound.
         theta = max(min(1.0, theta), 0.0)
     return theta
 
 
 @inlined
-def crossing(p0, p1, p2, p3, p4, p5, low, high):  # type: ignore[no-untyped-def]
+def crossing(p, low, high):  # type: ignore[no-untyped-def]
     """Where the polynomial vanishes between ``low`` and ``high``, where its values have
     opposite signs.
 
     Newton's method, kept inside a shrinking bracket by bisection, to 1e-13.
     """
-    below_at_start = value(p0, p1, p2, p3, p4, p5, low) < 0.0
+    below_at_start = value(p, low) < 0.0
     theta = 0.5 * (low + high)
     for _ in range(60):
-        residual = value(p0, p1, p2, p3, p4, p5, theta)
+        residual = value(p, theta)
         if (residual < 0.0) == below_at_start:
             low = theta
         else:
             high = theta
-        gradient = slope(p1, p2, p3, p4, p5, theta)
+        gradient = slope(p, theta)
         next_theta = theta - residual / gradient if gradient != 0.0 else 0.5 * (low + high)
         if not (low < next_theta < high):
             next_theta = 0.5 * (low + high)
@@ -174,7 +187,7 @@ def position_and_velocity(b, i, theta, h, frame_rate, x0_, v0_, a0_, x1_, v1_, a
     """Position and velocity of a pair of states of lane i at theta inside the step.
     The last arguments are the offsets of the rows of position, velocity and
     acceleration at the start (0) and at the end (1) of the step."""
-    p0, p1, p2, p3, p4, p5 = quintic(
+    p = quintic(
         b[x0_ + i],
         h * (b[v0_ + i] + frame_rate),
         h * h * b[a0_ + i],
@@ -182,4 +195,4 @@ def position_and_velocity(b, i, theta, h, frame_rate, x0_, v0_, a0_, x1_, v1_, a
         h * (b[v1_ + i] + frame_rate),
         h * h * b[a1_ + i],
     )
-    return value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta) / h - frame_rate
+    return value(p, theta), slope(p, theta) / h - frame_rate

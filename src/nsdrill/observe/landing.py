@@ -116,18 +116,18 @@ def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Any:
             k0, k1 = (at_start + RATES * c) * W + i, (at_end + RATES * c) * W + i
             g0, d0, c0 = b[k0], b[k0 + W], b[k0 + 2 * W]
             g1, d1, c1 = b[k1], b[k1 + W], b[k1 + 2 * W]
-            p0, p1, p2, p3, p4, p5 = quintic(g0, h * d0, h * h * c0, g1, h * d1, h * h * c1)
+            p = quintic(g0, h * d0, h * h * c0, g1, h * d1, h * h * c1)
             s[at_start + RATES * c] = g0
             s[zeros + MAX_ZEROS * c] = NO_ZERO
             s[zeros + MAX_ZEROS * c + 1] = NO_ZERO
             if (g0 > 0.0) != (g1 > 0.0):
-                s[zeros + MAX_ZEROS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
+                s[zeros + MAX_ZEROS * c] = crossing(p, 0.0, 1.0)
                 count += 1
             elif (d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0):
-                extremum = extreme(p1, p2, p3, p4, p5, h * d1)
-                if (value(p0, p1, p2, p3, p4, p5, extremum) > 0.0) != (g0 > 0.0):
-                    s[zeros + MAX_ZEROS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, extremum)
-                    s[zeros + MAX_ZEROS * c + 1] = crossing(p0, p1, p2, p3, p4, p5, extremum, 1.0)
+                extremum = extreme(p, h * d1)
+                if (value(p, extremum) > 0.0) != (g0 > 0.0):
+                    s[zeros + MAX_ZEROS * c] = crossing(p, 0.0, extremum)
+                    s[zeros + MAX_ZEROS * c + 1] = crossing(p, extremum, 1.0)
                     count += 2
         return count
 

@@ -31,32 +31,7 @@ class MarkerText(ChannelText):
             f"and returns > 0 else 0",
             "rings, section = RINGS + i * ring_size, RINGS + W * ring_size + i * section_size",
             "if mark == OPENS:",
-            "    for k in range(ring_size):",
-            "        store[rings + k] = 0.0",
-            "    for k in range(section_size):",
-            "        store[section + k] = 0.0",
-            f"    tolerances = PROMINENCE / {self._row(self.rows.control + CONTROL.index('per_rtol'))}",
-            f"    {self._own_row('growth')} = tolerances",
-        ]
-        for name in channels_with_peaks:
-            if (LOW, name) not in self.row_of:
-                continue
-            channel = self._channel(name)
-            lines += [
-                f"    {self._own_row(LOW, name)} = {self._code(channel.value, texts)}",
-                f"    {self._own_row(HIGH, name)} = -np.inf",
-                f"    {self._own_row(TOP, name)} = np.inf",
-                f"    {self._own_row(MARGIN, name)} = tolerances * {self._scale_text(channel)}",
-            ]
-        if self.declaration.section:
-            angle = self._channel(self.declaration.section.channel)
-            lines += [
-                f"    spacing, angle = {self._spacing()}, {self._code(angle.value, texts)}",
-                f"    {self._own_row('level')} = np.inf",
-                "    if returns > 0 and spacing > 0.0:",
-                f"        {self._own_row('level')} = (np.floor(angle / spacing) + 1.0) * spacing",
-            ]
-        lines += [
+            *indented(self._opening_lines()),
             "else:",
             *indented(self._completing_lines()),
             f"    first = column if mark != CLOSES else column + {width}",
@@ -77,6 +52,36 @@ class MarkerText(ChannelText):
         for winding in self.declaration.of_kind(Winding):
             if winding.counted:
                 lines.append(f"{self._own_row('angle_before', winding.name)} = {self._angle(winding)}")
+        return lines
+
+    def _opening_lines(self) -> list[str]:
+        """The lines that empty the rings, and begin the peaks and the section."""
+        texts = self.row_texts[MARK]
+        lines = [
+            "for k in range(ring_size):",
+            "    store[rings + k] = 0.0",
+            "for k in range(section_size):",
+            "    store[section + k] = 0.0",
+            f"tolerances = PROMINENCE / {self._row(self.rows.control + CONTROL.index('per_rtol'))}",
+            f"{self._own_row('growth')} = tolerances",
+        ]
+        for name in self.declaration.channels_with_peaks:
+            if (LOW, name) in self.row_of:
+                channel = self._channel(name)
+                lines += [
+                    f"{self._own_row(LOW, name)} = {self._code(channel.value, texts)}",
+                    f"{self._own_row(HIGH, name)} = -np.inf",
+                    f"{self._own_row(TOP, name)} = np.inf",
+                    f"{self._own_row(MARGIN, name)} = tolerances * {self._scale_text(channel)}",
+                ]
+        if self.declaration.section:
+            angle = self._channel(self.declaration.section.channel)
+            lines += [
+                f"spacing, angle = {self._spacing()}, {self._code(angle.value, texts)}",
+                f"{self._own_row('level')} = np.inf",
+                "if returns > 0 and spacing > 0.0:",
+                f"    {self._own_row('level')} = (np.floor(angle / spacing) + 1.0) * spacing",
+            ]
         return lines
 
     def _angle(self, winding: Winding) -> str:

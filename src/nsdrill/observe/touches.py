@@ -40,8 +40,8 @@ def follow(b, i, W, least_, h, g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyp
         low, high = min(b[least_ + i], g1), max(b[greatest_ + i], g1)
         begins = g0 <= 0.0 and g1 > 0.0
         if (d0 > 0.0) != (d1 > 0.0):
-            p0, p1, p2, p3, p4, p5 = quintic(g0, d0, c0, g1, d1, c1)
-            at_extremum = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, d1))
+            p = quintic(g0, d0, c0, g1, d1, c1)
+            at_extremum = value(p, extreme(p, d1))
             low, high = min(low, at_extremum), max(high, at_extremum)
             begins = begins or ((g0 > 0.0) == (g1 > 0.0) and (at_extremum > 0.0) != (g0 > 0.0))
         b[least_ + i] = low

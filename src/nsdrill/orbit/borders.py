@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, OWN
-from nsdrill.orbit.arclength import HalfBranch, Rules, follow
+from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.branch import Branch
 from nsdrill.orbit.curve import Condition, Curve
 from nsdrill.orbit.flow import Flow
@@ -38,7 +38,7 @@ class Border:
     branch: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _SpecialPoint:
     """A special point of the ``branch`` of this ``number``."""
 
@@ -74,49 +74,28 @@ def borders(
     are left out: they belong to the curve of that point.
     """
     tolerance = DUPLICATE_DISTANCE * (bounds[0][1] - bounds[0][0])
-    found: list[Border] = []
-
-    def is_known(special: _SpecialPoint) -> bool:
-        return any(
-            (border.label, border.motion, border.lobes) == special.kind
-            and _crosses(border, special.value, start, tolerance)
-            for border in found
-        )
-
     remaining = [
         special
         for number, branch in enumerate(branches)
         for special in _followable(number, branch, conditions, tolerance)
     ]
+    found: list[Border] = []
     while remaining:
-        chosen: list[_SpecialPoint] = []
-        later: list[_SpecialPoint] = []
+        remaining = [one for one in remaining if not any(_crosses(line, one, start, tolerance) for line in found)]
+        first_of_kind: dict[tuple[int, str, int], _SpecialPoint] = {}
         for special in remaining:
-            if is_known(special):
-                continue
-            (
-                later
-                if len(chosen) >= MAX_SIDE_BY_SIDE or any(earlier.kind == special.kind for earlier in chosen)
-                else chosen
-            ).append(special)
-        remaining = later
-        groups: dict[Flow, dict[int, Task[tuple[HalfBranch, Point, HalfBranch] | None]]] = {}
-        for index, special in enumerate(chosen):
+            first_of_kind.setdefault(special.kind, special)
+        chosen = [*first_of_kind.values()][:MAX_SIDE_BY_SIDE]
+        remaining = [special for special in remaining if special not in chosen]
+        tasks: dict[Flow, dict[_SpecialPoint, Task[Border | None]]] = {}
+        for special in chosen:
             condition = conditions[special.labelled.label]
             flow = flows(condition)
-            groups.setdefault(flow, {})[index] = _border_points(flow, special, condition, start, bounds, max_points)
-        results = {
-            index: result for flow, tasks in groups.items() for index, result in advance(flow, tasks, poll=poll).items()
-        }
-        for index, special in enumerate(chosen):
-            if results[index] is not None:
-                backward, seed, forward = results[index]
-                line = (
-                    [entry.point for entry in backward.points[::-1]]
-                    + [seed]
-                    + [entry.point for entry in forward.points]
-                )
-                found.append(Border(*special.kind, line, (backward.ended, forward.ended), special.number))
+            tasks.setdefault(flow, {})[special] = _border(flow, special, condition, start, bounds, max_points)
+        results: dict[_SpecialPoint, Border | None] = {}
+        for flow, of_flow in tasks.items():
+            results |= advance(flow, of_flow, poll)
+        found += [line for special in chosen if (line := results[special]) is not None]
     return found
 
 
@@ -139,30 +118,35 @@ def _followable(number: int, branch: Branch, conditions: dict[int, Condition], t
     return followable
 
 
-def _crosses(border: Border, value: float, start: float, tolerance: float) -> bool:
-    """Whether a curve passes through ``value`` of the first parameter where the second
-    is ``start``."""
+def _crosses(border: Border, special: _SpecialPoint, start: float, tolerance: float) -> bool:
+    """Whether a curve passes through a special point, where the second parameter is
+    ``start``."""
+    if (border.label, border.motion, border.lobes) != special.kind:
+        return False
     values = np.array([point.found.values for point in border.points])
     offsets = values[:, 1] - start
     crossings = np.flatnonzero(offsets[:-1] * offsets[1:] <= 0.0)
     for index in crossings:
         rise = offsets[index + 1] - offsets[index]
         fraction = 0.0 if rise == 0.0 else -offsets[index] / rise
-        if abs(values[index, 0] + fraction * (values[index + 1, 0] - values[index, 0]) - value) < 10.0 * tolerance:
+        if (
+            abs(values[index, 0] + fraction * (values[index + 1, 0] - values[index, 0]) - special.value)
+            < 10.0 * tolerance
+        ):
             return True
     return False
 
 
-def _border_points(
+def _border(
     flow: Flow,
     special: _SpecialPoint,
     condition: Condition,
     start: float,
     bounds: tuple[tuple[float, float], tuple[float, float]],
     max_points: int,
-) -> Task[tuple[HalfBranch, Point, HalfBranch] | None]:
-    """The curve through a special point: its backward half, its first point and its
-    forward half; None where Newton's method does not lead onto it."""
+) -> Task[Border | None]:
+    """The curve through a special point; None where Newton's method does not lead onto
+    it."""
     orbit = special.labelled.point.found
     values = np.array([special.value, start])
     motion = problem_of(flow, special.branch, replace(orbit, values=values))
@@ -181,4 +165,6 @@ def _border_points(
     forward = yield from follow(problem, seed, 1, rules)
     remaining = max_points - len(forward.points)
     backward = yield from follow(problem, seed, -1, replace(rules, max_points=remaining))
-    return backward, seed, forward
+    before, after = ([entry.point for entry in half.points] for half in (backward, forward))
+    line = [*before[::-1], seed, *after]
+    return Border(*special.kind, line, (backward.ended, forward.ended), special.number)

@@ -15,9 +15,8 @@ from dataclasses import dataclass, replace
 
 from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, HOPF
 from nsdrill.orbit.arclength import HalfBranch
-from nsdrill.orbit.branch import Branch, assembled
+from nsdrill.orbit.branch import Branch, Key, assembled
 from nsdrill.orbit.flow import Flow
-from nsdrill.orbit.known import Key, Known, Line
 from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.seeds import (
     RETURN_TOLERANCE,
@@ -30,7 +29,7 @@ from nsdrill.orbit.seeds import (
     guess_of,
     representatives,
 )
-from nsdrill.orbit.sides import Side, followed_side
+from nsdrill.orbit.sides import Known, Side, followed_side
 from nsdrill.orbit.special import LabelledPoint
 from nsdrill.orbit.switch import emanating
 
@@ -136,16 +135,14 @@ class Explorer:
 
     def _follow_wave(self, wave: list[Candidate]) -> None:
         """Follow the branches of a wave side by side; add those that are new."""
-        sides = [side for one in wave if one.key not in self.stored for side in _sides(one)]
-        rank = {one.key: index for index, one in enumerate(wave)}
-        lines = {
-            (*one.candidate.key, one.side): Line(one.candidate.kind, rank[one.candidate.key], one.candidate.signatures)
-            for one in sides
+        sides = self.known.sides = {
+            (*one.key, number): side
+            for one in wave
+            if one.key not in self.stored
+            for number, side in _sides(one).items()
         }
-        self.known.lines, self._waves = lines, self._waves + bool(sides)
-        tasks = {
-            key: followed_side(self.flow, self.orders, self.known, one) for key, one in zip(lines, sides, strict=True)
-        }
+        self._waves += bool(sides)
+        tasks = {key: followed_side(self.flow, self.orders, self.known, side) for key, side in sides.items()}
         halves = advance(self.flow, tasks, self.poll, self._watched)
         followed: dict[Key, Branch] = {}
         for one in wave:
@@ -157,22 +154,22 @@ class Explorer:
 
     def _watched(self, running: Collection[Key]) -> None:
         """Tell how far the branches of a wave are, of which these sides go on."""
-        lines = self.known.lines
-        points, sides = Counter[Key](), Counter(key[:-1] for key in running)
-        for key, line in lines.items():
-            points[key[:-1]] += len(line.points)
-        longest = max((len(line.points) for line in lines.values()), default=0)
+        lengths = {key: len(side.line) for key, side in self.known.sides.items()}
+        points = {key[:-1]: self.known.points_of(key[:-1]) for key in lengths}
+        sides, longest = Counter(key[:-1] for key in running), max(lengths.values(), default=0)
         left = max((max(0, self.orders.points - points[key]) // n for key, n in sides.items()), default=0)
-        self.watch(Wave(self._waves, len(points), len(sides), points.total(), longest, left))
+        self.watch(Wave(self._waves, len(points), len(sides), sum(lengths.values()), longest, left))
 
 
-def _sides(candidate: Candidate) -> list[Side]:
-    """The sides of the branch of a candidate that are followed."""
-    sides = [Side(candidate, 1, candidate.point, 1)]
+def _sides(candidate: Candidate) -> dict[int, Side]:
+    """The sides of the branch of a candidate that are followed, by their numbers 1 and
+    -1."""
+    seed = candidate.signatures[0]
+    sides = {1: Side(candidate, candidate.point, 1, [seed])}
     if candidate.other is not None:
-        sides.append(Side(candidate, -1, candidate.other, 1))
+        sides[-1] = Side(candidate, candidate.other, 1, [seed])
     elif not candidate.one_side:
-        sides.append(Side(candidate, -1, candidate.point, -1))
+        sides[-1] = Side(candidate, candidate.point, -1, [seed])
     return sides
 
 

@@ -9,16 +9,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, PERIODIC
+from nsdrill.orbit.branch import Key
 from nsdrill.orbit.circle import MAX_TAIL, Circle, fitted_circle, harmonic_tail
 from nsdrill.orbit.cycle import Cycle, corotating_rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import rotated
-from nsdrill.orbit.known import Key, Kind, signature, signature_of_circle, signatures
 from nsdrill.orbit.labels import Graze
 from nsdrill.orbit.lockstep import Task
 from nsdrill.orbit.newton import Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic, lobe_starts
 from nsdrill.orbit.shooting import Array, map_angle
+from nsdrill.orbit.signatures import Kind, signature, signature_of_circle, signatures
 
 # distances in natural scales:
 RETURN_TOLERANCE = 0.05  # between the ends of one period of a settled motion

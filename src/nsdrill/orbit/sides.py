@@ -1,5 +1,5 @@
 """One side of a branch: followed on more segments where Newton's method fails, until the
-motion merges with another or comes back."""
+motion merges with another, comes back or is known."""
 
 from __future__ import annotations
 
@@ -10,30 +10,87 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, PERIODIC
 from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch, Rules, follow
+from nsdrill.orbit.branch import Branch, Key
 from nsdrill.orbit.circle import Circle, circle_stop
 from nsdrill.orbit.flow import Flow
-from nsdrill.orbit.known import Kind, Known
 from nsdrill.orbit.labels import kink_predicate, stability_of, test_functions_of, with_located_touches
 from nsdrill.orbit.lockstep import Task
 from nsdrill.orbit.newton import Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic, lobe_starts, segment_starts
 from nsdrill.orbit.seeds import Candidate, Orders
-from nsdrill.orbit.shooting import Array
+from nsdrill.orbit.shooting import Array, Orbit
+from nsdrill.orbit.signatures import Kind, passes_near, signatures
 
+NEAR_PARENT = 6  # points of a branch that may lie near the branch it emanates from
 MAX_MULTIPLIER = 1e3  # over one fold, of a motion that can still be followed
 MAX_SEGMENTS_PER_LOBE = 8
 MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to its largest
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Side:
-    """The ``side`` (1 or -1) of the branch of a ``candidate``, which is followed from
-    ``start`` in one ``direction`` (1 or -1 along its tangent)."""
+    """A side of the branch of a ``candidate``, which is followed from ``start`` in one
+    ``direction`` (1 or -1 along its tangent); ``line`` has the signatures of its points so
+    far."""
 
     candidate: Candidate
-    side: int
     start: Point
     direction: int
+    line: list[Array]
+
+
+class Known:
+    """The ``branches`` that have ended, and the ``sides`` of those of a wave, by the key
+    of the branch and the side, those of the first branch of the wave first."""
+
+    def __init__(self, flow: Flow) -> None:
+        self.flow = flow
+        self.branches: list[Branch] = []
+        self.sides: dict[Key, Side] = {}
+        self._of_branches: dict[int, Array] = {}
+
+    def on_branch(self, kind: Kind, found: list[Array], tolerance: float = 0.0) -> bool:
+        """Whether a motion with one of the signatures ``found`` lies on a branch."""
+        return any(
+            (branch.motion, branch.lobes) == kind and passes_near(self._line_of(number), found, tolerance)
+            for number, branch in enumerate(self.branches)
+        )
+
+    def _line_of(self, number: int) -> Array:
+        """The signatures of the points of a branch, in order; that of a single point
+        twice."""
+        if number not in self._of_branches:
+            branch = self.branches[number]
+            kind = branch.motion, branch.lobes
+            line = [signatures(self.flow, kind, entry.point.found)[0] for entry in branch.marked]
+            self._of_branches[number] = np.stack(line * 2 if len(line) == 1 else line)
+        return self._of_branches[number]
+
+    def points_of(self, branch: Key) -> int:
+        """How many points both sides of a branch of the wave have, which share them."""
+        return sum(len(one.line) for key, one in self.sides.items() if key[:-1] == branch)
+
+    def stop(self, own: Side, orbit: Orbit) -> str:
+        """Add an orbit to a side of a branch of the wave. Why the branch ends there: it
+        meets its own other side, a known branch, or one that comes before it in the
+        wave, on which its seed may lie as well; "" where it goes on."""
+        candidate = own.candidate
+        found = signatures(self.flow, candidate.kind, orbit)
+        # Of several signatures the one that continues the line.
+        own.line.append(min(found, key=lambda one: float(np.linalg.norm(one - own.line[-1]))))
+        # The first points lie near the branch from which this one emanates.
+        if len(own.line) > NEAR_PARENT and self.on_branch(candidate.kind, found):
+            return "known"
+        is_before = True
+        for other in self.sides.values():
+            points, is_same_kind = np.stack(other.line), other.candidate.kind == candidate.kind
+            if other.candidate is candidate:
+                is_before, is_long = False, min(len(own.line), len(points)) > 5
+                if other is not own and is_long and passes_near(points, found):
+                    return "closed"
+            elif is_before and is_same_kind and passes_near(points, [*found, *candidate.signatures]):
+                return "known"
+        return ""
 
 
 def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[HalfBranch]:
@@ -85,16 +142,16 @@ def _stop(flow: Flow, orders: Orders, known: Known, one: Side) -> Callable[[Poin
     """The stop function of one side of a branch. It ends where it merges with another
     branch (:func:`_merged`), where the motion is too unstable, and where it meets a
     branch (:meth:`.Known.stop`)."""
-    branch, kind = one.candidate.key, one.candidate.kind
+    kind = one.candidate.kind
 
     def stop(previous: Point, current: Point) -> str:
         if reason := _merged(flow, kind, previous, current):
             return reason
-        if known.points_of(branch) > orders.points:
+        if known.points_of(one.candidate.key) > orders.points:
             return "points"
         if kind[0] == PERIODIC and np.max(np.abs(current.found.multipliers)) > MAX_MULTIPLIER ** kind[1]:
             return "wild"
-        return known.stop(branch, one.side, current.found)
+        return known.stop(one, current.found)
 
     return stop
 

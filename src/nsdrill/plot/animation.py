@@ -35,8 +35,8 @@ KEY_COLOURS = ("#FFFFFF", ROCK, MUD, STEEL, EDGE, BIT, BLUE, VERMILLION)
 
 
 def film_name(path: str | os.PathLike[str]) -> str:
-    """The path of the film to be written: ``path``, with the suffix .gif where ffmpeg is
-    missing for an MP4. InputError where the suffix is neither."""
+    """The path of the film to be written: ``path``, with the suffix .gif where ffmpeg
+    is missing for an MP4. InputError where the suffix is neither."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
@@ -100,7 +100,8 @@ def _frame_times(trace: Trace, look: Look, speed: float) -> Any:
 
 
 def _render_frames(trace: Trace, units: str, times: Any) -> Iterator[Any]:
-    """The pixels of every frame [rows, columns, RGBA]. Static artists are drawn once."""
+    """The pixels of every frame [rows, columns, RGBA]. Static artists are drawn
+    once."""
     figure, axes = square_page(trace, units, 0.6)
     figure.set_dpi(DPI)
     scene = Scene(axes, trace, units)

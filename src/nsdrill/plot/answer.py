@@ -1,4 +1,4 @@
-"""The answer of a operating window in words: where to run, what bounds it and why, and what
+"""The answer of an operating window in words: where to run, what bounds it and why, and what
 one must know before relying on it.
 
 The text of ``nsdrill window``, its picture and the report have the same words. The data

@@ -1,6 +1,6 @@
-"""What lies on the cells of maps and strips: patterns, veils, the verdicts of the checks,
-and lines of equal rate of penetration, which show the yield of a setting beside its
-safety."""
+"""What lies on the cells of maps and strips: patterns, veils, the verdicts of the
+checks, and lines of equal rate of penetration, which show the yield of a setting beside
+its safety."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ def veil(axes: Axes, cells: Cells, selected: Array) -> None:
 def hatch(
     axes: Axes, cells: Cells, selected: Array, pattern: str, edge: str, gid: str, *, face: str = "", width: float = 0.0
 ) -> None:
-    """Cover the ``selected`` cells with a pattern, above a ground of the colour ``face``
-    where there is one; ``width`` of its lines in points, where it is not the usual
-    one."""
+    """Cover the ``selected`` cells with a pattern, above a ground of the colour
+    ``face`` where there is one; ``width`` of its lines in points, where it is not the
+    usual one."""
     if face:
         cover(axes, cells, selected, f"{gid}:ground", facecolors=face, edgecolors=face, linewidths=0.6)
     if pattern:

@@ -24,9 +24,9 @@ from nsdrill.variables import INFERRED, OK, has_failed
 
 
 class Drawing:
-    """A picture of a ``kind``: what it is drawn of, in which units, with which options of
-    that kind, and how the user wants it to look; ``curves`` are branches whose curves are
-    drawn over it."""
+    """A picture of a ``kind``: what it is drawn of, in which units, with which options
+    of that kind, and how the user wants it to look; ``curves`` are branches whose
+    curves are drawn over it."""
 
     def __init__(
         self, kind: Kind, data: Any, units: str, options: Mapping[str, Any], look: Look, curves: Any = None
@@ -50,7 +50,8 @@ class Drawing:
         return figure
 
     def _picture(self, *, limits_y: bool) -> Figure:
-        """The picture as its kind draws it, with what can be on pictures of all kinds."""
+        """The picture as its kind draws it, with what can be on pictures of all
+        kinds."""
         data, across = self.data, self.kind.across(self.data)
         figure = self.kind.draw(data, self.units, **self.options)
         if isinstance(data, Results) and (message := no_data_message(data)):

@@ -1,4 +1,5 @@
-"""Words and units on the pictures: SI as engineers write it (kN, mm), or field units."""
+"""Words and units on the pictures: SI as engineers write it (kN, mm), or field
+units."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ LABEL_WIDTH = 28  # characters of a line beside a panel 1.7 inches high
 
 @dataclass(frozen=True)
 class Shown:
-    """How a variable is shown: its words, its unit, and the SI value of one such unit."""
+    """How a variable is shown: its words, its unit, and the SI value of one such
+    unit."""
 
     words: str
     unit: str

@@ -153,7 +153,8 @@ class Planes(Plane):
 
     @property
     def has_words(self) -> bool:
-        """Whether an axis of a panel has words, between which nothing is interpolated."""
+        """Whether an axis of a panel has words, between which nothing is
+        interpolated."""
         return any(words_along(axis) for axis in (self.x, self.y) if len(self.results.coords[axis]) > 1)
 
     @property
@@ -167,8 +168,8 @@ def lies_across(results: Results) -> str:
 
 
 class Maps:
-    """The maps of a sweep, as they are drawn: what is known of each point, and the panels,
-    a row for each value of the panel axis and a column for each procedure."""
+    """The maps of a sweep, as they are drawn: what is known of each point, and the
+    panels, a row for each value of the panel axis and a column for each procedure."""
 
     def __init__(self, results: Results, units: str) -> None:
         self.planes = planes = Planes.of(results, units)
@@ -200,8 +201,8 @@ class Maps:
     def new_figure(self, *, with_comparison: bool, of_values: bool) -> Figure:
         """The empty panels, and one more in each row ``with_comparison``.
 
-        With one procedure the panels are wrapped, as a column of twelve would leave half
-        of the page empty.
+        With one procedure the panels are wrapped, as a column of twelve would leave
+        half of the page empty.
         """
         planes, columns = self.planes, self.columns + with_comparison
         panel_columns = panels_per_row(
@@ -357,8 +358,8 @@ def _draw_scale(
 
 
 def fill_inferred(values: Array, inferred: Array, known: Array, *, linear: bool) -> Array:
-    """The values [procedure, row, y, x], those of ``inferred`` points filled in from the
-    ``known`` points around them: by linear interpolation, or from the nearest."""
+    """The values [procedure, row, y, x], those of ``inferred`` points filled in from
+    the ``known`` points around them: by linear interpolation, or from the nearest."""
     from scipy.ndimage import distance_transform_edt
 
     result = values.copy()

@@ -1,6 +1,6 @@
-"""Measured values: on pictures of a sweep, with their errors along an axis or as crosses
-over two axes; and the picture of a fit, with the distributions of the unknowns before and
-after it, and measured beside predicted values."""
+"""Measured values: on pictures of a sweep, with their errors along an axis or as
+crosses over two axes; and the picture of a fit, with the distributions of the unknowns
+before and after it, and measured beside predicted values."""
 
 from __future__ import annotations
 
@@ -112,8 +112,8 @@ def draw_fit(
     predicted: Mapping[str, Array],
     units: str = "si",
 ) -> Figure:
-    """Draw a fit: the ``prior`` and the posterior ``samples`` of each unknown by key, in
-    SI, and the ``predicted`` values [samples, points] by name beside those
+    """Draw a fit: the ``prior`` and the posterior ``samples`` of each unknown by key,
+    in SI, and the ``predicted`` values [samples, points] by name beside those
     ``measured``."""
     check_units(units)
     unknown_rows, feature_rows = -(-len(samples) // COLUMNS), len(measured.values)

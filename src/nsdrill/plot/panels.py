@@ -1,7 +1,7 @@
-"""Panels over one axis: a strip of responses on top, panels below that share the axis, a
-column for each value of a second axis, if any, and one legend at the bottom; and what is
-drawn in them: dots, and curves over bands of severity whose bounds are the thresholds in
-force in the file."""
+"""Panels over one axis: a strip of responses on top, panels below that share the axis,
+a column for each value of a second axis, if any, and one legend at the bottom; and what
+is drawn in them: dots, and curves over bands of severity whose bounds are the
+thresholds in force in the file."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ TEXT_HEIGHT = 1.2  # inches of title, axis labels and legend
 
 
 class Columns:
-    """A figure over one axis: its ``lines``, one for each column, along the longest axis of
-    numbers, at every value of the other axis if that is swept; and for each line the axes
-    of its column: the strip and a panel for each of the variables ``names``, top to
-    bottom."""
+    """A figure over one axis: its ``lines``, one for each column, along the longest
+    axis of numbers, at every value of the other axis if that is swept; and for each
+    line the axes of its column: the strip and a panel for each of the variables
+    ``names``, top to bottom."""
 
     def __init__(self, results: Results, units: str, names: Sequence[str], height: float) -> None:
         self.results, self.units, self.names = results, units, list(names)
@@ -137,8 +137,8 @@ def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
 def draw_rows(
     axes: Axes, line: Line, codes: Any, styles: Sequence[ResponseStyle], gid: str, *, name_rows: bool
 ) -> Array:
-    """Cells [procedure, point] in the colours of the ``styles`` of their codes, a row for
-    each procedure, the first on top; returns the edges of the rows."""
+    """Cells [procedure, point] in the colours of the ``styles`` of their codes, a row
+    for each procedure, the first on top; returns the edges of the rows."""
     borders = np.arange(len(line.procedures) + 1) - 0.5
     draw_codes(axes, (line.edges, borders), codes, [style.colour for style in styles], gid, gid)
     axes.set_ylim(borders[-1], borders[0])
@@ -206,9 +206,9 @@ def draw_dots(
 ) -> set[int]:
     """Draw every finite one of the ``values`` [procedure, point, number] of a variable,
     an artist for each of the ``codes`` [procedure, point] and procedure in the style of
-    the code, and return the codes that occur. All have the ``marker`` if given; those of
-    the way down are open, with an ``edge`` [points]. Neighbours on the axis just touch,
-    within the limits of what can be printed and distinguished."""
+    the code, and return the codes that occur. All have the ``marker`` if given; those
+    of the way down are open, with an ``edge`` [points]. Neighbours on the axis just
+    touch, within the limits of what can be printed and distinguished."""
     across, heights = np.broadcast_to(line.across[:, None], values.shape[1:]), values / quantity(name, line.units).scale
     subplot_spec = axes.get_subplotspec()
     columns = subplot_spec.get_gridspec().ncols if subplot_spec else 1
@@ -242,7 +242,8 @@ def draw_dots(
 
 
 def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
-    """The rotary speed of the drive as a line: the speed of the bit in steady drilling."""
+    """The rotary speed of the drive as a line: the speed of the bit in steady
+    drilling."""
     style: dict[str, Any] = {**DASHED, "zorder": 1.5}
     for line, axes in zip(lines, panels, strict=False):
         if line.axis == "rotary_speed" and len(line.x) > 1:

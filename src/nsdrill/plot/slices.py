@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,15 @@ from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
 from nsdrill.units import WithUnit
 from nsdrill.variables import AXES, SAMPLE
+
+T = TypeVar("T")
+
+
+def evenly_spaced(items: Sequence[T], most: int) -> list[T]:
+    """At most so many of the items, evenly spaced, with the first and the last."""
+    if len(items) <= most:
+        return list(items)
+    return [items[round(number * (len(items) - 1) / (most - 1))] for number in range(most)]
 
 
 def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
@@ -193,8 +202,8 @@ def make_logarithmic(axis: Any, ticks: tuple[float, ...] = (1.0, 2.0, 5.0)) -> N
 
 def lay_along(axes: Any, results: Results, axis: str, units: str, *, margins: bool = False) -> None:
     """Let the ``axis`` of a sweep lie along x of a panel: its label, its words, a
-    logarithmic scale where the values are, and limits at the edges of the cells or, with
-    ``margins``, hardly beyond the first and the last point."""
+    logarithmic scale where the values are, and limits at the edges of the cells or,
+    with ``margins``, hardly beyond the first and the last point."""
     shown, values = quantity(axis, units), positions(results, axis)
     axes.set_xlabel(shown.label)
     spaced(axes, values)

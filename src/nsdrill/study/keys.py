@@ -37,7 +37,7 @@ QUANTITY = (
     r"\s*[A-Za-zµμ°1½¼¾⅛⅜⅝⅞\"'″′”’].*$"
 )
 
-# What each key means that no model has a say in, in one line.
+# What each key means whose dataclass field does not say so, in one line.
 MEANINGS: dict[str, str] = {
     "title": "Title of the study, for pictures and the results file",
     "units": "Units in which commands answer, unless --units says otherwise",
@@ -72,56 +72,8 @@ MEANINGS: dict[str, str] = {
     "uncertain.correlations": "Rank correlations of pairs of unknowns",
     "uncertain.table": "Joint samples in place of distributions, one in each row",
     "simulation": "Integration of each point",
-    "simulation.transient": "Time before the observation",
-    "simulation.observe": "Time of the observation",
-    "simulation.rtol": "Relative tolerance of a step; smaller is more accurate and slower",
-    "simulation.max_steps": "Number of steps after which a run ends with status 3",
-    "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes about 4 times as long",
-    "simulation.pair": "Formulas of the explicit method; dormand_prince is SciPy's RK45",
-    "simulation.method": "Integration of friction; implicit for steep friction",
     "classify": "Thresholds of the labels",
-    "classify.bit_bounce": "Bit-bounce; the bounds of its severity must ascend",
-    "classify.bit_bounce.lift_off_fraction": "Bit-bounce above this fraction of time off the rock",
-    "classify.bit_bounce.light_fraction": "Severity light above this fraction of time off the rock",
-    "classify.bit_bounce.moderate_fraction": "Severity moderate above this",
-    "classify.bit_bounce.strong_fraction": "Severity strong above this",
-    "classify.bit_bounce.severe_fraction": "Severity severe above this",
-    "classify.stick_slip": "Stick-slip; the bounds of its severity must ascend",
-    "classify.stick_slip.stick_slip_index": "Stick-slip above this index, (max - min) / (2 mean) of the bit speed",
-    "classify.stick_slip.oscillation_index": "Severity torsional oscillation above this",
-    "classify.stick_slip.medium_index": "Severity medium above this",
-    "classify.stick_slip.stall_index": "Severity onset of full stall above this",
-    "classify.stick_slip.severe_index": "Severity severe above this",
-    "classify.whirl": "Whirl; the bounds of its severity must ascend",
-    "classify.whirl.wall_contact_fraction": "Whirl above this fraction of time on the wall",
-    "classify.whirl.rolling_tolerance": "Backward rolling within this distance of a rolling ratio of one",
-    "classify.whirl.rolling_contact": "Least fraction of time on the wall for backward rolling",
-    "classify.whirl.direction": "Irregular below this size of the whirl ratio",
-    "classify.whirl.light_acceleration": "Severity light above this r.m.s. lateral acceleration",
-    "classify.whirl.moderate_acceleration": "Severity moderate above this",
-    "classify.whirl.strong_acceleration": "Severity strong above this",
-    "classify.whirl.severe_acceleration": "Severity severe above this",
-    "classify.settled": "Settled motion",
-    "classify.settled.tolerance": "Largest relative difference between the halves of the observation",
-    "classify.trust": "Trust, where points were checked",
-    "classify.trust.tolerance": "Largest difference between a run and its checks, in natural scales",
-    "classify.motion": "Kind of motion, from the returns to the Poincare section",
-    "classify.motion.absolute": "Two returns are the same within this many natural scales of the states",
-    "classify.motion.relative": "Added to absolute: this part of the range of the returns",
-    "classify.motion.longest_period": "Longest period that is looked for, in returns",
-    "classify.motion.exponent": "Chaotic where the Lyapunov exponent less two errors is above this",
-    "classify.motion.exponent_error": "Quasi-periodic only where two errors of the exponent are below this",
-    "classify.motion.chaotic_above": "Chaotic above this result of the 0-1 test, where there is no exponent",
-    "classify.motion.regular_below": "Regular below this result of the 0-1 test, where there is no exponent",
-    "classify.attractors": "Attractors, where every operating point has several starts",
-    "classify.attractors.tolerance": "Two starts are on one attractor within this distance of their features",
-    "classify.attractors.matching": "Attractors of neighbouring operating points have one number within this distance",
-    "classify.stuck_below": "Bit speed at or below which the bit is stuck",
     "record": "What is kept of each point beside the features",
-    "record.peaks": "Number of last local maxima that are kept of bit position, bit speed (one a slip) and radius",
-    "record.poincare": "Number of last returns to the Poincare section that are kept",
-    "record.section": "Rotation of the bit between two returns",
-    "record.exponent": "Measure the largest Lyapunov exponent",
 }
 
 
@@ -202,12 +154,10 @@ class Leaf:
             return f"a list of one to {self.most} of {self.each.allowed()}{', or null' if self.nullable else ''}"
         if self.words:
             return f"{', '.join(self.words)} or {replace(self, words=()).allowed()}"
+        if self.kind == "choice" and len(self.choices) >= MANY:
+            return f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys"
         if self.kind == "choice":
-            return (
-                _either(self.choices)
-                if len(self.choices) < MANY
-                else (f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys")
-            )
+            return " or ".join(filter(None, (", ".join(self.choices[:-1]), self.choices[-1])))
         if self.kind == "switch":
             return "true or false"
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
@@ -252,24 +202,29 @@ class Leaf:
         return {"anyOf": [schema, {"type": "null"}]} if self.nullable else schema
 
     def read(self, raw: Plain) -> Any:
-        """The value of YAML scalar ``raw``; :class:`QuantityError` says what is wrong
-        with it."""
-        if raw is None and self.nullable:
-            return None
-        if self.kind == "choice":
-            return self._choice(raw)
+        """The value of ``raw``, in SI; :class:`QuantityError` says what is wrong with
+        it."""
+        if (raw is None and self.nullable) or (isinstance(raw, str) and raw in self.words):
+            return raw
         if self.kind in ("list", "table"):
             if not isinstance(raw, list) or not 1 <= len(raw) <= self.most:
                 empty = "an empty list" if raw == [] else f"{len(raw)} of them" if isinstance(raw, list) else shown(raw)
                 raise QuantityError(empty, self.allowed())
             return raw if self.kind == "table" else [self.each.read(one) for one in raw]
-        if isinstance(raw, str) and raw in self.words:
+        if self.kind == "choice":
+            if isinstance(raw, str) and raw in self.choices:
+                return raw
+            raise QuantityError(shown(raw), self.allowed(), did_you_mean(str(raw), self.choices))
+        if self.kind == "switch" and isinstance(raw, bool):
             return raw
-        if self.kind == "switch":
-            if not isinstance(raw, bool):
-                raise QuantityError(shown(raw), self.allowed())
-            return raw
-        value = self._quantity(raw) if self.kind == "quantity" else self._number(raw)
+        if self.kind == "quantity" and isinstance(raw, str):
+            value = self._quantity(raw)
+        elif self.kind in ("number", "whole") and not isinstance(raw, bool) and isinstance(raw, int | float):
+            value = self._number(raw)
+        else:
+            hint = "Write it bare, without quotes or unit." if isinstance(raw, str) and self.kind != "switch" else None
+            remark = "without a unit" if self.kind == "quantity" else ""
+            raise QuantityError(shown(raw, remark), self.allowed(), hint)
         if not self.low <= value <= self.high:
             raise QuantityError(shown(raw), self.allowed())
         return value
@@ -282,25 +237,13 @@ class Leaf:
             return False
         return True
 
-    def _choice(self, raw: Plain) -> str:
-        if raw in self.choices and isinstance(raw, str):
-            return raw
-        raise QuantityError(shown(raw), self.allowed(), did_you_mean(str(raw), self.choices))
-
-    def _quantity(self, raw: Plain) -> float:
-        if not isinstance(raw, str):
-            raise QuantityError(shown(raw, "without a unit"), self.allowed())
+    def _quantity(self, raw: str) -> float:
         try:
             return si.to_si(raw, self.units)
         except QuantityError as error:
             raise QuantityError(error.found, self.allowed(), error.suggestion) from None
 
-    def _number(self, raw: Plain) -> float:
-        if isinstance(raw, bool) or not isinstance(raw, int | float):
-            hint = None
-            if isinstance(raw, str):
-                hint = "Write it bare, without quotes or unit."
-            raise QuantityError(shown(raw), self.allowed(), hint)
+    def _number(self, raw: float) -> float:
         if not math.isfinite(raw) or (self.kind == "whole" and raw != int(raw)):
             raise QuantityError(shown(raw), self.allowed())
         return int(raw) if self.kind == "whole" else float(raw) + 0.0
@@ -341,6 +284,17 @@ def leaves(cls: type, prefix: str, meanings: Mapping[str, str], model: Descripti
             yield from leaves(kind, key, meanings, model)
         else:
             yield leaf(key, item, kind, meanings.get(key, ""), model)
+
+
+def groups(cls: type, prefix: str) -> Iterator[tuple[str, str]]:
+    """The groups of keys in a dataclass tree, each with its meaning where its field has
+    one."""
+    hints = typing.get_type_hints(cls)
+    for item in fields(cls):
+        kind, key = hints[item.name], f"{prefix}.{item.name}"
+        if is_dataclass(kind) and isinstance(kind, type):
+            yield key, item.metadata.get("meaning", "")
+            yield from groups(kind, key)
 
 
 def in_file_order(cls: type) -> list[Field[Any]]:
@@ -437,7 +391,8 @@ def keys_of(found: Description) -> Keys:
         "record": Record,
     }
     head = {key: MEANINGS[key] for key in ("title", "units", "model")}  # in the order of the file
-    told = {**head, **OF_MODELS, **MEANINGS, **found.meanings}
+    grouped = dict(one for section, cls in sections.items() for one in groups(cls, section))
+    told = {**head, **grouped, **OF_MODELS, **MEANINGS, **found.meanings}
     every = {"model": MODEL_LEAF}
     every |= {one.key: one for section, cls in sections.items() for one in leaves(cls, section, told, found)}
     numbers = {key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")}
@@ -450,8 +405,7 @@ def keys_of(found: Description) -> Keys:
         or key in choices_of(found)
     }
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
-    groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}
-    there = {"title", "units", *every, *groups, SLICE}
+    there = {"title", "units", *sections, *grouped, *every, SLICE}
     meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND}
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
     meanings |= {part.key: part.meaning for one in every.values() for part in one.parts}
@@ -475,21 +429,16 @@ def axes_of_all() -> dict[str, Leaf]:
 
 def shown(raw: Plain, remark: str = "") -> str:
     """A value as found, for a message."""
-    if isinstance(raw, dict):
-        return "a mapping"
-    if isinstance(raw, list):
-        return "a list"
+    if isinstance(raw, dict | list):
+        return "a mapping" if isinstance(raw, dict) else "a list"
     if raw is None:
         return "nothing (null)"
     if isinstance(raw, bool):
         return f"{str(raw).lower()}, which is neither text nor number"
     if isinstance(raw, str):
         return quoted(raw)
-    return (
-        f"the number {raw:g}{' ' + remark if remark else ''}"
-        if isinstance(raw, float)
-        else (f"the number {raw}{' ' + remark if remark else ''}")
-    )
+    number = f"{raw:g}" if isinstance(raw, float) else str(raw)
+    return f"the number {number} {remark}".rstrip()
 
 
 # What a key may be called elsewhere.
@@ -505,7 +454,3 @@ def did_you_mean(name: str, candidates: typing.Iterable[str], section: str = "")
     usual = [key for key in known if key == OTHER_WORDS.get(name)]
     near = usual or difflib.get_close_matches(name[:80], known, n=1)
     return f"Did you mean {section}{'.' if section else ''}{near[0]}?" if near else None
-
-
-def _either(names: tuple[str, ...]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"

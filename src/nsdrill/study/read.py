@@ -350,21 +350,20 @@ def _use_short_keys(document: Document) -> None:
     """Among the axes and the unknowns ``operation.wob`` and ``wob`` are one key: the
     short one from here on."""
     for around in (("sweep",), ("uncertain",), ("uncertain", "table")):
-        holder = document.data if len(around) == 1 else document.data.get("uncertain")
-        found = holder.get(around[-1]) if isinstance(holder, dict) else None
+        found = document.value(around)
         if not isinstance(found, dict):
             continue
         for key in [key for key in found if short_key(key) != key]:
             if short_key(key) in found:
                 words = f"the key a second time, as {short_key(key)}"
-                fault = document.fault((*around, key), words, "each key once", of_key=True)
-                document.faults.append(fault)
+                document.faults.append(document.fault((*around, key), words, "each key once", of_key=True))
             for places in (document.values, document.keys):
                 for path in [path for path in places if path[: len(around) + 1] == (*around, key)]:
                     places[(*around, short_key(key), *path[len(around) + 1 :])] = places.pop(path)
-        holder[around[-1]] = {short_key(key): value for key, value in found.items()}
-        if isinstance(along := found.get("along"), str) and around == ("sweep",):
-            holder["sweep"]["along"] = short_key(along)
+        short = {short_key(key): value for key, value in found.items()}
+        if around == ("sweep",) and isinstance(short.get("along"), str):
+            short["along"] = short_key(short["along"])
+        document.value(around[:-1])[around[-1]] = short
 
 
 def path_of(key: str) -> KeyPath:
@@ -386,16 +385,18 @@ def path_of(key: str) -> KeyPath:
 
 
 def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:
+    """Set a value; sections on the way to it that are not there, or empty, are made."""
     inside = document.data
     for depth, part in enumerate(path[:-1], start=1):
         if not isinstance(inside, dict):
             break
-        if inside.get(part) is None:  # not there, or an empty section
+        if inside.get(part) is None:
             inside[part] = {}
             document.values[path[:depth]] = document.keys[path[:depth]] = place
         inside = inside[part]
     if not isinstance(inside, dict):
-        found = f"{shown(inside)}, which has no keys to set ({place.override})"
+        given = f" ({place.override})" if place.override else ""
+        found = f"{shown(inside)}, which has no keys to set{given}"
         document.faults.append(Fault(dotted(path[:-1]), found, "a mapping, or --set of the whole value"))
         return
     for places in (document.values, document.keys):
@@ -412,15 +413,14 @@ def yaml_text(mapping: Mapping[Any, Any], name: str) -> str:
     """The study ``mapping`` as YAML; its keys may be nested or dotted, as
     ``well.friction.static``, or both. StudyError about the study ``name`` where a key
     is given twice or a value is none that a study has."""
-    faults: list[Fault] = []
-    nested: dict[str, Any] = {}
+    document = Document({})
     try:
-        _take_mapping(mapping, (), nested, faults)
+        _take_mapping(mapping, (), document)
     except RecursionError:
-        faults.append(Fault("", "a list or mapping that holds itself", TAKEN))
-    if faults:
-        raise StudyError(name, faults)
-    return _dumped(nested)
+        document.faults.append(Fault("", "a list or mapping that holds itself", TAKEN))
+    if document.faults:
+        raise StudyError(name, document.faults)
+    return _dumped(document.data)
 
 
 def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
@@ -432,41 +432,33 @@ def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
         if not isinstance(key, str) or not key.strip() or "=" in key:
             faults.append(Fault("", f"{key!r} as a key", "dotted keys, as in {'operation.wob': '30 kN'}"))
         elif not faults:
-            texts.append(f"{key}={_value_text(plain)}")
+            on_one_line = _dumped({"v": plain}, lines=False).removeprefix("{v: ").removesuffix("}\n")
+            texts.append(f"{key}={on_one_line}")
     if faults:
         raise StudyError(name, faults)
     return texts
 
 
-def _value_text(value: Any) -> str:
-    """The value in YAML on one line."""
-    return _dumped({"v": value}, lines=False).removeprefix("{v: ").removesuffix("}\n")
-
-
-def _take_mapping(
-    mapping: Mapping[Any, Any], above: tuple[str, ...], into: dict[str, Any], faults: list[Fault]
-) -> None:
+def _take_mapping(mapping: Mapping[Any, Any], above: KeyPath, document: Document) -> None:
+    """Put the values of a mapping, nested or dotted, where they belong."""
     for key, value in mapping.items():
         if not isinstance(key, str) or not all(key.split(".")):
-            faults.append(Fault(dotted(above), f"{key!r} as a key", "names, nested or dotted, as 'operation.wob'"))
+            found, allowed = f"{key!r} as a key", "names, nested or dotted, as 'operation.wob'"
+            document.faults.append(Fault(dotted(above), found, allowed))
             continue
-        path = tuple(map(str, path_of(".".join((*above, key)))))
+        path = path_of(".".join(map(str, (*above, key))))
         if len(path) > _DEEPEST:
-            faults.append(Fault(dotted(path), f"more than {_DEEPEST} levels", "the five levels of a study"))
-            continue
-        if isinstance(value, Mapping) and value:
-            _take_mapping(value, path, into, faults)
-            continue
-        inside: Any = into
-        for part in path[:-1]:
-            inside = inside.setdefault(part, {}) if isinstance(inside, dict) else None
-        if not isinstance(inside, dict) or path[-1] in inside:
-            faults.append(Fault(dotted(path), "the key a second time", "each key once, nested or dotted"))
-            continue
-        inside[path[-1]] = _plain_value(value, path, faults)
+            found = f"more than {_DEEPEST} levels"
+            document.faults.append(Fault(dotted(path), found, "the five levels of a study"))
+        elif isinstance(value, Mapping) and value:
+            _take_mapping(value, path, document)
+        elif document.has(path) or not isinstance(document.value(path[:-1]) or {}, dict):
+            document.faults.append(Fault(dotted(path), "the key a second time", "each key once, nested or dotted"))
+        else:
+            _put(document, path, _plain_value(value, path, document.faults), Place())
 
 
-def _plain_value(value: Any, path: tuple[str, ...], faults: list[Fault]) -> Any:
+def _plain_value(value: Any, path: KeyPath, faults: list[Fault]) -> Any:
     """``value`` as YAML has it; what numpy made becomes Python's own."""
     if hasattr(value, "tolist"):
         value = value.tolist()

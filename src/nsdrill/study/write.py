@@ -21,64 +21,64 @@ from nsdrill.study.uncertain import FACTOR, HOW
 from nsdrill.units import from_si
 from nsdrill.variables import MODEL, long_key, short_key
 
+Resolved = dict[str, Any]  # a complete study as plain data
 MAX_TOLD = 6  # keys in a message
 
 
-def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
+def study_text(resolved: Resolved, head: Iterable[str] = ()) -> str:
     """The study ``resolved`` as YAML with every key, below the comments ``head``; read
     again it has the same digest."""
-    comments = "".join(f"# {_one_line(words)}\n" for words in head)
-    parts = [comments + line("", "title", _title(resolved), MEANINGS["title"])]
     keys = _keys(resolved)
+    comments = ["# " + " ".join("".join(c if c.isprintable() else " " for c in words).split()) for words in head]
+    parts = [[*comments, line("", "title", _title(resolved), MEANINGS["title"])]]
     if "units" in resolved:
-        parts.append(line("", "units", resolved["units"], MEANINGS["units"]))
-    parts.append(line("", "model", keys.model.name, MEANINGS["model"]))
+        parts.append([line("", "units", resolved["units"], MEANINGS["units"])])
+    parts.append([line("", "model", keys.model.name, MEANINGS["model"])])
     for name in keys.sections:
         if name == "simulation":
-            parts.append(
-                "\n".join(
-                    [
-                        line("", "sweep", "", MEANINGS["sweep"]),
-                        *(
-                            line("  ", key, value_text(resolved, f"sweep.{key}") or "", _meaning(keys, key))
-                            for key in _sweep_keys(resolved)
-                        ),
-                    ]
-                )
-            )
+            parts.append(_sweep(keys, resolved))
             if "uncertain" in resolved:
                 parts.append(_uncertain(keys, resolved))
-        parts.append("\n".join(section_lines(keys, name, lambda leaf: _needed(resolved, leaf))))
+        parts.append([*section_lines(keys, name, lambda leaf: _needed(resolved, leaf))])
         if name == "initial" and (plane := resolved["initial"].get("slice")):
-            ranges = [
-                f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}" for state in keys.slices if state in plane
-            ]
-            parts[-1] += "\n" + "\n".join([line("  ", "slice", "", keys.meanings[SLICE]), *ranges])
+            parts[-1].append(line("  ", "slice", "", keys.meanings[SLICE]))
+            states = [state for state in keys.slices if state in plane]
+            parts[-1] += [f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}" for state in states]
     if resolved.get(CONTINUE):
-        parts.append("\n".join(_continued(keys, resolved[CONTINUE])))
-    return "\n".join(part.rstrip("\n") + "\n" for part in parts)
+        parts.append([*_continued(keys, resolved[CONTINUE])])
+    return "\n".join("".join(f"{text}\n" for text in part) for part in parts)
 
 
-def _continued(keys: Keys, found: dict[str, Any], prefix: str = CONTINUE, indent: str = "") -> Iterator[str]:
+def _sweep(keys: Keys, resolved: Resolved) -> list[str]:
+    """The section of the sweep: the axes, then how they are run."""
+    last = ("procedure", "along", "refine")
+    names = [*(key for key in resolved["sweep"] if key not in last), *(key for key in last if key in resolved["sweep"])]
+    lines = [line("", "sweep", "", MEANINGS["sweep"])]
+    for key in names:
+        meaning = MEANINGS.get(f"sweep.{key}") or keys.axes[key].meaning
+        lines.append(line("  ", key, value_text(resolved, f"sweep.{key}") or "", meaning))
+    return lines
+
+
+def _continued(keys: Keys, found: Resolved, prefix: str = CONTINUE, indent: str = "") -> Iterator[str]:
     """The lines of the section ``continue``, or of its curves."""
     yield line(indent, prefix.rpartition(".")[2], "", MEANINGS[prefix])
     leaf = keys.axes[found["over" if "over" in found else "along"]]
     for name, value in found.items():
-        key, meaning = f"{prefix}.{name}", MEANINGS[f"{prefix}.{name}"]
+        key = f"{prefix}.{name}"
         if isinstance(value, dict) and name == "curves":
             yield from _continued(keys, value, key, indent + "  ")
             continue
-        text = leaf.text(value) if name in ("from", "to") else _plain_text(value)
         if isinstance(value, dict):
             text = ", ".join(f"{axis}: [{', '.join(map(leaf.text, values))}]" for axis, values in value.items())
             text = f"{{{text}}}"
-        yield line(indent + "  ", name, text, meaning)
-
-
-def _plain_text(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(str, value))}]"
-    return value if name_like(value) else json.dumps(value, ensure_ascii=False, allow_nan=False)
+        elif isinstance(value, list):
+            text = f"[{', '.join(map(str, value))}]"
+        elif name in ("from", "to"):
+            text = leaf.text(value)
+        else:
+            text = value if name_like(value) else json.dumps(value, ensure_ascii=False, allow_nan=False)
+        yield line(indent + "  ", name, text, MEANINGS[key])
 
 
 def name_like(value: Any) -> bool:
@@ -86,14 +86,14 @@ def name_like(value: Any) -> bool:
     return isinstance(value, str) and value.replace("_", "").replace(".", "").isalpha() and value.isascii()
 
 
-def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None, str | None]]:
+def changes(a: Resolved, b: Resolved) -> list[tuple[str, str | None, str | None]]:
     """(key, value in ``a``, value in ``b``) where two resolved studies differ, the
     values as :func:`value_text`."""
     keys = dict.fromkeys(_key_of(entry) for entry, _, _ in differences(a, b))
     return [(key, value_text(a, key), value_text(b, key)) for key in keys]
 
 
-def changes_text(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | None = None) -> str:
+def changes_text(a: Resolved, b: Resolved, keys: Sequence[str] | None = None) -> str:
     """The ``keys`` in which two resolved studies differ, all but the title and the units if None, as
     a part of a message: ``bit.friction.static: 0.5 there, 0.6 here; ...``."""
     if keys is None:
@@ -102,7 +102,7 @@ def changes_text(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | Non
     return "; ".join(told[:MAX_TOLD]) + (f" and {len(told) - MAX_TOLD} more" if len(told) > MAX_TOLD else "")
 
 
-def value_text(resolved: dict[str, Any], key: str) -> str | None:
+def value_text(resolved: Resolved, key: str) -> str | None:
     """The value of ``key`` as it may stand in a study file, None where the study has no
     such key."""
     name, keys = key.rpartition(".")[2], _keys(resolved)
@@ -120,45 +120,34 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
         if not isinstance(value, dict) or part not in value:
             return None
         value = value[part]
-    varied = (
-        keys.axes[axis].key
-        if section == "sweep" and axis in keys.axes
-        else (f"initial.{name}" if key.startswith(f"{SLICE}.") else None)
-    )
-    if varied:
-        leaf = keys.leaf(varied, resolved)
-        if isinstance(value, dict):
-            spacing = f", spacing: {value['spacing']}" if "spacing" in value else ""
-            ends = f"from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: {value['points']}"
-            return f"{{{ends}{spacing}}}"
-        return f"[{', '.join(map(leaf.text, value))}]"
+    if (section == "sweep" and axis in keys.axes) or key.startswith(f"{SLICE}."):
+        leaf = keys.leaf(keys.axes[axis].key if section == "sweep" else f"initial.{name}", resolved)
+        if isinstance(value, list):
+            return f"[{', '.join(map(leaf.text, value))}]"
+        spacing = f", spacing: {value['spacing']}" if "spacing" in value else ""
+        return f"{{from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: {value['points']}{spacing}}}"
     if key in keys.leaves:
         return keys.leaf(key, resolved).text(value)
     return value if isinstance(value, str) else json.dumps(value, allow_nan=False)
 
 
-def _uncertain(keys: Keys, resolved: dict[str, Any]) -> str:
+def _uncertain(keys: Keys, resolved: Resolved) -> list[str]:
     """The section of the unknowns."""
-    found = resolved["uncertain"]
+    found, told = resolved["uncertain"], {name: MEANINGS[f"uncertain.{name}"] for name in HOW}
     names = [key for key in found if key not in HOW]
-    told = {key: keys.axes[key].meaning for key in names} | {name: MEANINGS[f"uncertain.{name}"] for name in HOW}
-    written = [*names, *(name for name in ("seed", "design", "correlations", "table") if found[name] not in ([], {}))]
-    lines = [
-        line("  ", long_key(key), _of_unknowns(keys, resolved, key) or "", told[key])
-        for key in written
-        if key != "table"
-    ]
+    names += [] if found["table"] else ["samples"]
+    names += [name for name in ("seed", "design", "correlations") if found[name] != []]
+    lines = [line("", "uncertain", "", MEANINGS["uncertain"])]
+    for name in names:
+        meaning = told.get(name) or keys.axes[name].meaning
+        lines.append(line("  ", long_key(name), _of_unknowns(keys, resolved, name) or "", meaning))
     if found["table"]:
         lines.append(line("  ", "table", "", told["table"]))
-        lines += [
-            f"    {long_key(key)}: {_values(keys, resolved, key, values)}" for key, values in found["table"].items()
-        ]
-    else:
-        lines.insert(len(names), line("  ", "samples", str(found["samples"]), told["samples"]))
-    return "\n".join([line("", "uncertain", "", MEANINGS["uncertain"]), *lines])
+        lines += [f"    {long_key(key)}: {_of_unknowns(keys, resolved, f'table.{key}')}" for key in found["table"]]
+    return lines
 
 
-def _of_unknowns(keys: Keys, resolved: dict[str, Any], name: str) -> str | None:
+def _of_unknowns(keys: Keys, resolved: Resolved, name: str) -> str | None:
     """What the section of the unknowns says of ``name``, in flow style; None where it
     has no such key."""
     table, _, column = name.partition(".")
@@ -178,7 +167,7 @@ def _of_unknowns(keys: Keys, resolved: dict[str, Any], name: str) -> str | None:
     return f"{{{kind}: {{{', '.join(texts)}}}}}"
 
 
-def _values(keys: Keys, resolved: dict[str, Any], key: str, values: list[float]) -> str:
+def _values(keys: Keys, resolved: Resolved, key: str, values: list[float]) -> str:
     return f"[{', '.join(map(keys.leaf(keys.axes[key].key, resolved).text, values))}]"
 
 
@@ -206,23 +195,11 @@ def _unknown_of(entry: str) -> str:
     return above if kind in NUMBERS_OF else entry
 
 
-def _sweep_keys(resolved: dict[str, Any]) -> list[str]:
-    """The keys of the sweep in the order of a study file: the axes, then how they are
-    run."""
-    last = ("procedure", "along", "refine")
-    return [*(key for key in resolved["sweep"] if key not in last), *(key for key in last if key in resolved["sweep"])]
-
-
-def _meaning(keys: Keys, key: str) -> str:
-    """What a key of the sweep means."""
-    return MEANINGS.get(f"sweep.{key}") or keys.axes[key].meaning
-
-
-def _keys(resolved: dict[str, Any]) -> Keys:
+def _keys(resolved: Resolved) -> Keys:
     return keys_named(resolved.get("model", MODEL_LEAF.default))
 
 
-def _needed(resolved: dict[str, Any], leaf: Leaf) -> str | None:
+def _needed(resolved: Resolved, leaf: Leaf) -> str | None:
     """The value of ``leaf``, but for a default that the sweep replaces: as a given
     value it might be refused, a depth above the end of the collars say."""
     prefix, _, name = leaf.key.rpartition(".")
@@ -231,14 +208,10 @@ def _needed(resolved: dict[str, Any], leaf: Leaf) -> str | None:
     return value_text(resolved, leaf.key)
 
 
-def _title(resolved: dict[str, Any]) -> str:
+def _title(resolved: Resolved) -> str:
     """The title in quotes that YAML reads back as it was."""
     text = json.dumps(resolved.get("title", ""), ensure_ascii=False, allow_nan=False)
     return "".join(sign if sign.isprintable() else f"\\U{ord(sign):08x}" for sign in text)
-
-
-def _one_line(words: str) -> str:
-    return " ".join("".join(sign if sign.isprintable() else " " for sign in words).split())
 
 
 _INDENT = "  "

@@ -12,10 +12,10 @@ from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import quantity
+from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, edges, is_logarithmic, line, positions, robust_limits
 from nsdrill.variables import OK, POINT
 from nsdrill.web.shown import classes, quantity_data, response_styles
@@ -194,12 +194,6 @@ def plane(
         "limits": None if is_label else [low, high],
     }
     return head, {"values": np.where(outcomes < 0, np.nan, values), "outcome": outcomes}
-
-
-def longest(results: Results) -> str:
-    """The axis with the most values, as in the pictures; an axis of numbers before one
-    of words."""
-    return max(results.swept or ["rotary_speed"], key=lambda name: (not words_along(name), len(results.coords[name])))
 
 
 def _place_of(results: Results, held: Mapping[str, int], member: int) -> list[int]:

@@ -25,10 +25,12 @@ from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
+from nsdrill.plot.registry import longest
+from nsdrill.plot.slices import evenly_spaced
 from nsdrill.variables import INFERRED, OK, SAMPLE
 from nsdrill.web.answers import LIMITS, comparison, escaped, file_answer, paragraph, picture, table
 from nsdrill.web.branches import Branches
-from nsdrill.web.diagrams import Reply, longest, member_dimension
+from nsdrill.web.diagrams import Reply, member_dimension
 from nsdrill.web.origin import origin_rows, study_details
 from nsdrill.web.packet import packed
 from nsdrill.web.server import static
@@ -274,21 +276,13 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
 def _held_values(results: Results, others: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:
     """All combinations of some values of the ``others`` of the axes, as indices by axis
     and in words."""
-    values = [_evenly_spaced(len(results.coords[name])) for name in others]
+    values = [evenly_spaced(range(len(results.coords[name])), MAX_DIAGRAMS) for name in others]
     for index in product(*values):
         words = [
             f"{plain(quantity(name, units).words)}: {quantity(name, units).value(float(results.coords[name][i]))}"
             for name, i in zip(others, index, strict=True)
         ]
         yield dict(zip(others, (int(i) for i in index), strict=True)), ", ".join(words)
-
-
-def _evenly_spaced(count: int) -> list[int]:
-    """Up to :data:`MAX_DIAGRAMS` of the indices below ``count``, evenly spaced, with the
-    first and the last."""
-    if count <= MAX_DIAGRAMS:
-        return list(range(count))
-    return [round(number * (count - 1) / (MAX_DIAGRAMS - 1)) for number in range(MAX_DIAGRAMS)]
 
 
 def _thinned(reply: Reply) -> Reply:

@@ -13,10 +13,9 @@ from nsdrill.models.beam.columns import coefficients as lumped_coefficients
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
-from nsdrill.models.christoforou_yigit.checks import FormatValue
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
-from nsdrill.models.christoforou_yigit.derived_quantities import DerivedQuantity
 from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.operation import Operation
 
 COEFFICIENTS = LUMPED

@@ -4,7 +4,8 @@ and warnings."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from operator import attrgetter, itemgetter
 from typing import Any
 
@@ -21,12 +22,9 @@ from nsdrill.models.christoforou_yigit.laws import law_of_bit, slope_at_rest
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import overloaded, swinging
 from nsdrill.models.leaves import Values, with_values
-from nsdrill.models.numbers import DerivedQuantity
+from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
 from nsdrill.models.operation import Operation
 from nsdrill.models.steepness import implicit
-
-# Text of a value in SI units, from the value, its SI unit and the unit that is shown.
-FormatValue = Callable[[float, str, str], str]
 
 MEANINGS = {
     "m_c": "modal steel mass of the span",
@@ -46,7 +44,6 @@ MEANINGS = {
 }
 COEFFICIENTS = {name: (UNITS[name], meaning) for name, meaning in MEANINGS.items()}
 MAX_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
-LEAST_PERIODS = 4
 LEAST_SHARPNESS = 500.0  # smoothing times dynamic_from
 # Numbers that are not on a sheet of the assembly and that affect critical speeds.
 POORLY_KNOWN = (
@@ -74,42 +71,58 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     return {**derived_quantities(parameters, operation), **further_quantities(parameters, operation)}
 
 
-def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
-    """Warnings of a study, each None where it does not apply. ``corners`` are the
-    points at the ends of all axes and ramps."""
-    texts = [
-        warning(study, corners, format_value)
-        for warning in (
-            _buckled,
-            _many_steps,
-            _peak_smoothed,
-            _overloaded,
-            _eccentric,
-            _unstable,
-            _brought_to_wall,
-            _passed_over,
-            _sensitive,
-        )
+@dataclass(frozen=True)
+class Corner:
+    """An operating point at the ends of all axes and ramps of a study."""
+
+    values: Values
+
+    @property
+    def parameters(self) -> Parameters:
+        parameters: Parameters = self.values.parameters
+        return parameters
+
+    @cached_property
+    def operation(self) -> Operation:
+        return Operation(*self.values.operation)
+
+    @cached_property
+    def k(self) -> Coefficients:
+        return derive(self.parameters, *self.values.operation)
+
+    @property
+    def point(self) -> tuple[Parameters, Operation, Coefficients]:
+        """What the derived quantities are functions of."""
+        return self.parameters, self.operation, self.k
+
+    @property
+    def speed(self) -> float:
+        return float(self.operation.rotary_speed)
+
+
+def warnings(study: Any, values: list[Values], format_value: FormatValue) -> list[str | None]:
+    """Warnings of a study, each None where it does not apply. ``values`` are those of
+    its corners."""
+    corners = [Corner(each) for each in values]
+    periods = (2 * math.pi * math.sqrt(float(corner.k.J) / float(corner.k.k_t)) for corner in corners)
+    return [
+        _buckled(corners, format_value),
+        _many_steps(study, corners),
+        _peak_smoothed(corners),
+        overloaded(values, lambda each: mean_torque(*Corner(each).point), format_value),
+        _eccentric(corners, format_value),
+        swinging(study, values, _growth, format_value),
+        _brought_to_wall(corners, format_value),
+        _passed_over(study, values, format_value),
+        _sensitive(study, corners, format_value),
+        few_periods(study, max(periods)),
     ]
-    if study.swept or not study.ramped:  # else nothing is observed
-        texts.append(_few_periods(study, corners, format_value))
-    return texts
 
 
-def _buckled(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
-    stiffness, wob, load, well = min(
-        (
-            (
-                float(lateral_stiffness(corner.parameters, Operation(*corner.operation), k)),
-                corner.operation[1],
-                float(k.buckling_load),
-                corner.parameters.well,
-            )
-            for corner in corners
-            for k in [derive(corner.parameters, *corner.operation)]
-        ),
-        key=itemgetter(0),
-    )
+def _buckled(corners: list[Corner], format_value: FormatValue) -> str | None:
+    worst = min(corners, key=lambda corner: lateral_stiffness(*corner.point))
+    stiffness, well = lateral_stiffness(*worst.point), worst.parameters.well
+    wob, load = worst.operation.wob, float(worst.k.buckling_load)
     if stiffness >= 0:
         return None
     if well.law == "linear" and well.stiffness <= -stiffness:
@@ -128,16 +141,15 @@ def _buckled(study: Any, corners: list[Values], format_value: FormatValue) -> st
     )
 
 
-def _many_steps(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
+def _many_steps(study: Any, corners: list[Corner]) -> str | None:
     """An explicit method takes about (slope of the friction) / 3.3 steps a second while
     the bit sticks."""
 
-    def steps(corner: Values) -> tuple[float, str, float]:
-        if implicit(study.simulation.method, study.model, corner).any():
+    def steps(corner: Corner) -> tuple[float, str, float]:
+        if implicit(study.simulation.method, study.model, corner.values).any():
             return 0.0, "", 0.0
-        k = derive(corner.parameters, *corner.operation)
         law, friction = law_of_bit(corner.parameters), corner.parameters.bit.friction
-        rate = slope_at_rest(corner.parameters, k) * corner.operation[1] / k.J
+        rate = slope_at_rest(corner.parameters, corner.k) * corner.operation.wob / corner.k.J
         return float(rate / 3.3), law.steep, float(getattr(friction, law.steep))
 
     steps_per_second, key, value = max(map(steps, corners))
@@ -151,13 +163,14 @@ def _many_steps(study: Any, corners: list[Values], format_value: FormatValue) ->
     )
 
 
-def _peak_smoothed(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
+def _peak_smoothed(corners: list[Corner]) -> str | None:
     """The smoothing removes the peak of the linear law, whose fall is confined to
     speeds below dynamic_from."""
     laws = [law for corner in corners if (law := corner.parameters.bit.friction).law == "linear"]
     if not laws:
         return None
-    sharpness, law = min(((law.smoothing * law.dynamic_from, law) for law in laws), key=itemgetter(0))
+    law = min(laws, key=lambda law: law.smoothing * law.dynamic_from)
+    sharpness = law.smoothing * law.dynamic_from
     if sharpness >= LEAST_SHARPNESS:
         return None
     return (
@@ -168,32 +181,9 @@ def _peak_smoothed(study: Any, corners: list[Values], format_value: FormatValue)
     )
 
 
-def _overloaded(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
-    """A motor at its torque limit does not keep the set speed."""
-    limited = [corner for corner in corners if corner.parameters.drive.torque_limit is not None]
-    return overloaded(
-        [
-            (
-                mean_torque(
-                    corner.parameters, Operation(*corner.operation), derive(corner.parameters, *corner.operation)
-                ),
-                limit,
-            )
-            for corner in limited
-            for limit in [corner.parameters.drive.torque_limit]
-        ],
-        format_value,
-    )
-
-
-def _eccentric(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
-    gap, eccentricity = min(
-        (
-            (float(derive(corner.parameters, *corner.operation).gap), corner.parameters.drillstring.eccentricity)
-            for corner in corners
-        ),
-        key=lambda pair: pair[0] - pair[1],
-    )
+def _eccentric(corners: list[Corner], format_value: FormatValue) -> str | None:
+    pairs = ((float(corner.k.gap), corner.parameters.drillstring.eccentricity) for corner in corners)
+    gap, eccentricity = min(pairs, key=lambda pair: pair[0] - pair[1])
     if eccentricity <= gap:
         return None
     return (
@@ -203,32 +193,22 @@ def _eccentric(study: Any, corners: list[Values], format_value: FormatValue) -> 
     )
 
 
-def _speeds(study: Any, corners: list[Values]) -> tuple[float, float]:
-    speeds = [float(corner.operation[2]) for corner in corners]
-    return min(speeds), max(speeds)
-
-
-def _brought_to_wall(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
+def _brought_to_wall(corners: list[Corner], format_value: FormatValue) -> str | None:
     """The imbalance can hold the collar at the wall in the whole sweep, which begins
     above the speed for that."""
-    slowest, fastest = _speeds(study, corners)
+    slowest, fastest = (end(corner.speed for corner in corners) for end in (min, max))
     if any(corner.parameters.modes.lateral == "frozen" for corner in corners):
         return None
-    wall_speeds = [
-        (
-            wall_speed(corner.parameters, Operation(*corner.operation), derive(corner.parameters, *corner.operation)),
-            corner,
-        )
-        for corner in corners
-    ]
-    if any(speed is None or speed > slowest for speed, _ in wall_speeds):
+    speeds = [(wall_speed(*corner.point), corner) for corner in corners]
+    reached = [(speed, corner) for speed, corner in speeds if speed is not None and speed <= slowest]
+    if len(reached) < len(corners):
         return None
-    highest, corner = max(((speed, corner) for speed, corner in wall_speeds if speed is not None), key=itemgetter(0))
+    highest, corner = max(reached, key=itemgetter(0))
     if highest == 0.0:
         return None  # it is buckled, which has its own warning
     eccentricity = corner.parameters.drillstring.eccentricity
     ends = [
-        (speed, min(_greatest_eccentricity(corner) for corner in corners if float(corner.operation[2]) == speed))
+        (speed, min(_greatest_eccentricity(corner) for corner in corners if corner.speed == speed))
         for speed in sorted({slowest, fastest})
     ]
     least, greatest = (end(limit for _, limit in ends) for end in (min, max))
@@ -268,11 +248,11 @@ def passed_over(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     """
     if study.along != "rotary_speed" or study.procedure == "same":
         return []
-    start = _speeds(study, corners)[1 if study.procedure == "down" else 0]
+    start = (max if study.procedure == "down" else min)(float(corner.operation[2]) for corner in corners)
     passed: dict[str, list[float]] = {}
-    at_start = [corner for corner in corners if float(corner.operation[2]) == start]
+    at_start = [corner for corner in map(Corner, corners) if corner.speed == start]
     for corner in at_start:
-        critical = _critical(corner.parameters, Operation(*corner.operation))
+        critical = _critical(corner.parameters, corner.operation)
         for name in LASTING_MOTIONS:
             speed = critical.get(name)
             if speed is not None and 0.0 < speed < start and not _starts_beyond(name, corner):
@@ -291,14 +271,13 @@ def passed_over(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     ]
 
 
-def _starts_beyond(name: str, corner: Values) -> bool:
+def _starts_beyond(name: str, corner: Corner) -> bool:
     """Whether the motion of this critical speed is there from the initial state on, or
     cannot occur."""
     if name == "lobe_resonance":
         return float(corner.parameters.bit.surface_amplitude) == 0.0
-    gap = float(derive(corner.parameters, *corner.operation).gap)
-    start: Any = corner.initial
-    return math.hypot(float(start.x), float(start.y)) >= gap
+    start: Any = corner.values.initial
+    return math.hypot(float(start.x), float(start.y)) >= float(corner.k.gap)
 
 
 def _passed_over(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
@@ -320,25 +299,24 @@ def _passed_over(study: Any, corners: list[Values], format_value: FormatValue) -
     )
 
 
-def _greatest_eccentricity(corner: Values) -> float:
+def _greatest_eccentricity(corner: Corner) -> float:
     """The greatest eccentricity [m], at most that of the study, with which the collar
     stays off the wall at this point."""
     low, high = 0.0, float(corner.parameters.drillstring.eccentricity)
     for _ in range(40):
         middle = 0.5 * (low + high)
         changed = with_values(corner.parameters, {"drillstring.eccentricity": middle})
-        speed = wall_speed(changed, Operation(*corner.operation), derive(changed, *corner.operation))
-        low, high = (middle, high) if speed is None or speed > float(corner.operation[2]) else (low, middle)
+        speed = wall_speed(*Corner(replace(corner.values, parameters=changed)).point)
+        low, high = (middle, high) if speed is None or speed > corner.speed else (low, middle)
     return low
 
 
-def _sensitive(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
+def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> str | None:
     """Poorly known numbers: half or twice the value of one moves a critical speed
     through much of the sweep."""
-    slowest, fastest = _speeds(study, corners)
-    middle = Operation(
-        *(float(sum(column)) / len(corners) for column in zip(*(corner.operation for corner in corners), strict=True))
-    )
+    slowest, fastest = (end(corner.speed for corner in corners) for end in (min, max))
+    columns = zip(*(corner.values.operation for corner in corners), strict=True)
+    middle = Operation(*(float(sum(column)) / len(corners) for column in columns))
     parameters = corners[0].parameters
     before = _critical(parameters, middle)
     keys = [key for key in POORLY_KNOWN if key not in study.axes and key not in study.drawn]
@@ -415,29 +393,9 @@ def _critical_fraction(name: str, critical: float | None, slowest: float, fastes
     return max(min(high, fastest) - max(low, slowest), 0.0) / (fastest - slowest)
 
 
-def _unstable(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
-    """A drive that makes the string oscillate by itself, as with gains of the wrong
-    sign."""
-    driven = [
-        corner
-        for corner in corners
-        if not corner.parameters.drive.ideal and corner.parameters.modes.torsional == "free"
-    ]
-    growing = [
-        (root, corner.operation[0], corner.parameters.drive.kind)
-        for corner in driven
-        if (root := growth_at_rest(corner.parameters, derive(corner.parameters, *corner.operation))) is not None
-    ]
-    return swinging(growing, "depth" in study.swept, format_value)
-
-
-def _few_periods(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
-    coefficients = [derive(corner.parameters, *corner.operation) for corner in corners]
-    period = max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients)
-    if study.simulation.observe >= LEAST_PERIODS * period:
+def _growth(values: Values) -> complex | None:
+    """What grows of string and drive, where both may move."""
+    corner = Corner(values)
+    if corner.parameters.drive.ideal or corner.parameters.modes.torsional == "frozen":
         return None
-    return (
-        f"Short: the torsional period at the greatest depth is {period:.3g} s; an observation of "
-        f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen "
-        "simulation.observe."
-    )
+    return growth_at_rest(corner.parameters, corner.k)

@@ -4,12 +4,11 @@ quantities of the linearised string and drive, and warnings."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from nsdrill.models.drives import LAWS, overloaded, reflection, swinging
 from nsdrill.models.leaves import Values
-from nsdrill.models.numbers import DerivedQuantity
+from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
 from nsdrill.models.operation import Operation
 from nsdrill.models.segments.drive import impedance, law_of
 from nsdrill.models.segments.linear import (
@@ -24,12 +23,9 @@ from nsdrill.models.segments.linear import (
     torsional_matrix,
 )
 from nsdrill.models.segments.parameters import Parameters
-from nsdrill.models.segments.string import steady_of, string_of
+from nsdrill.models.segments.string import String, steady_of, string_of
 
-# Text of a value in SI units, from the value, its SI unit and the unit that is shown.
-FormatValue = Callable[[float, str, str], str]
 MODES = 3  # modes of string and drive among the derived quantities
-LEAST_PERIODS = 4
 
 
 class Coefficients(NamedTuple):
@@ -116,44 +112,18 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """Warnings of a study, whose ``corners`` are the values at the ends of all axes and
     ramps; None where there is nothing to warn of."""
-    messages = [_overloaded(corners, format_value), _unstable(study, corners, format_value)]
-    if study.swept or not study.ramped:  # else nothing is observed
-        messages.append(_few_periods(study, corners))
-    return messages
-
-
-def _overloaded(corners: list[Values], format_value: FormatValue) -> str | None:
-    """The warning of a motor whose torque limit is below the steady torque."""
-    pairs = []
-    for corner in corners:
-        depth, wob, speed = corner.operation
-        drive = corner.parameters.drive
-        if drive.kind in LAWS and drive.torque_limit is not None:
-            steady = steady_of(corner.parameters, string_of(corner.parameters, depth), wob, speed)
-            pairs.append((float(steady.table_torque), float(drive.torque_limit)))
-    return overloaded(pairs, format_value)
-
-
-def _unstable(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
-    """The warning of a drive that makes the string oscillate by itself, as gains of the
-    wrong sign do."""
-    growing = [
-        (root, corner.operation[0], corner.parameters.drive.kind)
-        for corner in corners
-        if (root := growth_at_rest(corner.parameters, string_of(corner.parameters, corner.operation[0]))) is not None
+    lowest = min(float(torsional_frequencies(_string(corner), 1)[0]) for corner in corners)
+    return [
+        overloaded(corners, _steady_torque, format_value),
+        swinging(study, corners, lambda corner: growth_at_rest(corner.parameters, _string(corner)), format_value),
+        few_periods(study, 2 * math.pi / lowest),
     ]
-    return swinging(growing, "depth" in study.swept, format_value)
 
 
-def _few_periods(study: Any, corners: list[Values]) -> str | None:
-    period = max(
-        2 * math.pi / float(torsional_frequencies(string_of(corner.parameters, corner.operation[0]), 1)[0])
-        for corner in corners
-    )
-    if study.simulation.observe >= LEAST_PERIODS * period:
-        return None
-    return (
-        f"Short: the torsional period is {period:.3g} s at most; an observation of "
-        f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen "
-        f"simulation.observe."
-    )
+def _string(corner: Values) -> String:
+    return string_of(corner.parameters, corner.operation[0])
+
+
+def _steady_torque(corner: Values) -> float:
+    _, wob, speed = corner.operation
+    return float(steady_of(corner.parameters, _string(corner), wob, speed).table_torque)

@@ -159,7 +159,8 @@ class _Panel:
         self.handles.setdefault("sweep", line_entry(label="peaks of the sweep", **style))
 
     def draw_branches(self) -> None:
-        """Every branch, in the colour of its motion, solid or dashed by its stability."""
+        """Every branch, in the colour of its motion, solid or dashed by its
+        stability."""
         is_stable_point, motions = self.data["unstable"].values == 0, [str(one) for one in self.data["motion"].values]
         for number, part in enumerate(_parts(self.data["row_size"].values)):
             x, y, stable = self.x[part], self.y[part], is_stable_point[part]
@@ -178,8 +179,8 @@ class _Panel:
             self.handles.setdefault(words, area_entry(facecolor=COLOURS.get(motion, BLACK), label=words))
 
     def draw_special_points(self) -> None:
-        """The special points. Where several would lie on each other, one marker stands for
-        them, with their number above it; a black one for more than two kinds."""
+        """The special points. Where several would lie on each other, one marker stands
+        for them, with their number above it; a black one for more than two kinds."""
         meanings = meanings_of(model_in(self.data.attrs))
         grazing = [code for code in meanings if code > 100]
         looks = {**MARKERS, **{code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}}
@@ -198,8 +199,8 @@ class _Panel:
                 self.axes.annotate(str(len(members)), place, (0, 3.5), path_effects=halo(1.5), gid="number", **above)
 
     def _groups(self, labels: Array) -> list[Array]:
-        """The numbers of the special points in sight, those together that would lie on each
-        other; the first of each has the marker."""
+        """The numbers of the special points in sight, those together that would lie on
+        each other; the first of each has the marker."""
         low, high = sorted(self.axes.get_xlim())
         in_sight = np.isfinite(self.y) & (self.x >= low) & (self.x <= high)
         places = np.flatnonzero((labels != 0) & (labels != END) & in_sight)
@@ -215,7 +216,8 @@ class _Panel:
         return [places[group] for group in groups]
 
     def _mark(self, name: str, place: int, marker: str, colour: str) -> None:
-        """A marker with this ``name`` in the legend, at one ``place`` of the branches."""
+        """A marker with this ``name`` in the legend, at one ``place`` of the
+        branches."""
         is_cross = marker == "x"
         style: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": "none", "markersize": 4}
         style |= {"markeredgecolor": colour if is_cross else "white", "markeredgewidth": 0.9 if is_cross else 0.4}

@@ -1,5 +1,5 @@
-"""The returns to the Poincare section: along one axis, coloured by the kind of motion, and
-of one operating point or a trace in planes.
+"""The returns to the Poincare section: along one axis, coloured by the kind of motion,
+and of one operating point or a trace in planes.
 
 One dot is period one, n dots a period of n returns, a closed curve quasi-periodic
 motion, a cloud chaos."""
@@ -84,7 +84,8 @@ def _layout(attrs: Mapping[str, Any]) -> tuple[int, int]:
 
 
 def _draw_planes(figure: Any, section: Mapping[str, Array], attrs: Mapping[str, Any], units: str, colour: str) -> None:
-    """Draw the returns in planes, the first of which is the orbit where there is one."""
+    """Draw the returns in planes, the first of which is the orbit where there is
+    one."""
     drawn = drawn_in(attrs)
     has_orbit = "section_radius" in section and "section_radius" in drawn.section
     count = has_orbit + len(drawn.section_planes)

@@ -78,9 +78,9 @@ class Along:
 
     @property
     def is_matched(self) -> bool:
-        """Whether a number denotes the same attractor at all operating points. In files of
-        older versions it does so at each operating point only, until they are classified
-        again."""
+        """Whether a number denotes the same attractor at all operating points. In files
+        of older versions it does so at each operating point only, until they are
+        classified again."""
         study, attrs = resolved_study(self.results.attrs), self.results.attrs
         thresholds = json.loads(attrs.get("classification_resolved") or "null") or study.get("classify", {})
         return "matching" in thresholds.get("attractors", {})

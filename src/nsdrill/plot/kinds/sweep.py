@@ -146,7 +146,8 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
 
 
 def draw_words(results: Results, name: str, units: str) -> Figure:
-    """A curve for each word of one axis along the other one, whose values are numbers."""
+    """A curve for each word of one axis along the other one, whose values are
+    numbers."""
     axis = longest(results)
     (word_axis,) = (other for other in results.swept if other != axis)
     y, words, lines = quantity(name, units), quantity(word_axis, units), []

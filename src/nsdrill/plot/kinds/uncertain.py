@@ -1,11 +1,10 @@
 """Pictures of samples of uncertain numbers: the probability of a safe run and of each
 response, which unknown moves what how far, and what safety costs.
 
-All maps of probability have one colour scale, from bad to good: 100 % of a safe run is as
-good as 0 % of a response. Its lightness rises all the way, so that it is read in grey
-and by colour-blind readers. A line surrounds the operating window at the
-confidence.
-"""
+All maps of probability have one colour scale, from bad to good: 100 % of a safe run is
+as good as 0 % of a response. Its lightness rises all the way, so that it is read in
+grey and by colour-blind readers. A line surrounds the operating window at the
+confidence."""
 
 from __future__ import annotations
 
@@ -107,8 +106,8 @@ def _outline_effects() -> list[Any]:
 
 
 def draw_outline(axes: Axes, cells: Cells, inside: Array) -> None:
-    """Draw the border of the cells that are ``inside`` [y, x], white within black, which
-    is visible on every colour."""
+    """Draw the border of the cells that are ``inside`` [y, x], white within black,
+    which is visible on every colour."""
     (x, y), padded = cells, np.pad(inside, 1)
     vertical = np.argwhere(padded[1:-1, 1:] != padded[1:-1, :-1])
     horizontal = np.argwhere(padded[1:, 1:-1] != padded[:-1, 1:-1])
@@ -176,8 +175,8 @@ AT_RIGHT: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": Fa
 
 
 def draw_tornado(results: Results, units: str = "si", severity: int | None = None) -> Figure:
-    """A bar extends from the mean of the answer where an unknown is low to the mean where
-    it is high; the widest is at the top."""
+    """A bar extends from the mean of the answer where an unknown is low to the mean
+    where it is high; the widest is at the top."""
     numbers = sensitivity(results, severity)
     answers = [answer for answer in numbers["answers"] if answer["mean"] is not None]
     columns = min(2, len(answers))
@@ -245,9 +244,9 @@ RATE_SPACING, PROBABILITY_SPACING = 0.05, 30.0
 
 
 def draw_trade_off(results: Results, units: str = "si") -> Figure:
-    """The rate of penetration of every operating point against the probability of a safe
-    run there. The points that no other point beats in both, the Pareto front, are joined
-    by a line and labelled with their settings."""
+    """The rate of penetration of every operating point against the probability of a
+    safe run there. The points that no other point beats in both, the Pareto front, are
+    joined by a line and labelled with their settings."""
     probabilities, shown = probabilities_of(results), quantity(RATE_OF_PENETRATION, units)
     probability, low, high = (100.0 * part.ravel() for part in probabilities.of(SAFE))
     rate = _mean(results, RATE_OF_PENETRATION) / shown.scale

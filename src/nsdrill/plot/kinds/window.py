@@ -1,6 +1,6 @@
-"""The operating window: where every procedure is safe, where only some are, which response
-bounds it, and the recommended operating point; and the windows of two studies side by
-side.
+"""The operating window: where every procedure is safe, where only some are, which
+response bounds it, and the recommended operating point; and the windows of two studies
+side by side.
 
 There is a panel for each value of a third axis, or a strip where only one axis is
 swept. Colours are those of the responses; an area that depends on the history is
@@ -50,6 +50,7 @@ from nsdrill.plot.page import (
 )
 from nsdrill.plot.panels import draw_codes
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
+from nsdrill.plot.slices import evenly_spaced
 from nsdrill.plot.style import (
     BAD_TO_GOOD,
     BLACK,
@@ -80,8 +81,8 @@ BORDER: dict[str, Any] = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
 
 
 class Window:
-    """The operating window of a sweep, as it is drawn: its ``numbers`` and its ``maps``, one for
-    each value of a third axis, over a ``plane``."""
+    """The operating window of a sweep, as it is drawn: its ``numbers`` and its
+    ``maps``, one for each value of a third axis, over a ``plane``."""
 
     def __init__(self, results: Results, units: str, severity: int | None, confidence: float | None) -> None:
         self.units, self.numbers = units, find_window(results, severity, confidence)
@@ -95,8 +96,8 @@ class Window:
         return operating_point({third: self.maps.values(third)[number]}, self.units) if third else ""
 
     def draw(self, axes: Axes, number: int) -> None:
-        """Draw a map into a panel: its areas with their names, the lines of equal rate of
-        penetration, the recommended point."""
+        """Draw a map into a panel: its areas with their names, the lines of equal rate
+        of penetration, the recommended point."""
         cells, state, bits = self.plane.cells, self.maps.state[number], self.maps.bits[number]
         # cells that depend on the history are drawn as safe, with a hatch above
         codes = np.where(state == UNKNOWN, UNKNOWN_CODE, np.where(state == CRITICAL, bits, SAFE_CODE))
@@ -121,8 +122,8 @@ class Window:
                 axes.plot([x], [y], color=colour, markersize=size, gid=gid, **style)
 
     def _draw_recommended(self, axes: Axes, point: dict[str, Any]) -> None:
-        """Draw the recommended point, with bars to the last safe point in each direction;
-        hollow where it is a hint."""
+        """Draw the recommended point, with bars to the last safe point in each
+        direction; hollow where it is a hint."""
         x, y = self.plane.shown(point)
         less, more = (
             self.plane.shown({axis: sides[side]["margin"] for axis, sides in point["margins"].items()})
@@ -149,9 +150,9 @@ class Window:
         return point if not third or self.numbers["maps"][number]["at"] == {third: point[third]} else None
 
     def _name_areas(self, axes: Axes, cells: Cells, number: int, point: dict[str, Any] | None) -> None:
-        """The letters, or where there is room the name, of the response of each area; with
-        a question mark where the history decides. Small areas have none but where they
-        bound the recommended point."""
+        """The letters, or where there is room the name, of the response of each area;
+        with a question mark where the history decides. Small areas have none but where
+        they bound the recommended point."""
         from scipy import ndimage
 
         state, bits = self.maps.state[number], self.maps.bits[number]
@@ -199,8 +200,8 @@ class Window:
         return found
 
     def entries(self) -> Iterator[Artist]:
-        """The legend entries of the areas, with their meaning in this file and their shares
-        of all points, and of the points drawn."""
+        """The legend entries of the areas, with their meaning in this file and their
+        shares of all points, and of the points drawn."""
         numbers, state, bits = self.numbers, self.maps.state, self.maps.bits
         share = numbers["share"]
         yield area_entry(facecolor=SAFE_COLOUR, label=f"{self._criterion()} ({100 * share['safe']:.1f} %)", **BORDER)
@@ -264,8 +265,8 @@ def write_name(axes: Axes, place: tuple[float, float], text: str, code: int, sta
 
 
 def _widest(inside: Array) -> tuple[int, int, int]:
-    """The row of an area, and the ends of its longest run of cells in it: the longest of
-    all, of equal ones the middle one."""
+    """The row of an area, and the ends of its longest run of cells in it: the longest
+    of all, of equal ones the middle one."""
     runs = []
     for row in np.flatnonzero(inside.any(axis=1)).tolist():
         steps = np.flatnonzero(np.diff(np.pad(inside[row].astype(int), 1))).tolist()
@@ -277,10 +278,7 @@ def _widest(inside: Array) -> tuple[int, int, int]:
 
 def draw(results: Results, units: str = "si", severity: int | None = None, confidence: float | None = None) -> Figure:
     window = Window(results, units, severity, confidence)
-    count = len(window.maps.state)
-    # as many as fit on a page, evenly spaced, with the first and the last
-    numbers = [round(place * (count - 1) / (MAX_PANELS - 1)) for place in range(MAX_PANELS)]
-    numbers = list(range(count)) if count <= MAX_PANELS else numbers
+    numbers = evenly_spaced(range(len(window.maps.state)), MAX_PANELS)
     columns = panels_per_row(COLUMNS_OF_PANELS.get(len(numbers), 4), PANEL_WIDTH)
     height = height_of_maps(len(numbers), columns) if window.maps.y else 0.8 + 0.9 * -(-len(numbers) // columns)
     figure = new_figure(page_width(FULL_WIDTH if len(numbers) > 1 or not window.maps.y else 5.0), height)
