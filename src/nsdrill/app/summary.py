@@ -339,10 +339,10 @@ def new_labels(
     model = study.model.dynamics
     try:
         labels = model.classify(results.variables, results["status"], thresholds, scales)
-    except KeyError as error:
-        raise InputError(f"{path}: found results without {error.args[0]}; allowed: results that have it.") from error
         if "start" in results.coords:
             labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
+    except KeyError as error:
+        raise InputError(f"{path}: found results without {error.args[0]}; allowed: results that have it.") from error
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
