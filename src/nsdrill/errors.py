@@ -7,7 +7,59 @@ the class; a traceback is a bug.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+
+# How a run can end early, and the remedy.
+ENDINGS = {
+    "diverged": "the motion grew without bound; the values of the study are far from any drill string",
+    "step_limit": "the run took more than simulation.max_steps steps",
+    "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
+}
+
+# Arguments that are named apart from their options, and those that are on or off.
+_OPTIONS = {"path": "-o", "time": "--from and --to", "errors": "--error", "trace": "--animate", "changes": "--set"}
+_FLAGS = ("overwrite", "resume", "retry_failed", "large", "skip_gaps")
+_commanded = False  # whether messages are for a command line
+
+
+@contextmanager
+def naming_options() -> Iterator[None]:
+    """A context in which messages name the options of commands, and not the arguments of
+    functions."""
+    global _commanded
+    before, _commanded = _commanded, True
+    try:
+        yield
+    finally:
+        _commanded = before
+
+
+def option(name: str, value: object = None) -> str:
+    """How a message names an argument of an operation, with a ``value`` if given: as the
+    option of a command or as the argument of a function, whichever was called. The value
+    of an argument by key is a text ``key=value``."""
+    if name == "ignore" and value is not None:  # heads of a table, with blanks
+        return f"--ignore {value!r}" if _commanded else f"ignore=[{value!r}]"
+    if _commanded:
+        text = _OPTIONS.get(name, f"--{name.replace('_', '-')}")
+        return text if value is None else f"{text} {value}"
+    if value is None:
+        return f"{name}=True" if name in _FLAGS else name
+    key, equals, part = str(value).partition("=")
+    if not equals:
+        return f"{name}={value!r}"
+    bare = {"true": "True", "false": "False", "null": "None", "...": "..."}.get(part)
+    with suppress(ValueError):
+        bare = str(float(part)) and part
+    return f"{name}={{{key!r}: {bare or repr(part)}}}"
+
+
+def again(name: str) -> str:
+    """The same command or call with one argument more: ``the same command and
+    --resume``."""
+    return f"the same {'command' if _commanded else 'call'} and {option(name)}"
 
 
 def printable(text: str) -> str:
@@ -58,25 +110,19 @@ class InputError(NsdrillError):
 class Refusal(InputError):
     """A value of an ``argument`` that is refused, as data: what was ``found``, what is
     ``allowed``, and possibly a ``hint``. ``key`` is that of a value by key, ``bare`` the
-    unit of a number without one. The message is that of a Python call; the command line
-    spells the argument as an option."""
+    unit of a number without one, as Python may give it."""
 
     def __init__(
         self, argument: str, found: str, allowed: str, hint: str | None = None, *, key: str = "", bare: str = ""
     ) -> None:
         self.argument, self.key, self.bare = argument, key, bare
         self.found, self.allowed, self.hint = found, allowed, hint
-        number = f"; a number is in {bare}" if bare else ""
-        super().__init__(self._sentence(argument + (f"[{key!r}]" if key else ""), number))
-
-    def as_option(self) -> str:
-        """The message of the command line."""
-        name = f"--{self.argument.replace('_', '-')}"
-        return self._sentence(f"{name} {self.key}" if self.key else name)
-
-    def _sentence(self, name: str, more: str = "") -> str:
-        text = f"{name}: found {self.found}; allowed: {self.allowed}{more}."
-        return f"{text} {self.hint}" if self.hint else text
+        name = option(argument) if _commanded else argument
+        if key:
+            name += f" {key}" if _commanded else f"[{key!r}]"
+        number = f"; a number is in {bare}" if bare and not _commanded else ""
+        text = f"{name}: found {found}; allowed: {allowed}{number}."
+        super().__init__(f"{text} {hint}" if hint else text)
 
 
 class FileError(InputError):

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, Self, TextIO
 
 from nsdrill import interrupt
-from nsdrill.errors import FileError, InputError, NsdrillError
+from nsdrill.errors import FileError, InputError, NsdrillError, option
 
 _LOCKS_UNSUPPORTED = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF)
 _FOLDER_LOCK_SECONDS = 2.0  # to wait for others that create a file in the same folder
@@ -110,7 +110,8 @@ class Temporary:
     def _begin(self) -> None:
         if _remove_leftovers(self.target):
             raise FileError(
-                f"{self.target}: another process is writing this file now. Wait for it, or choose another -o."
+                f"{self.target}: another process is writing this file now. Wait for it, or "
+                f"choose another {option('path')}."
             )
         interrupt.unfinished_files.add(str(self.path))
         self.file = CheckedFile(self.path, "x+")  # fails on anything that is there, a link too
@@ -194,7 +195,8 @@ def replacing(
         raise
     except FileExistsError as error:
         raise FileError(
-            f"{path}: another process has just made this file. Choose another name, or replace it by --overwrite."
+            f"{path}: another process has just made this file. Choose another name, or replace "
+            f"it by {option('overwrite')}."
         ) from error
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as either
         raise NsdrillError(f"{path}: could not be written: {reason(error)}. Nothing was changed. {remedy()}") from error
@@ -221,7 +223,8 @@ def lock(file: io.FileIO, path: Path) -> None:
         _try_lock(file.fileno())
     except BlockingIOError as error:
         raise FileError(
-            f"{path}: another process is writing these results now. Wait for it, stop it, or choose another -o."
+            f"{path}: another process is writing these results now. Wait for it, stop it, or "
+            f"choose another {option('path')}."
         ) from error
     except OSError as error:
         # Some cluster file systems have no locks: the run then continues without one.

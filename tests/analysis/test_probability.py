@@ -182,7 +182,7 @@ def test_results_without_samples_have_no_probability() -> None:
     plain = Results(results.coords, {name: values[..., 0] for name, values in results.variables.items()})
     with pytest.raises(InputError, match="without samples"):
         probabilities_of(plain)
-    with pytest.raises(InputError, match="--confidence: found results without samples"):
+    with pytest.raises(InputError, match="confidence: found results without samples"):
         find_window(plain, confidence=0.9)
     assert find_window(plain)["confidence"] is None
 

@@ -18,7 +18,7 @@ import pytest
 import xarray as xr
 
 import nsdrill
-from nsdrill.app.wording import python_words
+from nsdrill.errors import Refusal, naming_options, option
 from nsdrill.store import part_path, read_results
 
 NESTED: dict[str, Any] = {
@@ -137,7 +137,7 @@ def test_a_list_that_holds_itself_is_told() -> None:
     [
         ({"operation.wob": 30}, r"small\.yaml: operation\.wob: found the number 30 without a unit \(set={'operation"),
         ("operation.wob=30 kN", "set: found .*; allowed: a mapping by dotted keys, or a list of texts 'key=value'"),
-        (["operation.wob"], "found set operation.wob; allowed: a mapping by dotted keys"),
+        (["operation.wob"], "found set operation.wob; allowed: set={'key': 'value'}"),
         ({3: 4}, "set: found 3 as a key"),
         ({"title": object()}, "set: title: found a value of the type object"),
         (7, "set: found 7"),
@@ -174,9 +174,9 @@ def test_in_memory_and_in_a_file_are_the_same(shared: Path, small: xr.Dataset, t
         ({"workers": "2"}, r"workers: found '2'; allowed: a whole number"),
         ({"engine": "processes"}, "engine: found 'processes'; allowed: 'threads' or 'dask'"),
         ({"scheduler": "tcp://host:1"}, "scheduler: found with engine 'threads'"),
-        ({"resume": True}, "resume: found without a path"),
-        ({"retry_failed": True}, "retry_failed: found without a path"),
-        ({"overwrite": True}, "overwrite: found without a path"),
+        ({"resume": True}, "resume: found without path"),
+        ({"retry_failed": True}, "retry_failed: found without path"),
+        ({"overwrite": True}, "overwrite: found without path"),
         ({"progress": 3}, "progress: found 3; allowed: True, False, or a function"),
         ({"path": 3}, r"^path: found a value of the type int; allowed: the name of a file\."),
         ({"path": "out.h5", "overwrite": True, "resume": True}, "overwrite=True and resume=True exclude each other"),
@@ -408,7 +408,7 @@ def test_the_wall_stiffness_has_the_units_of_its_law() -> None:
         ({"sample": "1 h"}, r"^sample: found 3600 s; allowed: at most"),
         ({"sample": 0}, r"^sample: found 0 s; allowed: more than 0 s"),
         ({"sample": "none"}, r"^sample: found 'none'; allowed:"),
-        ({"point": 3}, r"^simulate: found .* one of orbit and point; allowed: both alone"),
+        ({"point": 3}, r"^point: found without orbit; allowed: with it"),
         ({"start": 3}, r"start: found 3; allowed: nothing"),
         ({"start": "3"}, r"start: found '3'; allowed: a whole number"),
     ],
@@ -605,33 +605,35 @@ def test_something_else_than_nsdrill_made(tmp_path: Path) -> None:
 
 
 OPTION = re.compile(r"(?<![\w-])--[a-z]")
+FRONTS = ("cli", "operations", "text", "web")
 
 
-def test_every_message_below_is_in_the_words_of_python() -> None:
-    """Every text of the layers below that names an option of the command line names
-    none once it is translated."""
+def test_no_error_below_names_an_option_itself() -> None:
+    """Commands and functions share the rooms below them, whose errors name arguments by
+    ``option``."""
     root = Path(nsdrill.__file__).parent
-    texts = []
+    errors, named = 0, []
     for path in root.rglob("*.py"):
-        if path.relative_to(root).parts[0] == "cli" or path.name == "wording.py":
+        if path.relative_to(root).parts[0] in FRONTS:
             continue
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-        for node in ast.walk(tree):
-            if isinstance(node, ast.JoinedStr):
-                texts.append(ast.unparse(node))
-            elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
-                texts.append(node.value)
-    named = [text for text in texts if OPTION.search(text)]
-    assert len(named) > 30
-    assert [text for text in named if OPTION.search(python_words(text))] == []
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and re.search(r"(Error|Refusal|Fault)$", ast.unparse(node.func)):
+                errors += 1
+                named += [text for text in map(ast.unparse, node.args) if OPTION.search(text)]
+    assert errors > 300
+    assert named == []
 
 
-def test_paths_are_no_options() -> None:
-    assert python_words("/data/a--overwrite.h5: the file exists, by --overwrite.") == (
-        "/data/a--overwrite.h5: the file exists, by overwrite=True."
-    )
-    assert python_words("`nsdrill new -o a.yaml` writes one") == "`nsdrill new -o a.yaml` writes one"
+def test_an_argument_has_the_name_of_the_caller() -> None:
+    said = ("overwrite", None), ("kind", "map"), ("at", "sample=..."), ("set", "bit.lobes=3"), ("path", None)
+    with naming_options():
+        options = [option(name, value) for name, value in said]
+        refused = str(Refusal("at", "5", "4", key="wob", bare="N"))
+    assert options == ["--overwrite", "--kind map", "--at sample=...", "--set bit.lobes=3", "-o"]
+    assert refused == "--at wob: found 5; allowed: 4."
+    names = [option(name, value) for name, value in said]
+    assert names == ["overwrite=True", "kind='map'", "at={'sample': ...}", "set={'bit.lobes': 3}", "path"]
+    assert str(Refusal("at", "5", "4", key="wob", bare="N")) == "at['wob']: found 5; allowed: 4; a number is in N."
 
 
 def test_a_results_file_opens_in_xarray_alone(shared: Path) -> None:

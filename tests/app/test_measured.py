@@ -71,7 +71,7 @@ def test_errors_may_have_columns(table):
 
 def test_values_that_are_not_measured_are_passed_over(table):
     text = "wob [kN],bit_force_max [kN],stick_slip_index [%]\n10,20,\n20,-999.25,40\n,30,50\n30,,\n"
-    with pytest.raises(FileError, match=r"line 2: stick_slip_index: found a gap; allowed: a number. --skip-gaps"):
+    with pytest.raises(FileError, match=r"line 2: stick_slip_index: found a gap; allowed: a number. skip_gaps=True"):
         table(text)
     found = table(text, Reading(gaps=True))
     assert found.at["wob"].tolist() == [10e3, 20e3]
@@ -166,7 +166,7 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         (log(lambda rows: [rows[1], rows[0], *rows[2:]]), "line 3: time: found 0 s after 0.5 s; allowed: a time that"),
         (log(lambda rows: rows[:100]), "found no stretch of at least 120 s"),
         (log(name="gamma"), "the column 'gamma', which is not known"),
-        (log(name="TQA"), "--rename 'TQA=surface_torque' says what it is"),
+        (log(name="TQA"), "rename={'TQA': 'surface_torque'} says what it is"),
         ("RPM [rpm],bit_force_max [kN]\n60,20\n", "Did you mean rotary_speed? Allowed"),
         ("RPM [rpm],bit_force_max [kN]\n60,20\n", "--rename 'RPM=rotary_speed'"),
         ("TQA [kN*m],wob [kN]\n5,20\n", "Did you mean surface_torque_mean?"),
@@ -185,11 +185,11 @@ def test_what_cannot_be_used_is_told_with_its_line(table, text, said):
 def test_wrong_options(table):
     text = "wob [kN],bit_force_max [kN]\n10,20\n"
     for how, said in (
-        (Reading(rename={"TQA": "surface_torque"}), "--rename: found no column 'TQA'; allowed: those of the file"),
-        (Reading(ignore=["TQA"]), "--ignore: found no column 'TQA'"),
+        (Reading(rename={"TQA": "surface_torque"}), "rename: found no column 'TQA'; allowed: those of the file"),
+        (Reading(ignore=["TQA"]), "ignore: found no column 'TQA'"),
         (Reading(errors={"bit_force_max": "5 rpm"}), "--error bit_force_max: found '5 rpm'"),
         (Reading(errors={"bit_force_max": "-5 percent"}), "--error bit_force_max: found '-5 percent'"),
-        (Reading(errors={"radius_max": "1 mm"}), "--error: found radius_max, which is not measured"),
+        (Reading(errors={"radius_max": "1 mm"}), "errors: found radius_max, which is not measured"),
     ):
         with pytest.raises(InputError) as caught:
             table(text, how)

@@ -189,7 +189,7 @@ def test_an_inferred_point_cannot_be_replayed(whole: Path) -> None:
     found = read_results(whole)
     _, _, w, s = np.argwhere(found["status"] == INFERRED)[0]
     place = {"wob": float(found.coords["wob"][w]), "rotary_speed": float(found.coords["rotary_speed"][s])}
-    with pytest.raises(InputError, match=r"was not run.*nearest point that was run: --wob \S+kN --rotary-speed"):
+    with pytest.raises(InputError, match=r"was not run.*nearest point that was run: wob='\S+kN' rotary_speed='"):
         replay(whole, **place)
 
 

@@ -126,7 +126,7 @@ def test_what_may_not_differ(out: Path, tmp_path: Path) -> None:
     other = GRID.replace("20 kN", "21 kN")
     with pytest.raises(FileError, match=r"only simulation\.max_steps may differ, and only be larger"):
         run_study(study_of(other, high), out, retry_failed=True)
-    with pytest.raises(FileError, match="to the points that failed: --retry-failed"):
+    with pytest.raises(FileError, match="to the points that failed: retry_failed=True"):
         run_study(study_of(GRID, 10**7), out, resume=True)
     with pytest.raises(FileError, match="exclude each other"):
         run_study(study_of(GRID, high), out, retry_failed=True, overwrite=True)
@@ -138,7 +138,7 @@ def test_other_labels_are_not_mixed_with_those_of_the_study(out: Path, tmp_path:
     low, high = limits(GRID, tmp_path)
     run_study(study_of(GRID, low), out)
     reclassify(out, ["classify.stick_slip.stick_slip_index=60"])
-    with pytest.raises(FileError, match="nsdrill classify without --set"):
+    with pytest.raises(FileError, match="nsdrill classify without set"):
         run_study(study_of(GRID, high), out, retry_failed=True)
     reclassify(out, [])
     run_study(study_of(GRID, high), out, retry_failed=True)

@@ -211,7 +211,7 @@ def test_resume_names_what_differs(
     before = part_path(out).read_bytes()
     with monkeypatch.context() as patch:
         other(patch, **found)
-        with pytest.raises(FileError, match=f"made with other versions.*{said}.*Finish it with those.*--overwrite"):
+        with pytest.raises(FileError, match=f"made with other versions.*{said}.*Finish it with those.*overwrite=True"):
             run_study(study, out, resume=True)
     assert part_path(out).read_bytes() == before
     assert run_study(study, out, resume=True).already == 16

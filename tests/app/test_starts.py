@@ -108,13 +108,13 @@ def test_replay_is_bit_for_bit(made: Path, start: int) -> None:
 
 
 def test_which_start_must_be_said(made: Path, shared: Path) -> None:
-    with pytest.raises(InputError, match=r"has 7 starts. Say which one with --start, 0 to 6"):
+    with pytest.raises(InputError, match=r"has 7 starts. Say which one with start, 0 to 6"):
         replay(made, depth=3000.0)
-    with pytest.raises(InputError, match=r"--start: found 7; allowed: 0 to 6"):
+    with pytest.raises(InputError, match=r"start: found 7; allowed: 0 to 6"):
         replay(made, depth=3000.0, start=7)
     with pytest.raises(InputError, match="one start"):
         replay(shared / "map.h5", wob=20e3, rotary_speed=3.1, start=0)
-    with pytest.raises(InputError, match="Say which one with --start"):
+    with pytest.raises(InputError, match="Say which one with start"):
         simulate(parse_study(TEXT))
 
 

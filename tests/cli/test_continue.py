@@ -15,7 +15,7 @@ import xarray
 import nsdrill
 from nsdrill.app.branch_summary import stable_parts
 from nsdrill.app.unfinished import Part
-from nsdrill.cli.branches import lines
+from nsdrill.text.branches import lines
 
 from .helpers import Call, finish, start
 from .test_fit_resume import has_state

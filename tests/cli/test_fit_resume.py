@@ -189,7 +189,7 @@ def test_nothing_is_kept_without_an_output(call: Call):
     answer = call("fit", "study.yaml", "--data", "rig.csv", "--resume")
     assert answer.code == 2
     assert "--resume: found without -o" in answer.err
-    with pytest.raises(InputError, match="resume: found without a path"):
+    with pytest.raises(InputError, match="resume: found without path"):
         nsdrill.fit("study.yaml", "rig.csv", resume=True)
     with pytest.raises(KeyboardInterrupt, match="nothing was written"):
         nsdrill.fit("study.yaml", "rig.csv", progress=interrupt, **HOW)

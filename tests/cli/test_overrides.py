@@ -16,9 +16,9 @@ import pytest
 import nsdrill
 from nsdrill import plot
 from nsdrill.app.overrides import overrides_of
+from nsdrill.app.reading import read_any as read
 from nsdrill.app.summary import reclassify
 from nsdrill.app.trajectory import replay
-from nsdrill.cli.reading import read
 from nsdrill.store import log_from_results, write_trace
 
 from .helpers import Call

@@ -79,7 +79,7 @@ def test_a_film_from_both_sides(call: Any, shared: Path, tmp_path: Path, monkeyp
     assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
     with pytest.raises(nsdrill.FileError):
         nsdrill.animate(trace, tmp_path / "b.gif")
-    with pytest.raises(InputError, match="trace: found results"):
+    with pytest.raises(InputError, match="trace: found no collar"):
         nsdrill.animate(shared / "small.h5", tmp_path / "c.gif")
 
 

@@ -118,7 +118,7 @@ def test_pictures_of_a_ramp(call: Call, ramp: Path) -> None:
         (("plain.h5", "--kind", "ramp"), "does not fit a trace (it shows a run along a ramp)"),
         (("t.h5", "--kind", "orbit", "--over", "out.h5"), "found with --kind orbit"),
         (("out.h5", "--over", "out.h5"), "--over: found with --kind bifurcation; allowed: with --kind branches, ramp"),
-        (("t.h5", "--kind", "ramp", "--over", "plain.h5"), "this is a trace"),
+        (("t.h5", "--kind", "ramp", "--over", "plain.h5"), "--over: found a trace"),
         (("t.h5", "--kind", "ramp", "--over", "none.h5"), "no such file"),
     ):
         answer = call("plot", *words, "-o", "c.png")

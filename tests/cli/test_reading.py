@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from nsdrill.cli.reading import outline, read
+from nsdrill.app.reading import outline
+from nsdrill.app.reading import read_any as read
 from nsdrill.data import Results
 from nsdrill.plot import draw, kinds_for, needed
 from nsdrill.store import read_results

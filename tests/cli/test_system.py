@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nsdrill.cli.words import in_units
 from nsdrill.store import read_results
+from nsdrill.text.words import in_units
 from nsdrill.units import from_si, to_si
 
 from .helpers import Call, unwrapped

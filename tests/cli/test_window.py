@@ -13,8 +13,8 @@ from analysis.grids import grid
 import nsdrill
 from nsdrill.analysis.window import find_window
 from nsdrill.app.trajectory import replay
-from nsdrill.cli.window_note import lines
 from nsdrill.store import log_from_results, part_path, write_trace
+from nsdrill.text.window import lines
 
 from .helpers import Call
 

@@ -12,10 +12,10 @@ import click
 import numpy as np
 import pytest
 
+from nsdrill.app.arguments import values_in
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import check_sweep, header_of
 from nsdrill.cli.main import COMMANDS, group
-from nsdrill.cli.options import point_values
 from nsdrill.data import Results
 from nsdrill.plot import needed
 from nsdrill.store import MemoryLog, recorded
@@ -113,15 +113,17 @@ def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.
         if words[0] == "new" and given["output"]:
             example = (given["example"] or "").replace("-", "_")
             studies[given["output"]] = (
-                studies[f"configs/{example}.yaml"] if example else (template_text if given["every"] else short_text)()
+                studies[f"configs/{example}.yaml"] if example else (template_text if given["all"] else short_text)()
             )
         if given.get("study") in studies:
-            study = parse_study(studies[given["study"]], given["study"], given["overrides"])
+            study = parse_study(studies[given["study"]], given["study"], given["set"])
             if words[0] == "run":
                 check_sweep(study)
-                sweeps[given["output"]] = study
-        study = sweeps.get(given.get("file") or given.get("results"))
-        at = point_values(given.get("at") or (), **{name: given.get(name) for name in AXES})
+                sweeps[given["path"]] = study
+        study = sweeps.get(given.get("file") or given.get("data") or given.get("results"))
+        at = values_in(
+            [text.split("=") for text in given.get("at") or ()], None, **{name: given.get(name) for name in AXES}
+        )
         if study is None:
             continue
         if words[0] == "plot" and given["kind"] != "list":
@@ -133,7 +135,7 @@ def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.
             procedure = given["procedure"] or plan.procedures[0]
             plan.find(wanted, procedure, given["start"] or 0, int(at.get("sample", 0)))
         elif words[0] == "classify":
-            change_thresholds(study.thresholds, given["overrides"])
+            change_thresholds(study.thresholds, (given.get("set") or given.get("changes") or ()))
 
 
 def test_the_readme_shows_the_main_commands(root: Path) -> None:

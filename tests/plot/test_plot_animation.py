@@ -150,10 +150,10 @@ def test_without_ffmpeg_it_is_a_gif(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 def test_what_cannot_be_a_film_is_told(whirl: Trace, tmp_path: Path) -> None:
     path = tmp_path / "a.gif"
-    with pytest.raises(InputError, match="--animate: found no collar that moves"):
+    with pytest.raises(InputError, match="trace: found no collar that moves"):
         animate(make_results(), path)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=r"--speed: found 0; allowed"):
+    with pytest.raises(InputError, match=r"speed: found 0; allowed"):
         animate(whirl, path, speed=0.0)
-    with pytest.raises(InputError, match=r"--animate: found 12 s of a trace, 299\d\d frames; allowed: 3000\. Choose"):
+    with pytest.raises(InputError, match=r"trace: found 12 s of a trace, 299\d\d frames; allowed: 3000\. Choose"):
         animate(whirl, path, look=look_of(time=(0.0, None)), speed=0.01)
     assert not list(tmp_path.iterdir())

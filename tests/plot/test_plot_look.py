@@ -105,17 +105,17 @@ def test_a_style_file(trace: Trace, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"width": "3.3"}, "--width: found '3.3', a number without a unit"),
+        ({"width": "3.3"}, "width: found '3.3', a number without a unit"),
         ({"width": "3 kN"}, "--width"),
-        ({"width": "1 km"}, r"--width: found 3\.937e\+04 in; allowed: 1 in to 40 in"),
-        ({"height": 0.0}, "--height: found 0 in"),
+        ({"width": "1 km"}, r"width: found 3\.937e\+04 in; allowed: 1 in to 40 in"),
+        ({"height": 0.0}, "height: found 0 in"),
         ({"font_size": "large"}, "--font-size: found 'large'; allowed: points"),
         ({"font_size": 1}, "--font-size: found 1; allowed: points, 3 to 40"),
-        ({"style": "no_such.mplstyle"}, "--style: found 'no_such.mplstyle', which is no file; allowed: .*ggplot"),
-        ({"style": {"font.sise": 3}}, "--style: .*font.sise"),
-        ({"style": {"font.size": "much"}}, "--style: "),
-        ({"xlim": (1.0,)}, "--xlim: found .*; allowed: two values"),
-        ({"title": 3}, "--title: found 3"),
+        ({"style": "no_such.mplstyle"}, "style: found 'no_such.mplstyle', which is no file; allowed: .*ggplot"),
+        ({"style": {"font.sise": 3}}, "style: .*font.sise"),
+        ({"style": {"font.size": "much"}}, "style: "),
+        ({"xlim": (1.0,)}, "xlim: found .*; allowed: two values"),
+        ({"title": 3}, "title: found 3"),
     ],
 )
 def test_wrong_looks_are_told(given: dict[str, Any], message: str) -> None:
@@ -127,7 +127,7 @@ def test_wrong_looks_are_told(given: dict[str, Any], message: str) -> None:
 def test_faults_of_a_style_file_are_told(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.mplstyle"
     path.write_bytes(text.encode("latin-1"))
-    with pytest.raises(InputError, match=r"--style .*a\.mplstyle: "):
+    with pytest.raises(InputError, match=r"style .*a\.mplstyle: "):
         look_of(style=path)
     assert capsys.readouterr().err == ""
 
@@ -163,13 +163,13 @@ def test_a_part_of_a_trace(trace: Trace) -> None:
 @pytest.mark.parametrize(
     ("kind", "given", "message"),
     [
-        ("orbit", {"xlim": (0.0, 1.0)}, "--xlim: found with --kind orbit, whose panels have no x axis in common"),
+        ("orbit", {"xlim": (0.0, 1.0)}, "xlim: found with kind='orbit', whose panels have no x axis in common"),
         ("phase", {"time": ("90 s", "95 s")}, "times with two samples or more between them, of 0 s to 59.995 s"),
         ("phase", {"time": ("9 s", "5 s")}, "--from and --to: found 9 to 5 s; allowed: the lower end first"),
-        ("phase", {"time": ("9 m", "5 s")}, "--from: "),
+        ("phase", {"time": ("9 m", "5 s")}, "time: "),
         ("value", {"time": (0, 1)}, "--from and --to: found with results"),
-        ("value", {"xlim": (20.0, 30.0)}, "--xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"),
-        ("value", {"xlim": ("3 kN", "4 kN")}, "--xlim: "),
+        ("value", {"xlim": (20.0, 30.0)}, "xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"),
+        ("value", {"xlim": ("3 kN", "4 kN")}, "xlim: "),
     ],
 )
 def test_wrong_limits_are_told(speeds: Results, trace: Trace, kind: str, given: dict[str, Any], message: str) -> None:
@@ -185,7 +185,7 @@ def test_a_look_is_of_one_picture(speeds: Results) -> None:
 
 def test_an_axis_without_a_unit_is_limited_by_numbers() -> None:
     assert value_of("xlim", "0.35", "") == 0.35
-    with pytest.raises(InputError, match=r"--xlim: found '3 m'; allowed: a number, as this axis has no unit"):
+    with pytest.raises(InputError, match=r"xlim: found '3 m'; allowed: a number, as this axis has no unit"):
         value_of("xlim", "3 m", "")
 
 

@@ -113,9 +113,9 @@ def test_limits_of_an_axis_of_the_sweep_along_y() -> None:
 @pytest.mark.parametrize(
     ("ends", "words"),
     [
-        (("0 mm", "40 mm"), "found panels of axial_peaks, radius_peaks .* Choose it with --panel"),
-        (("0 kN", "40 kN"), "--ylim: "),
-        (("60 rpm", "0 rpm"), "--ylim: found 6.28319 to 0 rad/s; allowed: the lower end first"),
+        (("0 mm", "40 mm"), "found panels of axial_peaks, radius_peaks .* Choose it with panel"),
+        (("0 kN", "40 kN"), "ylim: "),
+        (("60 rpm", "0 rpm"), "ylim: found 6.28319 to 0 rad/s; allowed: the lower end first"),
     ],
 )
 def test_limits_that_do_not_fit(speeds: Results, ends: tuple[str, str], words: str) -> None:

@@ -98,5 +98,5 @@ def test_a_sweep_that_does_not_fit_is_refused() -> None:
         plot.draw(ramped(), over=make_results(depth=(1000.0, 2000.0)))
     with pytest.raises(InputError, match=r"found a sweep at 22\.24 kN; allowed: one at 66\.72 kN"):
         plot.draw(ramped(), over=make_results(rotary_speed=(1.0, 5.0)))
-    with pytest.raises(InputError, match="--over: found with --kind bifurcation; allowed: with --kind branches, ramp"):
+    with pytest.raises(InputError, match="over: found with kind='bifurcation'; allowed: with kind='branches, ramp'"):
         plot.draw(make_results(), over=make_results())

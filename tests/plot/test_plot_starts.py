@@ -220,10 +220,10 @@ def test_one_start_is_a_sweep_as_any_other(ensemble: Results) -> None:
         ({"kind": "bifurcation"}, r"draws one start.*20 starts each.*shares.*'bifurcation' with --start, 0 to 19"),
         ({"kind": "nonsense"}, r"not known.*shares"),
         ({"kind": "basin"}, r"7 values of rotary_speed; allowed: one operating point.*--rotary-speed"),
-        ({"kind": "basin", "at": {"rotary_speed": 3.0}, "states": ("x",)}, r"--states: found x; allowed: two of x, vx"),
+        ({"kind": "basin", "at": {"rotary_speed": 3.0}, "states": ("x",)}, r"states: found x; allowed: two of x, vx"),
         ({"kind": "basin", "at": {"rotary_speed": 3.0}, "states": ("x", "q")}, r"found x,q"),
-        ({"kind": "shares", "states": ("x", "y")}, r"--states: found with --kind shares; allowed: with --kind basin"),
-        ({"kind": "bifurcation", "start": 20}, r"--start: found 20; allowed: 0 to 19"),
+        ({"kind": "shares", "states": ("x", "y")}, r"states: found with kind='shares'; allowed: with kind='basin'"),
+        ({"kind": "bifurcation", "start": 20}, r"start: found 20; allowed: 0 to 19"),
         ({"kind": "shares", "at": {"rotary_speed": 3.0}}, r"needs a swept axis"),
     ],
 )

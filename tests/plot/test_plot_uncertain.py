@@ -108,7 +108,7 @@ def test_the_window_is_drawn_at_its_confidence(both: Results) -> None:
 
 def test_a_sample_is_drawn_as_a_sweep_of_its_own(both: Results) -> None:
     plot.draw(both, "map", at={"sample": 3})
-    with pytest.raises(InputError, match=r"(?s)draws one sample .* 'map' with --at sample=\.\.\., 0 to 15"):
+    with pytest.raises(InputError, match=r"(?s)draws one sample .* 'map' with at={'sample': \.\.\.}, 0 to 15"):
         plot.draw(both, "map")
     with pytest.raises(InputError, match=r"sample: found 16; allowed: 0 to 15"):
         plot.draw(both, "map", at={"sample": 16})

@@ -31,7 +31,7 @@ def test_a_free_name_is_new(path, options):
 
 def test_a_finished_file_is_kept_unless_told(path):
     path.write_text("precious")
-    with pytest.raises(FileError, match=r"the file exists.*--overwrite") as caught:
+    with pytest.raises(FileError, match=r"the file exists.*overwrite=True") as caught:
         claim(path)
     assert caught.value.exit_code == 2
     assert claim(path, overwrite=True) == "new"
@@ -41,7 +41,7 @@ def test_a_finished_file_is_kept_unless_told(path):
 
 def test_an_unfinished_run_is_kept_unless_told(path):
     unfinished(path)
-    with pytest.raises(FileError, match=rf"2 of {POINTS} points.*--resume.*--overwrite"):
+    with pytest.raises(FileError, match=rf"2 of {POINTS} points.*resume=True.*overwrite=True"):
         claim(path)
     assert claim(path, resume=True) == "resume"
     assert part_path(path).exists()
@@ -113,6 +113,6 @@ def test_a_folder_that_may_not_be_written(path, monkeypatch):
 def test_one_step_outputs_follow_the_same_rule(path):
     claim_file(path)
     path.write_text("x")
-    with pytest.raises(FileError, match="--overwrite"):
+    with pytest.raises(FileError, match="overwrite=True"):
         claim_file(path)
     claim_file(path, overwrite=True)

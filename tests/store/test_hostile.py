@@ -108,9 +108,9 @@ def test_a_file_that_may_not_be_read(path, monkeypatch):
 
 def test_an_unfinished_run_is_pointed_at(path):
     RunLog.create(part_path(path), header(), POINTS, Kept(0)).close()
-    with pytest.raises(FileError, match=r"unfinished run.*--resume"):
+    with pytest.raises(FileError, match=r"unfinished run.*resume=True"):
         read_results(path)
-    with pytest.raises(FileError, match=r"unfinished run.*--resume"):
+    with pytest.raises(FileError, match=r"unfinished run.*resume=True"):
         read_results(part_path(path))
     assert kind_of(part_path(path)) == "partial"
 

@@ -188,7 +188,7 @@ def test_a_full_disk_is_told_and_the_log_stays_usable(part, monkeypatch, code):
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "pwrite", half)
-        with pytest.raises(NsdrillError, match=f"10 of {POINTS} points are safe.*--resume") as caught:
+        with pytest.raises(NsdrillError, match=f"10 of {POINTS} points are safe.*resume=True") as caught:
             log.write([12], records[[12]])
         assert caught.value.exit_code == 1
     assert not log.done()[12]

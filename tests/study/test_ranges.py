@@ -137,5 +137,5 @@ def test_text_that_cannot_be_printed(text: str, line: int, key: str, found: str)
 
 def test_a_title_may_have_lines_and_a_key_of_an_override_may_not() -> None:
     assert parse_study(SWEEP + "title: |\n  one\n  two\tdone\n").title == "one\ntwo\tdone\n"
-    with pytest.raises(StudyError, match="--set key=value"):
+    with pytest.raises(StudyError, match=r"set=\{'key': 'value'\}"):
         parse_study(SWEEP, "s", ["mud.\udcff=1"])

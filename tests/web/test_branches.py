@@ -144,7 +144,7 @@ def test_a_damaged_file_is_said(shared: Path, tmp_path: Path, changes: dict[str,
 def test_other_files_are_no_branches(shared: Path, branches: Path) -> None:
     with pytest.raises(FileError, match="results file; a file of branches"):
         Session(shared / "small.h5", over=shared / "map.h5")
-    with pytest.raises(InputError, match="--over"):
+    with pytest.raises(InputError, match="over: found"):
         Session(shared / "small.yaml", over=branches)
 
 

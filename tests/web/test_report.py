@@ -202,7 +202,7 @@ def test_the_window_of_a_page_is_by_severity_or_confidence(shared: Path, tmp_pat
     assert answer(window, "si") in words_of(page)
     assert "--severity 4</code>" in page
     done = made(shared / "map.h5", "-o", tmp_path / "b.html", "--confidence", "80")
-    assert "--confidence: found results without samples" in str(done.exception)
+    assert "confidence: found results without samples" in str(done.exception)
     assert not (tmp_path / "b.html").exists()
 
 

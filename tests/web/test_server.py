@@ -308,7 +308,7 @@ def test_tokens_differ(session: Session) -> None:
 
 
 def test_a_taken_port_is_said(explorer: Explorer, session: Session) -> None:
-    with pytest.raises(InputError, match=f"--port: found {explorer.port}"):
+    with pytest.raises(InputError, match=f"port: found {explorer.port}"):
         Explorer(session, explorer.port)
     with pytest.raises(InputError, match="0 to 65535"):
         Explorer(session, 70000)

@@ -152,7 +152,7 @@ def test_other_files_are_refused(shared: Path, tmp_path: Path) -> None:
     assert "simulate" not in str(caught.value)  # a trace would be refused here
     with pytest.raises(FileError):
         Session(tmp_path / "nothing.h5")
-    with pytest.raises(InputError, match="--set"):
+    with pytest.raises(InputError, match="set: found"):
         Session(shared / "small.h5", overrides=["operation.wob=1 kN"])
     from nsdrill.app import trajectory
     from nsdrill.store import read_results, write_trace

@@ -34,7 +34,7 @@ from nsdrill.analysis.probability import (
 )
 from nsdrill.analysis.reasons import reason
 from nsdrill.data import PASSED_OVER, Array, Results, overrides
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.variables import BIT_BOUNCE, OK, PENDING, SAMPLE, STICK_SLIP, WHIRL
 
@@ -315,7 +315,7 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
     if SAMPLE in results.coords:
         return USUAL_CONFIDENCE if confidence is None else confidence
     if confidence is not None:
-        check_samples(results, "--confidence")
+        check_samples(results, option("confidence"))
     return None
 
 

@@ -14,7 +14,7 @@ from nsdrill.analysis.attractors import IF_THERE, NEEDED, Attractor, describe, l
 from nsdrill.analysis.branches import Places, number
 from nsdrill.app.experiment import Experiment
 from nsdrill.data import IN_MEMORY, Array, Results
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts, word_or_number
 from nsdrill.models.registry import model_in
@@ -124,7 +124,7 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
         name = IN_MEMORY if isinstance(source, Results) else os.fspath(source)
         raise FileError(
             f"{name}: every operating point has one start, so there are no attractors to compare. Run "
-            f"a study with initial.ensemble, as by --set initial.ensemble=64."
+            f"a study with initial.ensemble, as by {option('set', 'initial.ensemble=64')}."
         )
     starts = len(results.coords["start"])
     features = model_in(results.attrs).distinguishing

@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.app.check import ends_of, operation_of
 from nsdrill.data import OVERRIDES, json_text
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import OPERATION, with_values
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import of_all
@@ -87,19 +87,19 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
     home = study.model.charts
     if not home:
         having = ", ".join(model for model, charts in of_all(lambda model: model.charts) if charts)
-        raise InputError(f"--kind {name}: found a study of the model {study.model.name}; allowed: {having}.")
+        raise InputError(f"{option('kind', name)}: found a study of the model {study.model.name}; allowed: {having}.")
     charts: Any = import_module(home)
     if not hasattr(charts, MAKERS[name]):
         own = ", ".join(word for word, maker in MAKERS.items() if hasattr(charts, maker))
-        raise InputError(f"--kind {name}: found a study of the model {study.model.name}; allowed of this model: {own}.")
+        raise InputError(
+            f"{option('kind', name)}: found a study of the model {study.model.name}; allowed of this model: {own}."
+        )
     if name in ("drive-card", "drive-tuning"):
         if along is not None:
-            raise InputError(
-                f"--along: found with --kind {name}, which is of one point; allowed: with the other charts."
-            )
+            raise Refusal("along", f"with {option('kind', name)}, which is of one point", "with the other charts")
         modes = getattr(study.parameters, "modes", None)  # not every model has modes
         if modes is not None and modes.torsional == "frozen":
-            raise InputError(f"--kind {name}: found modes.torsional: frozen; allowed: a string that twists.")
+            raise InputError(f"{option('kind', name)}: found modes.torsional: frozen; allowed: a string that twists.")
         make = charts.drive_card if name == "drive-card" else charts.drive_tuning
         return make(study.parameters, operation_of(study))
     operation = operation_of(study)
@@ -114,7 +114,7 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
             return charts.buckling_along(dimension_of(key), x, points)
         return _without_frozen(study, charts.critical_speeds(dimension_of(key), x, points))
     except ValueError as error:  # of a depth that does not reach below the collars
-        raise InputError(f"--along {key}: {error}.") from error
+        raise InputError(f"{option('along')} {key}: {error}.") from error
 
 
 def _axis(study: Study, along: str) -> str:
@@ -123,9 +123,9 @@ def _axis(study: Study, along: str) -> str:
     wanted = dimension_of(short_key(along))
     if wanted not in keys:
         raise InputError(
-            f"--along: found {along}, which the study does not sweep; allowed: "
-            f"{', '.join(keys.values())}. Sweep it "
-            f"with --set 'sweep.{along}={{from: ..., to: ..., points: ...}}'."
+            f"{option('along')}: found {along}, which the study does not sweep; allowed: "
+            f"{', '.join(keys.values())}. Sweep it with "
+            f"{option('set', f'sweep.{along}={{from: ..., to: ..., points: ...}}')}."
         )
     return keys[wanted]
 
@@ -140,7 +140,7 @@ def _values(study: Study, key: str, operation: Operation) -> np.ndarray:
         low = collars + SHALLOWEST * (operation.depth - collars)
         high = DEEPEST * operation.depth
     if low == high:
-        raise InputError(f"--along: found one value of {key} in the sweep; allowed: two or more.")
+        raise Refusal("along", f"one value of {key} in the sweep", "two or more")
     return np.linspace(low, high, VALUES)
 
 
@@ -148,9 +148,7 @@ def _points(parameters: Any, operation: Operation, key: str, x: np.ndarray) -> S
     if key in OPERATION:
         return [(parameters, replace(operation, **{key: float(value)})) for value in x]
     if key.startswith("initial."):
-        raise InputError(
-            f"--along: found {key}, on which no chart depends; allowed: a number of the string or the hole."
-        )
+        raise Refusal("along", f"{key}, on which no chart depends", "a number of the string or the hole")
     return [(with_values(parameters, {key: float(value)}), operation) for value in x]
 
 

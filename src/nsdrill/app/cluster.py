@@ -13,7 +13,7 @@ from typing import Any
 
 from nsdrill.app.provenance import unlike, versions
 from nsdrill.app.run import processors
-from nsdrill.errors import InputError, NsdrillError, Refusal
+from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.models.registry import other_packages, sources_of
 
 CONNECT_SECONDS = 10
@@ -42,9 +42,9 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         from distributed import Client, LocalCluster
     except ImportError as error:
         raise InputError(
-            "--engine dask: the package `distributed` is not installed. Install it with pip "
+            f"{option('engine', 'dask')}: the package `distributed` is not installed. Install it with pip "
             "install 'nsdrill[dask]', "
-            "or use --engine threads."
+            f"or use {option('engine', 'threads')}."
         ) from error
     if scheduler is None:
         count = workers or processors()
@@ -58,18 +58,20 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         raise Refusal("scheduler", found, "an address as tcp://host:8786") from error
     except OSError as error:
         raise NsdrillError(
-            f"--scheduler: no Dask scheduler answers at {scheduler} within {CONNECT_SECONDS} s. "
+            f"{option('scheduler')}: no Dask scheduler answers at {scheduler} within {CONNECT_SECONDS} s. "
             f"Nothing has run. Is it "
             "running, and can this machine reach it?"
         ) from error
     with client:
         threads = sum(client.nthreads().values())
         if threads == 0:
-            raise NsdrillError(f"--scheduler: the Dask scheduler at {scheduler} has no workers. Nothing has run.")
+            raise NsdrillError(
+                f"{option('scheduler')}: the Dask scheduler at {scheduler} has no workers. Nothing has run."
+            )
         for worker, found in client.run(versions, on_error="return").items():
             if differing := _version_differences(found):
                 raise NsdrillError(
-                    f"--scheduler: the worker {worker} has other versions, whose numbers may "
+                    f"{option('scheduler')}: the worker {worker} has other versions, whose numbers may "
                     f"differ ({differing}). "
                     "Nothing has run. Install the same versions everywhere, and start the workers "
                     "anew."
@@ -117,7 +119,7 @@ class _Cluster(Executor):
             raise NsdrillError(
                 "The Dask scheduler is gone. Finished points are safe: look after the cluster, "
                 "then give the same "
-                "command with --resume."
+                f"command with {option('resume')}."
             )
 
 

@@ -20,7 +20,7 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.provenance import provenance, versions
 from nsdrill.app.summary import relabelled
 from nsdrill.data import Array, Results, resolved_study
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import kind_of, read_results
@@ -33,7 +33,7 @@ from nsdrill.variables import MODEL, POINT, dimension_of, short_key
 _MUST_AGREE = {
     "sweep.procedure": "the same procedure in all. The way down of an up-down sweep begins where "
     "its way up ends, so "
-    "two files are no parts of one; run it with --set sweep.procedure=up-down",
+    "two files are no parts of one; run it with sweep.procedure: up-down",
     "sweep.along": "the same axis in all, along which the state is carried",
     "sweep.refine": "the same in all, as a file has one grid",
     "uncertain": "the same samples in all, of the same unknowns. For more samples run the study "
@@ -75,7 +75,7 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
 def _read(source: str | os.PathLike[str] | Results, number: int) -> NamedResults:
     name = f"Dataset {number}" if isinstance(source, Results) else os.fspath(source)
     if not isinstance(source, Results) and kind_of(source) != "results":
-        kind = "a trace" if kind_of(source) == "trace" else "an unfinished run; finish it with --resume"
+        kind = "a trace" if kind_of(source) == "trace" else f"an unfinished run; finish it with {option('resume')}"
         raise InputError(f"{name}: found {kind}; allowed: results of nsdrill run.")
     results = source if isinstance(source, Results) else read_results(source)
     if not resolved_study(results.attrs):

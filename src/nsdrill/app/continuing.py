@@ -21,7 +21,7 @@ from nsdrill.app.run import processors
 from nsdrill.app.seeding import seeds_of
 from nsdrill.app.unfinished import Part
 from nsdrill.data import json_text, resolved_study
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, InputError, option
 from nsdrill.orbit.branch import Branch, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow
@@ -49,7 +49,9 @@ def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
     another study."""
     data = open_branches(path)
     if listed := changes_text(resolved_study(data.attrs), study.resolved):
-        raise FileError(f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite.")
+        raise FileError(
+            f"{path}: finished, and made from another study ({listed}). Start anew by {option('overwrite')}."
+        )
     return ContinuationResult(data, {}, 0.0)
 
 
@@ -85,7 +87,7 @@ def continue_study(
         except KeyboardInterrupt:
             raise KeyboardInterrupt(_interrupted(part)) from None
         if path is not None and part is not None:
-            remedy = f"{part.kept} are safe in {part.path}. Go on with --resume."
+            remedy = f"{part.kept} are safe in {part.path}. Go on with {option('resume')}."
             write_branches(path, data, lambda: remedy, overwrite=overwrite or is_resumed)
             part.discard()
         return ContinuationResult(data, dict(Counter(found.seeds)), time.perf_counter() - begun)
@@ -155,7 +157,7 @@ def _interrupted(part: Part | None) -> str:
         return interrupt.NOTHING
     if not part.kept:
         return "Interrupted before the first branches had ended: nothing is kept. The same command begins anew."
-    return f"Interrupted: {part.kept} are safe in {part.path}. Go on with --resume."
+    return f"Interrupted: {part.kept} are safe in {part.path}. Go on with {option('resume')}."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
@@ -166,7 +168,8 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
     )
     return (
         f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); allowed: seeds that "
-        "have settled on a motion that repeats. Give others (continue.seeds or --seeds), let them settle for longer "
+        f"have settled on a motion that repeats. Give others (continue.seeds or "
+        f"{option('seeds')}), let them settle for longer "
         "(simulation.transient), or try longer periods (continue.lobes)."
     )
 

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.models.registry import of_all
 from nsdrill.quantity import SHOWN
 from nsdrill.study.keys import Keys
@@ -225,10 +225,12 @@ def _columns(
     where = f"{path}, line {line}"
     notes: list[str] = []
     in_file = {head for head, _ in heads}
-    for option, listed_heads in (("--rename", options.rename), ("--ignore", options.ignore)):
+    for name, listed_heads in (("rename", options.rename), ("ignore", options.ignore)):
         if unknown := [head for head in listed_heads if head not in in_file and head != "*"]:
             listed = ", ".join(in_file)
-            raise FileError(f"{where}: {option}: found no column {unknown[0]!r}; allowed: those of the file, {listed}.")
+            raise FileError(
+                f"{where}: {option(name)}: found no column {unknown[0]!r}; allowed: those of the file, {listed}."
+            )
     columns: list[Column] = []
     ignored = []
     for place, (head, unit) in enumerate(heads):
@@ -262,15 +264,15 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
         hint = f" It is one of the model {' and of '.join(models)}; the study has another."
     if not timed and name in names.signals:
         hint += f" {name} by itself is a signal over time, which needs a column time."
+    renaming = f"{head}={(*usual, 'NAME')[0]}"
     what = "signals over time" if timed else "features and severities of a run"
     examples = ", ".join(list(names.signals if timed else names.results)[:8])
     return (
         f"{where}: found the column {head!r}, which is not known.{hint} Allowed: time, settings "
         f"(depth, wob, "
-        f"rotary_speed or a key of the study) and {what} ({examples}, ...). --rename "
-        f"'{head}={(*usual, 'NAME')[0]}' "
-        f"says what it is, "
-        f"--ignore '{head}' passes over it, --ignore '*' over all that are not known."
+        f"rotary_speed or a key of the study) and {what} ({examples}, ...). "
+        f"{option('rename', renaming)} says what it is, "
+        f"{option('ignore', head)} passes over it, {option('ignore', '*')} over all that are not known."
     )
 
 
@@ -348,7 +350,7 @@ def _numbers(
             if not options.gaps:
                 head = columns[[math.isnan(value) for value in values].index(True)].head
                 raise FileError(
-                    f"{path}, line {line}: {head}: found a gap; allowed: a number. --skip-gaps "
+                    f"{path}, line {line}: {head}: found a gap; allowed: a number. {option('skip_gaps')} "
                     f"passes over rows with "
                     "gaps, and of operating points over the values that are not there."
                 )
@@ -450,7 +452,7 @@ def _observed_stretches(
     if not kept:
         raise FileError(
             f"{path}: found no stretch of at least {options.shortest:g} s in which the settings "
-            f"stay within {100 * SAME:g} % of their mean; allowed: at least one. --shortest "
+            f"stay within {100 * SAME:g} % of their mean; allowed: at least one. {option('shortest')} "
             f"takes shorter ones."
         )
     notes.append(
@@ -491,7 +493,7 @@ def _measured(
     notes: list[str],
 ) -> Measured:
     if unknown := [name for name in options.errors if name not in values]:
-        raise InputError(f"--error: found {unknown[0]}, which is not measured; allowed: {', '.join(values)}.")
+        raise Refusal("errors", f"{unknown[0]}, which is not measured", f"{', '.join(values)}")
     assumed = []
     for name, column in values.items():
         if name in options.errors:
@@ -508,7 +510,7 @@ def _measured(
         notes.append(
             f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and "
             f"{100 * ABSOLUTE:g} % of the "
-            f"greatest, of severities {GRADE}; --error or a column NAME_error gives it"
+            f"greatest, of severities {GRADE}; {option('errors')} or a column NAME_error gives it"
         )
     return Measured(str(path), settings, values, errors, tuple(where), tuple(notes))
 
@@ -535,12 +537,12 @@ def _errors_from_option(name: str, text: str | float, si: str, values: Array) ->
         if number is None or not 0 < number < math.inf:
             raise ValueError
     except QuantityError as error:
-        raise InputError(f"--error {name}: {error}") from error
+        raise InputError(f"{option('errors')} {name}: {error}") from error
     except ValueError:
         raise InputError(
-            f"--error {name}: found {text!r}; allowed: a number above 0 with its unit, or percent."
+            f"{option('errors')} {name}: found {text!r}; allowed: a number above 0 with its unit, or percent."
         ) from None
     errors = number / 100 * np.abs(values) if is_percentage else np.full(values.shape, number)
     if np.any(errors <= 0):
-        raise InputError(f"--error {name}: found {text!r} of a value of 0; allowed: an error above 0.")
+        raise InputError(f"{option('errors')} {name}: found {text!r} of a value of 0; allowed: an error above 0.")
     return errors

@@ -21,7 +21,7 @@ from nsdrill.app.experiment import Experiment
 from nsdrill.app.integration import points_of, run_at, sampled_variables, select_states
 from nsdrill.app.run import processors
 from nsdrill.data import Array, Results
-from nsdrill.errors import InputError, StudyError
+from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import OPERATION, values_at, word_at, words_of
@@ -100,9 +100,10 @@ class Motions:
         try:
             return parse_study(self._texts(tuple(values.items())), "the point", texts)
         except StudyError as error:
+            changed = f" ({option('set')}"
             faults = "; ".join(
                 f"{fault.key.removeprefix('operation.')}: found "
-                f"{fault.found.partition(' (--set')[0]}; allowed: "
+                f"{fault.found.partition(changed)[0]}; allowed: "
                 f"{fault.allowed}"
                 for fault in error.faults[:3]
             )

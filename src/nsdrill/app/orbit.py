@@ -20,7 +20,7 @@ from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text
 
 FEWEST_SAMPLES = 400  # per period
-_ITS_STUDY = "Give the study that the branches were made from, with its --set: nsdrill show --study prints it."
+_ITS_STUDY = "Give the study that the branches were made from, with its changes: nsdrill show --study prints it."
 
 
 @dataclass(frozen=True)

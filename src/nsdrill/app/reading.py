@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.app.overrides import with_overrides
 from nsdrill.data import Results, Trace, units_of
-from nsdrill.errors import FileError, NsdrillError
+from nsdrill.errors import FileError, NsdrillError, option
 from nsdrill.store import kind_of, part_path, read_attributes, read_partial, read_results, read_trace, variables_in
 
 
@@ -28,7 +28,7 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
         raise FileError(
             f"{path}: found a file of branches; allowed here: results of a sweep or a trace. "
             f"show, plot and export "
-            "take branches, and simulate --orbit runs one of their points."
+            f"take branches, and simulate {option('orbit')} runs one of their points."
         )
     if kind == "trace":
         return with_overrides(read_trace(path))

@@ -20,7 +20,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.fitting import Array, Measured, Simulate
 from nsdrill.app.unfinished import Part
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, again, option
 from nsdrill.study.study import Study
 
 WHAT = "fit"
@@ -57,7 +57,7 @@ class Rounds:
         rounds = cls(part, _digest(study, measured, batch), measured.points)
         try:
             if part.kept:
-                inputs = "another study, from other data or with another --batch"
+                inputs = f"another study, from other data or with another {option('batch')}"
                 count, arrays = part.read(rounds.digest, inputs)
                 rounds.calls = [(arrays[f"samples_{i}"], arrays[f"answers_{i}"]) for i in range(count)]
                 rounds.known = count
@@ -84,7 +84,7 @@ class Rounds:
                     raise FileError(
                         f"{self.part.path}: its samples are not those that these versions of NumPy and "
                         f"SciPy draw. Finish "
-                        "it with the versions that it was made with, or start anew by --overwrite."
+                        f"it with the versions that it was made with, or start anew by {option('overwrite')}."
                     )
                 return answers
             answers = simulate(z)
@@ -107,7 +107,7 @@ class Rounds:
     def recovery_text(self) -> str:
         """What is saved and how to resume, in a sentence or two."""
         assert self.part is not None
-        return f"{self.part.kept} are safe in {self.part.path}. Go on with the same command and --resume."
+        return f"{self.part.kept} are safe in {self.part.path}. Go on with {again('resume')}."
 
     def _end_message(self) -> str:
         if self.part is None or not self.part.kept:

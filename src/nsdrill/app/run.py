@@ -26,7 +26,7 @@ from nsdrill.app.size import check_large, check_memory, disk, memory
 from nsdrill.app.stages import RunStages, Watch, sweep
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, differences, resolved_study
-from nsdrill.errors import FileError, InputError, Refusal
+from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.leaves import values_in_parts
@@ -159,7 +159,7 @@ def _log_of(experiment: Experiment, path: Path, state: Claim, overwrite: bool, r
             if not overwrite and os.path.lexists(path):  # of a run that ended since claim()
                 raise FileError(
                     f"{path}: another process has just made this file. Choose another name, or replace it "
-                    "by --overwrite."
+                    f"by {option('overwrite')}."
                 )
             return log
         _check_same(experiment.study, log, part if state == "resume" else path, retry_failed)
@@ -316,7 +316,7 @@ def _with_failed_pending(experiment: Experiment, log: RunLog) -> RunLog:
     has_failed_checks = study.simulation.verify and any_failed(log)
     if not rerun.any() and not has_failed_checks and not np.any(status == PENDING):
         return log
-    old_attrs, new_attrs = log.header["attrs"], provenance(study, "run --retry-failed")
+    old_attrs, new_attrs = log.header["attrs"], provenance(study, f"run {option('retry_failed')}")
     old_limit = resolved_study(old_attrs)["simulation"]["max_steps"]
     change = (
         ""
@@ -341,34 +341,34 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
         listed = changes_text(resolved, study.resolved)
         hint = ""
         if retry_failed:
-            hint = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
+            hint = f"With {option('retry_failed')} only simulation.max_steps may differ, and only be larger. "
         elif [key for key, _, _ in differences(resolved, study.resolved) if key not in IN_WORDS_ONLY] == [
             "simulation.max_steps"
         ]:
-            hint = "A larger limit can be given to the points that failed: --retry-failed. "
+            hint = f"A larger limit can be given to the points that failed: {option('retry_failed')}. "
         raise FileError(
             f"{where}: made from another study ({listed or 'the digests differ'}). {hint}Resume it "
             f"with the study it "
-            "was made from, or start anew by --overwrite."
+            f"was made from, or start anew by {option('overwrite')}."
         )
     if differing := unlike(attrs):
         raise FileError(
             f"{where}: made with other versions, whose numbers may differ "
             f"({'; '.join(differing)}). Finish it with "
-            "those, or start anew by --overwrite."
+            f"those, or start anew by {option('overwrite')}."
         )
     for unknown in study.unknowns:
         if not np.array_equal(log.header["coords"].get(unknown.name), study.drawn[unknown.short]):
             raise FileError(
                 f"{where}: its samples of {unknown.key} are not those that this version of SciPy "
                 f"draws. Finish it with the "
-                "versions that it was made with, or start anew by --overwrite."
+                f"versions that it was made with, or start anew by {option('overwrite')}."
             )
     if retry_failed and json.loads(attrs.get("classification", "[]")):
         raise FileError(
             f"{where}: its labels were made by nsdrill classify, with thresholds that new points "
             f"would not have. "
-            "Restore those of the study first: nsdrill classify without --set."
+            f"Restore those of the study first: nsdrill classify without {option('set')}."
         )
 
 

@@ -13,7 +13,7 @@ from nsdrill.analysis.equations import string_differences
 from nsdrill.app.continuation_setup import ContinuationSetup, number_of
 from nsdrill.app.following import Following, Say
 from nsdrill.data import Array, Results, resolved_study
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, option
 from nsdrill.models.leaves import OPERATION, word_or_number
 from nsdrill.orbit.explore import Seed
 from nsdrill.orbit.flow import Flow, Legs
@@ -113,6 +113,6 @@ def _place_of(setup: ContinuationSetup, results: Results, name: str, path: Path)
         low, high, own = (word_or_number(name, one) for one in (values[0], values[-1], wanted))
         raise FileError(
             f"{path}: found {name} from {low} to {high}, of which none is {own}, as in the study; allowed: results "
-            f"that have the study's {name}, or --set a value that they have."
+            f"that have the study's {name}, or {option('set')} a value that they have."
         )
     return near

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from nsdrill.app.experiment import Experiment
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.files import amount
 from nsdrill.store import record_dtype
 from nsdrill.sweep.plan import Plan
@@ -52,7 +52,7 @@ def check_large(what: str, runs: int, seconds: float, size: str, workers: int, *
     raise InputError(
         f"found {what}: {runs} runs of {seconds:g} s, which take roughly {hours:.2g} hours on "
         f"{workers} processor{'s' * (workers > 1)}, {size}; allowed: up to {MANY} runs, or more "
-        f"where they are meant: --large."
+        f"where they are meant: {option('large')}."
     )
 
 

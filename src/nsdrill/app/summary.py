@@ -18,7 +18,7 @@ from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent
 from nsdrill.app.probability import rows
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import in_words, values_in_parts, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
@@ -353,7 +353,7 @@ def new_labels(
                 f"map was not refined; "
                 f"at least {missing} more points would have to be run. Nothing was changed. Run "
                 f"the study with these "
-                "thresholds: nsdrill run with the same --set."
+                f"thresholds: nsdrill run with the same {option('set')}."
             )
     labels = {name: values for name, values in labels.items() if name in results.variables}
     timestamp = datetime.now(UTC).isoformat(timespec="seconds")

@@ -16,7 +16,7 @@ from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_var
 from nsdrill.app.overrides import stored_experiment
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
-from nsdrill.errors import InputError, Refusal, printable
+from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
 from nsdrill.models.operation import Operation
@@ -159,7 +159,9 @@ def replay(
     sample_number = _sample(path, requested.pop(SAMPLE, None), plan.samples)
     wanted = _on_axes(path, experiment, requested)
     if procedure is None and len(plan.procedures) > 1:
-        raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
+        raise InputError(
+            f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with {option('procedure')}."
+        )
     procedure = procedure or plan.procedures[0]
     start_number = _start(path, start, plan.starts)
     try:
@@ -211,7 +213,7 @@ def _stored_point(source: Results | str | os.PathLike[str], experiment: Experime
     else:
         path, point = os.fspath(source), read_point(source, *place)
     if point["status"] == PENDING:
-        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
+        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run {option('resume')}.")
     if point["status"] == INFERRED:
         status = (source if isinstance(source, Results) else read_results(source, ["status"]))["status"]
         raise InputError(f"{path}: {_not_run(status, plan, number, units_of(experiment.study))}")
@@ -231,29 +233,30 @@ def _apart(trace: Trace, names: tuple[str, ...], stored: Array) -> str:
 
 def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int:
     """The number of the start, 0 where there is one start."""
-    return _member(where, start, starts, "--start", "starts", "every operating point has one start")
+    return _member(where, start, starts, "start", "starts", "every operating point has one start")
 
 
 def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -> int:
     """The number of the sample, 0 where no number is uncertain."""
-    option = f"--at {SAMPLE}=..."
-    return _member(where, sample, samples, option, "samples of uncertain numbers", "no number is uncertain")
+    return _member(where, sample, samples, SAMPLE, "samples of uncertain numbers", "no number is uncertain")
 
 
 def _member(
-    where: str | os.PathLike[str], number: float | None, count: int, option: str, several: str, single: str
+    where: str | os.PathLike[str], number: float | None, count: int, name: str, several: str, single: str
 ) -> int:
     """``number``, 0 where there are not ``several``; InputError where it is not the number
     of one of ``count``."""
     if number is None and count:
+        which = option("at", f"{SAMPLE}=...") if name == SAMPLE else option(name)
         raise InputError(
-            f"{where}: every operating point has {count} {several}. Say which one with {option}, 0 to {count - 1}."
+            f"{where}: every operating point has {count} {several}. Say which one with {which}, 0 to {count - 1}."
         )
     if number is None:
         return 0
     if number not in range(count):
         allowed = f"0 to {count - 1}" if count else f"nothing, as {single}"
-        raise InputError(f"{where}: {option.partition('=')[0]}: found {number:g}; allowed: {allowed}.")
+        which = f"{option('at')} {SAMPLE}" if name == SAMPLE else option(name)
+        raise InputError(f"{where}: {which}: found {number:g}; allowed: {allowed}.")
     return int(number)
 
 
@@ -296,8 +299,8 @@ def units_of(study: Study) -> dict[str, str]:
 
 
 def option_of(key: str, value: str = "") -> str:
-    """The command-line option for a value of the axis ``key``."""
-    return f"--{key.replace('_', '-')} {value}".rstrip() if key in OPERATION else f"--at {key}={value or '...'}"
+    """The argument for a value of the axis ``key``."""
+    return option(key, value or None) if key in OPERATION else option("at", f"{key}={value or '...'}")
 
 
 def _seconds(value: float) -> str:
@@ -312,7 +315,7 @@ def _on_axes(path: str | os.PathLike[str], experiment: Experiment, requested: Ma
     if unknown := [key for key in requested if key not in plan.axes or key in plan.drawn]:
         allowed = ", ".join(key for key in plan.axes if key not in plan.drawn)
         samples = f", and {SAMPLE}, as its uncertain numbers go together" if plan.samples else ""
-        raise InputError(f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}.")
+        raise InputError(f"{path}: {option('at')}: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}.")
     if missing := [name for name, values in plan.axes.items() if name not in requested and len(values) > 1]:
         name = missing[0]
         raise InputError(

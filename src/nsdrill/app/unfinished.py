@@ -18,7 +18,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.data import Array, json_text
-from nsdrill.errors import FileError, NsdrillError
+from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
 from nsdrill.store import check_target, part_path
 from nsdrill.store.hdf5 import ZIP
@@ -48,15 +48,20 @@ class Part:
         it. FileError where ``output`` may not be written, by the rules of ``nsdrill
         run``, or where another process is at the same work."""
         if overwrite and resume:
-            raise FileError("--overwrite and --resume exclude each other: start anew, or go on with what is there?")
+            raise FileError(
+                f"{option('overwrite')} and {option('resume')} exclude each other: start anew, "
+                f"or go on with what is there?"
+            )
         check_target(output)
         part = cls(part_path(output), what, model)
         sweep_away(part.path)
         finished, unfinished = os.path.lexists(output), os.path.lexists(part.path)
         if resume and finished and not unfinished:
-            raise FileError(f"{output}: this {what} is finished; nothing is left to run. Start anew by --overwrite.")
+            raise FileError(
+                f"{output}: this {what} is finished; nothing is left to run. Start anew by {option('overwrite')}."
+            )
         if finished and not (overwrite or resume):
-            raise FileError(f"{output}: the file exists. Choose another name, or replace it by --overwrite.")
+            raise FileError(f"{output}: the file exists. Choose another name, or replace it by {option('overwrite')}.")
         try:
             if unfinished:
                 part._take(overwrite, resume)
@@ -75,13 +80,13 @@ class Part:
         except OSError as error:
             raise FileError(f"{self.path}: cannot be opened: {reason(error)}.") from error
         lock(self._lock, self.path)
-        other = "Finish that first, move it away, or choose another -o."
+        other = f"Finish that first, move it away, or choose another {option('path')}."
         if first == LOG_MAGIC:
             raise FileError(f"{self.path}: the log of an unfinished run, no {self.what}. {other}")
         if first and not first.startswith(ZIP):
             raise FileError(
                 f"{self.path}: this is no unfinished {self.what} of nsdrill, though it has the "
-                f"name of one. Move it away or choose another -o."
+                f"name of one. Move it away or choose another {option('path')}."
             )
         try:
             head = _head(self.path)
@@ -94,8 +99,8 @@ class Part:
             raise FileError(f"{self.path}: an unfinished {found}, no {self.what}. {other}")
         if head["kept"] and not (overwrite or resume):
             raise FileError(
-                f"{self.path}: an unfinished {self.what} is there. Go on with it by --resume, or "
-                f"start anew by --overwrite."
+                f"{self.path}: an unfinished {self.what} is there. Go on with it by {option('resume')}, or "
+                f"start anew by {option('overwrite')}."
             )
         if resume:
             self.kept = head["kept"]
@@ -142,11 +147,9 @@ class Part:
         except FileExistsError:
             raise
         except (OSError, zipfile.BadZipFile) as error:
-            remedy = "Nothing is kept. Make room or choose another folder with -o."
+            remedy = f"Nothing is kept. Make room or choose another folder with {option('path')}."
             if self.kept:
-                remedy = (
-                    f"What it held before is safe: {self.kept}. Free some space, and run the same command and --resume."
-                )
+                remedy = f"What it held before is safe: {self.kept}. Free some space, and run {again('resume')}."
             raise NsdrillError(f"{self.path}: could not be written: {reason(error)}. {remedy}") from error
         if self._lock is not None:
             self._lock.close()
@@ -164,7 +167,8 @@ class Part:
             raise self.damaged(error) from error
         if head["digest"] != digest:
             raise FileError(
-                f"{self.path}: made from {inputs}. Go on with what it was made from, or start anew by --overwrite."
+                f"{self.path}: made from {inputs}. Go on with what it was made from, or start "
+                f"anew by {option('overwrite')}."
             )
         from nsdrill.app.provenance import unlike
 
@@ -172,7 +176,7 @@ class Part:
             raise FileError(
                 f"{self.path}: made with other versions, whose numbers may differ "
                 f"({'; '.join(differing)}). Finish it with "
-                "those, or start anew by --overwrite."
+                f"those, or start anew by {option('overwrite')}."
             )
         return head["told"], arrays
 
@@ -231,4 +235,6 @@ def _head(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def _damaged(part: Path, what: str, error: Exception) -> FileError:
-    return FileError(f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start anew by --overwrite.")
+    return FileError(
+        f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start anew by {option('overwrite')}."
+    )

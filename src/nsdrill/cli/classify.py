@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-import click
+from typing import Annotated
 
-from nsdrill.cli import options
+from nsdrill.cli.building import Given, command_of, say
+from nsdrill.late import deferred
+from nsdrill.operations import runs
+from nsdrill.operations.arguments import HDF5Path
+
+with deferred():
+    from nsdrill.text import words
 
 
-@click.command(
-    "classify",
-    epilog=options.examples(
+@command_of(
+    runs.classify,
+    examples=(
         "classify out.h5 --set classify.whirl.wall_contact_fraction=0.05 -o relabelled.h5",
         "classify out.h5 --set classify.whirl.wall_contact_fraction=0.05",
         "classify out.h5",
     ),
 )
-@options.file_argument("results")
-@options.output("Results file to write. Default: RESULTS itself.", required=False, hdf5=True)
-@options.thresholds
-@options.overwrite
-def command(results: str, output: str | None, overrides: tuple[str, ...], overwrite: bool) -> int:
+def command(given: Given, path: Annotated[HDF5Path, "Results file to write. Default: RESULTS itself."] = None) -> int:
     """Give RESULTS new labels with other thresholds, in place or as a new file. Nothing
     is run again.
 
@@ -27,16 +29,8 @@ def command(results: str, output: str | None, overrides: tuple[str, ...], overwr
     change but stuck_below, which enters the run itself. The attribute `history` of the
     file records the change.
     """
-    from nsdrill.app.summary import reclassify
-    from nsdrill.cli.words import count
-    from nsdrill.store import claim_file
-
-    if output is not None:
-        options.check_not_input(results, output)
-        claim_file(output, overwrite)
-    changes = reclassify(results, list(overrides), output, overwrite=overwrite or output is None)
-    for name, (changed, total) in changes.items():
-        click.echo(f"{name}: {changed} of {count(total, 'point')} changed.", err=True)
-    if output is not None:
-        click.echo(f"{output}: written.", err=True)
+    for name, (changed, total) in runs.classify(**given).changes.items():
+        say(f"{name}: {changed} of {words.count(total, 'point')} changed.")
+    if path is not None:
+        say(f"{path}: written.")
     return 0

@@ -2,41 +2,30 @@
 
 from __future__ import annotations
 
-import click
+from nsdrill.cli.building import Given, command_of, say
+from nsdrill.late import deferred
+from nsdrill.operations import files
+from nsdrill.operations.arguments import HDF5Path
 
-from nsdrill.cli import options
+with deferred():
+    from nsdrill import variables
+    from nsdrill.text import words
 
 
-@click.command(
-    "combine",
-    epilog=options.examples("combine soft.h5 medium.h5 hard.h5 -o rock.h5", "combine 1000m.h5 2000m.h5 -o depths.h5"),
+@command_of(
+    files.combine, examples=("combine soft.h5 medium.h5 hard.h5 -o rock.h5", "combine 1000m.h5 2000m.h5 -o depths.h5")
 )
-@click.argument("results", nargs=-1, required=True, type=options.FileName())
-@options.output("Results file to write.", hdf5=True)
-@options.overwrite
-def command(results: tuple[str, ...], output: str, overwrite: bool) -> int:
+def command(given: Given, path: HDF5Path) -> int:
     """Join RESULTS whose studies differ in one number into one file, in which it is an
     axis.
 
     The file is the one that a sweep of that axis would have made, to the bit; nothing
     is run again. The files may also have other values of an axis that they all sweep.
     """
-    from nsdrill.app.combine import combine
-    from nsdrill.app.saving import save
-    from nsdrill.cli.words import count, label_of
-    from nsdrill.store import claim_file
-    from nsdrill.variables import dimension_of
-
-    for name in results:
-        options.check_not_input(name, output)
-    claim_file(output, overwrite)
-    combined, key = combine(results)
-    save(combined, output, overwrite=overwrite)
-    values = len(combined.coords[dimension_of(key)])
-    click.echo(
-        f"{output}: {count(len(results), 'file')} along the {label_of(key)} ({key}), "
-        f"{count(values, 'value')}; "
-        f"{count(combined.variables['status'].size, 'point')}.",
-        err=True,
+    combined, key = files.combine(**given)
+    values = len(combined.coords[variables.dimension_of(key)])
+    say(
+        f"{path}: {words.count(len(given['results']), 'file')} along the {words.label_of(key)} ({key}), "
+        f"{words.count(values, 'value')}; {words.count(combined.variables['status'].size, 'point')}."
     )
     return 0

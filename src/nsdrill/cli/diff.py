@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from typing import Annotated
 
 import click
 
-from nsdrill.cli import options
-from nsdrill.cli.show import in_words
+from nsdrill.cli.building import Given, command_of, print_json
+from nsdrill.errors import printable
+from nsdrill.late import deferred
+from nsdrill.operations import answers
+from nsdrill.operations.arguments import Json, Switch, Units
 
-MAX_CHANGES = 12
+with deferred():
+    from nsdrill.text import diff as text
 
 
-@click.command(
-    "diff",
-    epilog=options.examples(
+@command_of(
+    answers.diff,
+    examples=(
         "diff ideal.h5 soft_torque.h5 --units field",
         "diff a.h5 b.h5 --bits",
         "diff a.h5 b.h5 --json | jq .study",
         "diff --exit-code before.h5 after.h5 && echo reproduced",
     ),
 )
-@options.file_argument("a")
-@options.file_argument("b")
-@click.option("--bits", is_flag=True, help="Print which numbers differ, to the bit, and the versions and machines.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, with --bits included.")
-@options.units
-@click.option("--exit-code", is_flag=True, help="Exit with 1 if the studies or any numbers differ.")
-def command(a: str, b: str, bits: bool, as_json: bool, units: str, exit_code: bool) -> int:
+def command(
+    given: Given,
+    bits: Annotated[Switch, "Print which numbers differ, to the bit, and the versions and machines."] = False,
+    json: Annotated[Json, "Print JSON, with --bits included."] = False,
+    units: Units = None,
+    exit_code: Annotated[Switch, "Exit with 1 if the studies or any numbers differ."] = False,
+) -> int:
     """Compare the files A and B: results, .part files of runs that go
     on, or traces.
 
@@ -38,197 +41,14 @@ def command(a: str, b: str, bits: bool, as_json: bool, units: str, exit_code: bo
     With --exit-code the exit code is 1 where anything differs but titles, times,
     versions and machines; without it 0.
     """
-    from nsdrill.app.diff import diff
-    from nsdrill.cli.words import in_units
-
-    differences = diff(a, b)
+    assert units is not None
+    differences = answers.diff(**given)
     differences["run"] = [
-        {**row, "a": _attribute_text(row["name"], row["a"], units), "b": _attribute_text(row["name"], row["b"], units)}
+        {**row, **{side: text.attribute_text(row["name"], row[side], units) for side in ("a", "b")}}
         for row in differences["run"]
     ]
-    if as_json:
-        from nsdrill.data import json_text
-
-        click.echo(json_text(in_units(differences, units), indent=2))
+    if json:
+        print_json(differences, units)
     else:
-        from nsdrill.errors import printable
-
-        for line in _lines(differences, units, bits):
-            click.echo(printable(line))
+        click.echo("\n".join(map(printable, text.lines(differences, units, bits))))
     return int(exit_code and not (differences["same_study"] and differences["same_numbers"]))
-
-
-def _attribute_text(name: str, text: str | None, units: str) -> str | None:
-    """An attribute of a trace, which is in SI, in the system ``units``."""
-    from nsdrill.cli.words import value_text
-    from nsdrill.quantity import find
-
-    if units == "si" or text is None or find(name) is None:
-        return text
-    return value_text(name, float(text.split()[0]), units)
-
-
-def _lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
-    from nsdrill.cli.words import aligned
-    from nsdrill.cli.words import count as number_of
-
-    yield f"a: {d['files'][0]}"
-    yield f"b: {d['files'][1]}"
-    rows = [
-        ("Study", [(row["key"], row["a"], row["b"]) for row in d["study"]]),
-        ("Run", [(row["name"], row["a"], row["b"]) for row in d["run"]]),
-        ("Made by", [(row["name"], row["a"], row["b"]) for row in d["made"] if bits]),
-    ]
-    for heading, differing in rows:
-        if differing:
-            yield ""
-            yield f"{heading}:"
-            yield from aligned([("", "a", "b"), *((name, _cell(name, x), _cell(name, y)) for name, x, y in differing)])
-    yield ""
-    if d["kinds"][0] != d["kinds"][1]:
-        yield "One is a sweep, the other a trace: there are no numbers to compare."
-    elif d["same_numbers"]:
-        count = number_of(d["points"], "sample" if d["kinds"][0] == "trace" else "point")
-        subject = "numbers" if d["study"] or d["run"] or d["made"] else "files"
-        yield f"The {subject} are the same to the bit: {count}, {len(d['variables'])} variables."
-    else:
-        if d["kinds"][0] == "results":
-            yield from _window_lines(d, units)
-        yield from _number_lines(d, units, bits)
-
-
-def _window_lines(d: dict[str, Any], units: str) -> Iterator[str]:
-    """What changed for the driller: the windows of two sweeps over the same axes."""
-    import textwrap
-
-    from nsdrill.app.contrast import contrast, moved_rows, onset_rows, sentence
-    from nsdrill.app.reading import read_any
-    from nsdrill.cli.window_note import WIDTH
-    from nsdrill.cli.words import aligned
-    from nsdrill.errors import InputError
-
-    try:
-        found = contrast(*(read_any(file) for file in d["files"]))  # type: ignore[arg-type]
-    except InputError:  # other axes, or a single point: there are no two windows
-        return
-    yield from textwrap.wrap(sentence(found, units), WIDTH)
-    borders = moved_rows(found, units)
-    for head, rows in (
-        (("moved borders", "a", "b", "lower end", "upper end"), borders),
-        (("responses", "", "", "in a", "in b"), onset_rows(found, units)),
-    ):
-        if rows:
-            yield from aligned([head, *rows[:MAX_CHANGES]])
-            if len(rows) > MAX_CHANGES:
-                yield f"  and {len(rows) - MAX_CHANGES} more: nsdrill window A.h5 B.h5"
-    yield ""
-
-
-def _cell(name: str, value: str | None) -> str:
-    if value is None:
-        return "not there"
-    return f"{value[:12]}..." if name in ("study_sha256", "model_digest") else value
-
-
-def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
-    """Axes, responses and variables of two files of one kind that differ; the variables
-    one by one with ``bits``, which traces, of numbers alone, always have."""
-    from nsdrill.cli.words import aligned
-    from nsdrill.cli.words import count as number_of
-
-    trace = d["kinds"][0] == "trace"
-    noun = "samples" if trace else "points"
-    for axis in d["axes"]:
-        if "values" in axis:
-            value_a, value_b = (_place_text({axis["name"]: value}, [axis["name"]], units) for value in axis["values"])
-            yield (f"{axis['name']}: {value_a} in a, {value_b} in b; their points are compared all the same.")
-        elif axis["name"] == "sample" and not axis["same"] and axis["common"] < min(axis["a"], axis["b"]):
-            yield (
-                f"sample: {axis['a']} and {axis['b']} samples, {axis['common']} with the same values of the unknowns."
-            )
-        elif not axis["same"]:
-            rounded = " (to rounding)" if axis["common"] == axis["a"] == axis["b"] else ""
-            yield (f"{axis['name']}: {axis['a']} and {axis['b']} values, {axis['common']} in common{rounded}.")
-    swept = [axis["name"] for axis in d["axes"] if max(axis["a"], axis["b"]) > 1]
-    if probabilities := d.get("probabilities"):
-        yield from _probability_lines(probabilities, swept, units)
-    if not d["points"]:
-        if probabilities:
-            yield "The samples differ, so their runs are not compared one by one."
-        else:
-            yield f"The files have no {noun} in common, so there are no numbers to compare."
-        return
-    whole = all(axis["same"] or "values" in axis for axis in d["axes"])
-    yield f"Compared: {'all' if whole else 'the common'} {number_of(d['points'], noun[:-1])}."
-    if responses := d["responses"]:
-        yield from _response_lines(responses, d["points"], swept, units)
-    for name in ("a", "b"):
-        if names := d[f"only_{name}"]:
-            yield f"Only in {name}: {', '.join(names)}."
-    for row in d["variables"]:
-        if sizes := row.get("not_compared"):
-            yield (f"{row['name']}: {sizes['a']} and {sizes['b']} values of {sizes['of']}, not compared.")
-    differing = [row for row in d["variables"] if row["points"]] if bits or trace else []
-    equal = sum(row["same"] for row in d["variables"])
-    yield (
-        f"Variables: {equal} of {len(d['variables'])} are equal to the "
-        f"bit{'; the others:' if differing else '; --bits names the others.'}"
-    )
-    if differing:
-        headings = ("", f"{noun} that differ", "largest difference", "relative", "from" if trace else "at")
-        yield from aligned([headings, *(_row(row, swept, units) for row in differing)])
-
-
-def _probability_lines(probabilities: dict[str, Any], swept: list[str], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import aligned
-    from nsdrill.cli.words import count as number_of
-
-    yield (f"Probabilities at {number_of(probabilities['points'], 'operating point')}, means and largest change:")
-    rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "at", "intervals apart")]
-    for row in probabilities["outcomes"]:
-        means = (f"{100 * row[side]:.1f} %" for side in ("a", "b"))
-        where = _place_text(row["at"], [name for name in swept if name in row["at"]], units)
-        apart = f"at {number_of(row['apart'], 'point')}"
-        rows.append((in_words(row["name"]), *means, f"{100 * row['largest']:+.1f} %", where, apart))
-    yield from aligned(rows)
-
-
-def _response_lines(responses: dict[str, Any], points: int, swept: list[str], units: str) -> Iterator[str]:
-    yield (f"Responses: {responses['changed']} of {points} changed{':' if responses['changed'] else '.'}")
-    changes = responses["changes"]
-    for change in changes[:MAX_CHANGES]:
-        yield f"  {change['points']:6d}  {in_words(change['from'])} -> {in_words(change['to'])}"
-    if len(changes) > MAX_CHANGES:
-        yield f"  and {len(changes) - MAX_CHANGES} more kinds of change (all with --json)"
-    if responses["changed"]:
-        points_at = responses["at"]
-        yield ("  At:" if len(points_at) == responses["changed"] else f"  The first {len(points_at)} of them:")
-        for point in points_at:
-            yield (f"    {_place_text(point, swept, units)}: {in_words(point['from'])} -> {in_words(point['to'])}")
-
-
-def _place_text(point: dict[str, Any], swept: list[str], units: str) -> str:
-    from nsdrill.cli.words import point_text
-
-    words = [point_text({name: point[name]}, units) for name in swept if name not in ("procedure", "start", "sample")]
-    words += [f"{name} {point[name]}" for name in ("sample", "start") if name in swept]
-    words += [point["procedure"]] if "procedure" in swept else []
-    return ", ".join(words) or "the point"
-
-
-def _row(row: dict[str, Any], swept: list[str], units: str) -> tuple[str, ...]:
-    from nsdrill.quantity import amount, find
-
-    unit = "" if row["units"] == "1" else f" {row['units']}"
-    if "first" in row:
-        where = f"{row['first']:g} s"
-    else:
-        where = _place_text(row["at"], swept, units)
-    largest, relative = row.get("largest"), row.get("relative")
-    count = f"{row['points']}" + (f" ({row['undefined']} without a number)" if row.get("undefined") else "")
-    difference = "" if largest is None else f"{largest:.3g}{unit}"
-    if largest == 0.0:  # 0 and -0: different bits of the same number
-        difference = "the sign of zero alone"
-    elif largest is not None and units == "field" and (known := find(row["name"])) is not None and known.units:
-        difference = amount(largest, known.unit(units), 3)
-    return (row["name"], count, difference, "" if relative is None else f"{relative:.2g}", where)

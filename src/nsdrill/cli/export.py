@@ -6,70 +6,71 @@ import csv
 import os
 import sys
 from pathlib import Path
+from typing import Annotated
 
-import click
-
-from nsdrill.cli import options
+from nsdrill.cli.building import Given, command_of, say, write
 from nsdrill.errors import InputError
+from nsdrill.late import deferred
+from nsdrill.operations.arguments import Overwrite, ResultsLike, Stream, Switch, UnitsOfTable
+
+with deferred():
+    from nsdrill import store
+    from nsdrill.app import reading
+    from nsdrill.app import table as tables
+    from nsdrill.text import branches
 
 SI_ONLY = " netCDF stays in SI units, which its attributes name."
 
 
-@click.command(
-    "export",
-    epilog=options.examples(
+@command_of(
+    examples=(
         "export out.h5 -o out.csv --peaks",
         "export out.h5 -o out.csv --units field",
         "export out.h5 -o - | head",
         "export out.h5 -o out.nc",
-    ),
+    )
 )
-@options.file_argument("results")
-@options.output("File to write: .csv or .nc (netCDF-4); - is CSV to standard output.", stream=True)
-@click.option("--peaks", is_flag=True, help="CSV: with a column for every recorded peak.")
-@click.option("--section", is_flag=True, help="CSV: with a column for every recorded return to the Poincare section.")
-@click.option("--states", is_flag=True, help="CSV: with a column for every initial and final state.")
-@options.units_of_table
-@options.overwrite
-def command(results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool) -> int:
+def command(
+    given: Given,
+    results: ResultsLike,
+    output: Annotated[Stream, "File to write: .csv or .nc (netCDF-4); - is CSV to standard output."],
+    peaks: Annotated[Switch, "CSV: with a column for every recorded peak."] = False,
+    section: Annotated[Switch, "CSV: with a column for every recorded return to the Poincare section."] = False,
+    states: Annotated[Switch, "CSV: with a column for every initial and final state."] = False,
+    units: UnitsOfTable = "si",
+    overwrite: Overwrite = False,
+) -> int:
     """Write RESULTS as a table (CSV, units in the headings) or as netCDF (everything,
     in SI units).
 
     The table has one row for each point, of a trace one for each sample.
     """
+    assert output is not None
     suffix = ".csv" if output == "-" else Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):
         raise InputError(f"{output}: found the ending {suffix or '(none)'}; allowed: .csv or .nc.")
     csv_options = [option for option, on in (("--peaks", peaks), ("--section", section), ("--states", states)) if on]
     if suffix == ".nc" and csv_options:
         raise InputError(f"{csv_options[0]}: found with netCDF, which holds everything; allowed: with .csv.")
-    from nsdrill.app.reading import is_branches
-    from nsdrill.app.table import table, write_rows
-    from nsdrill.store import claim_file, kind_of, read_results, read_trace, to_netcdf
-
-    found = "branches" if is_branches(results) else ""
-    if not found and os.path.lexists(results) and kind_of(results) == "trace":
+    found = "branches" if reading.is_branches(results) else ""
+    if not found and os.path.lexists(results) and store.kind_of(results) == "trace":
         found = "a trace"
     if csv_options and found:
         raise InputError(f"{csv_options[0]}: found with {found}, whose table has everything; allowed: with results.")
     if output != "-":
-        options.check_not_input(results, output)
-        claim_file(output, overwrite)
+        store.claim_file(output, overwrite)
     if suffix == ".nc":
-        to_netcdf(results, output, overwrite=overwrite)
+        store.to_netcdf(results, output, overwrite=overwrite)
     elif found == "branches":
-        from nsdrill.cli.branches import table as text_of
-        from nsdrill.store import open_branches
-
-        options.write(output, text_of(open_branches(results), units), overwrite)
+        write(output, branches.table(store.open_branches(results), units), overwrite)
     else:
-        data = read_trace(results) if found else read_results(results)
-        rows = table(data, units, peaks=peaks, section=section, states=states)
+        data = store.read_trace(results) if found else store.read_results(results)
+        rows = tables.table(data, units, peaks=peaks, section=section, states=states)
         if output == "-":
             csv.writer(sys.stdout).writerows(rows)
         else:
-            write_rows(rows, output, overwrite)
+            tables.write_rows(rows, output, overwrite)
     if output != "-":
         note = SI_ONLY if suffix == ".nc" and units == "field" else ""
-        click.echo(f"{output}: written.{note}", err=True)
+        say(f"{output}: written.{note}")
     return 0

@@ -12,7 +12,7 @@ import click
 from nsdrill import __version__, interrupt
 from nsdrill.cli.overview import COMMANDS, QUANTITIES, overview
 from nsdrill.cli.streams import CommandExit, standard_streams
-from nsdrill.errors import NsdrillError, Refusal
+from nsdrill.errors import NsdrillError, naming_options
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 FORMER = {"continue": "branches"}  # names that scripts may have; no help lists them
@@ -66,7 +66,7 @@ def group() -> None:
 
 def main() -> NoReturn:
     """Run the command of the arguments of the process, and exit with its code."""
-    with standard_streams():
+    with naming_options(), standard_streams():
         interrupt.listen()
         try:
             _run_command()
@@ -89,8 +89,6 @@ def _run_command() -> NoReturn:
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
-    except Refusal as error:
-        _leave(f"Error: {error.as_option()}", error.exit_code)
     except NsdrillError as error:
         _leave(f"Error: {error}", error.exit_code)
     except MemoryError:

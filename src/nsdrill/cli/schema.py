@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-import click
+from typing import Annotated
 
-from nsdrill.cli import options
+from nsdrill.cli.building import Given, command_of, model_name, say, write
+from nsdrill.late import deferred
+from nsdrill.operations.arguments import Model, Overwrite, Stream
+
+with deferred():
+    from nsdrill import data, study
 
 
-@click.command("schema", epilog=options.examples("schema -o study.schema.json", "schema | less"))
-@options.output("Schema file to write. Default, and -: standard output.", required=False, stream=True)
-@options.model
-@options.overwrite
-def command(output: str | None, model: str | None, overwrite: bool) -> int:
+@command_of(examples=("schema -o study.schema.json", "schema | less"))
+def command(
+    given: Given,
+    output: Annotated[Stream, "Schema file to write. Default, and -: standard output."] = None,
+    model: Model = None,
+    overwrite: Overwrite = False,
+) -> int:
     """Print the JSON Schema of the study file, for editors and other programs."""
-    from nsdrill.data import json_text
-    from nsdrill.study import json_schema
-
-    text = json_text(json_schema(options.model_name(model)), indent=2)
-    options.write(output, f"{text}\n", overwrite)
+    text = data.json_text(study.json_schema(model_name(model)), indent=2)
+    write(output, f"{text}\n", overwrite)
     if output not in (None, "-"):
-        click.echo(
-            f"{output}: written. A study names it in its first line: # yaml-language-server: $schema={output}", err=True
-        )
+        say(f"{output}: written. A study names it in its first line: # yaml-language-server: $schema={output}")
     return 0

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
-from typing import Any
+from typing import Annotated
 
 import click
 
-from nsdrill.cli import options
-from nsdrill.cli.reading import read
-from nsdrill.errors import InputError, printable
-from nsdrill.variables import AXES
+from nsdrill.cli.building import Given, command_of, print_json
+from nsdrill.errors import InputError
+from nsdrill.late import deferred
+from nsdrill.operations import answers
+from nsdrill.operations.arguments import AnyData, Json, Switch
 
-MAX_FAILED = 20
-MAX_INTERVALS = 40
-MAX_CHANGED = 12
-MAX_POINTS = 24
+with deferred():
+    from nsdrill import store
+    from nsdrill.app import overrides, reading
 
 
-@click.command(
-    "show",
-    epilog=options.examples(
+@command_of(
+    answers.show,
+    examples=(
         "show out.h5",
         "show out.h5.part",
         "show out.h5 --json | jq .failed",
@@ -29,340 +27,23 @@ MAX_POINTS = 24
         "show out.h5 --study > study.yaml",
     ),
 )
-@options.file_argument("file")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, with every failed point.")
-@options.units
-@click.option("--all", "everything", is_flag=True, help="Print every special point of branches, however many.")
-@click.option("--study", is_flag=True, help="Print the study as it was run, overrides applied, as a study file.")
-def command(file: str, as_json: bool, units: str, everything: bool, study: bool) -> int:
+def command(
+    given: Given,
+    data: AnyData,
+    json: Annotated[Json, "Print JSON, with every failed point."] = False,
+    study: Annotated[Switch, "Print the study as it was run, overrides applied, as a study file."] = False,
+) -> int:
     """Summarise FILE: a results file, the .part file of unfinished work, a trace, or
     branches, with a sentence on every special point."""
-    if study and as_json:
+    if study and json:
         raise InputError("--study: found with --json; allowed: one of the two.")
     if study:
-        from nsdrill.app.overrides import study_of
-        from nsdrill.app.reading import is_branches
-        from nsdrill.store import read_attributes
-
-        attrs = read_attributes(file) if is_branches(file) else read(file, ()).attrs
-        click.echo(study_of(file, attrs), nl=False)
+        attrs = store.read_attributes(data) if reading.is_branches(data) else reading.read_any(data, ()).attrs
+        click.echo(overrides.study_of(data, attrs), nl=False)
         return 0
-    from nsdrill.cli.words import in_units
-    from nsdrill.data import json_text
-
-    summary = _summary(file)
-    if as_json:
-        click.echo(json_text(in_units(summary, units), indent=2))
+    found = answers.show(**given)
+    if json:
+        print_json(found.summary, found.units)
     else:
-        for line in lines(file, summary, units, everything):
-            click.echo(line)
+        click.echo(found.text())
     return 0
-
-
-def _summary(file: str) -> dict[str, Any]:
-    """What is in the file, as plain data."""
-    from nsdrill.app import unfinished
-    from nsdrill.app.reading import is_branches
-
-    if (found := unfinished.summary(file)) is not None:
-        return found
-    if is_branches(file):
-        from nsdrill.app.branch_summary import summarize_branches
-        from nsdrill.store import open_branches
-
-        return summarize_branches(open_branches(file))
-    from nsdrill.app.summary import needed, summarize
-    from nsdrill.store import kind_of
-
-    is_sweep = os.path.lexists(file) and kind_of(file) == "results"
-    return summarize(read(file, needed(file if is_sweep else None)))
-
-
-def lines(name: str, summary: dict[str, Any], units: str, everything: bool = False) -> Iterator[str]:
-    """A summary of the file or data called ``name``, in words."""
-    if summary["kind"] == "branches":
-        from nsdrill.cli.branches import lines as branch_lines
-
-        return branch_lines(name, summary, units, everything)
-    if summary["kind"] == "unfinished":
-        return _unfinished_lines(name, summary)
-    return (_trace_lines if summary["kind"] == "trace" else _result_lines)(name, summary, units)
-
-
-def _unfinished_lines(name: str, s: dict[str, Any]) -> Iterator[str]:
-    yield printable(f"{name}: an unfinished {s['what']}.")
-    yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
-    yield f"  model          {s['model']}"
-    yield f"  kept           {s['kept'] or 'nothing yet'}"
-    yield "  Go on with the command that began it and --resume."
-
-
-def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import count as number_of
-    from nsdrill.cli.words import label_of, point_text, value_text
-
-    # A .part file may hold every point already, before the results file is written.
-    kind = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
-    yield printable(f"{file}: {kind}. {s['title']}".rstrip())
-    yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
-    yield from _override_lines(s["overrides"])
-    for name, axis in s["axes"].items():
-        label = label_of(name)
-        if "values" in axis:  # words
-            yield f"  {label:14s} {', '.join(axis['values'])}"
-            continue
-        text = value_text(name, axis["from"], units, both=axis["points"] == 1)
-        if axis["points"] > 1:
-            text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"
-        yield f"  {label:14s} {text}"
-    yield from _string_lines(s)
-    yield from _method_lines(s["method"])
-    status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
-    if starts := s.get("starts"):
-        origin = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
-        yield f"  starts         {starts} of every operating point, {origin}"
-    yield from _unknown_lines(s, units)
-    yield f"  points         {s['points']}: {status}; {s['settled']} settled"
-    if refinement := s.get("refinement"):
-        from nsdrill.cli.refined import refinement_text
-
-        yield f"  refined        {refinement_text(refinement, units)}"
-    if trust := s.get("trust"):
-        yield from _trust_lines(trust)
-    if s["thresholds"]:
-        yield printable(f"  labels         with {', '.join(s['thresholds'])}")
-    for procedure in s["procedures"]:
-        counts = s["responses"][procedure]
-        total = sum(counts.values())
-        if total:
-            runs = s["points"] // len(s["procedures"])
-            known = f", of the {total} of {number_of(runs, 'point')} that are known" if total < runs else ""
-            yield f"\nResponses, {procedure}{known}:"
-        for word, count in counts.items():
-            yield f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %"
-        if kinds := s["whirl_kinds"].get(procedure):
-            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
-        if motions := s.get("motions", {}).get(procedure):
-            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
-        for name, grades in s["severities"][procedure].items():
-            if set(grades) - {"none"}:
-                response = in_words(name).removesuffix(" severity")
-                counts_text = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
-                yield f"  severity, {response}: {counts_text}"
-    if intervals := s.get("intervals"):
-        yield from _interval_lines(intervals, units)
-    if "probabilities" in s:
-        yield from _probability_lines(s, units)
-    if "operating_points" in s:
-        from nsdrill.cli.attractors import attractor_lines
-
-        yield from attractor_lines(s, units)
-    if hysteresis := s.get("hysteresis"):
-        yield from _hysteresis_lines(
-            hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1], units
-        )
-    if s["ranges"]:
-        yield "\nLeast and greatest over all points:"
-        yield from _range_lines(s["ranges"], units)
-    if failed := s["failed"]:
-        yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
-        for point in failed[:MAX_FAILED]:
-            where = point_text({name: point[name] for name in s["axes"]}, units)
-            where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
-            yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
-        if len(failed) > MAX_FAILED:
-            yield f"  and {len(failed) - MAX_FAILED} more (all with --json)"
-
-
-def _unknown_lines(s: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import label_of
-    from nsdrill.quantity import quantity
-
-    if "unknowns" not in s:
-        return
-    yield (f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine in ten lie in")
-    for key, values in s["unknowns"].items():
-        low, high = (quantity(key).text(values[end], units, 4) for end in ("from", "to"))
-        yield f"    {label_of(key):26s} {low} to {high}"
-
-
-def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
-    """The probability of each answer at some of the operating points."""
-    from nsdrill.cli.words import point_text, samples_text
-    from nsdrill.plot.slices import evenly_spaced
-
-    rows = s["probabilities"]
-    histories = {row["history"]: None for row in rows}
-    swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
-    names = [name for name in rows[0] if isinstance(rows[0][name], dict)]
-    for history in histories:
-        history_rows = [row for row in rows if row["history"] == history]
-        condition = f", {history}" if history != "every" else ", whatever the history"
-        condition = condition if len(histories) > 1 else ""
-        yield (
-            f"\nProbability{condition}, in brackets its 95 % interval from "
-            f"{samples_text(s['counted'], s['effective'])}:"
-        )
-        yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
-        for row in evenly_spaced(history_rows, MAX_POINTS):
-            where = point_text({name: row[name] for name in swept}, units) or "the operating point"
-            yield f"  {where:30s}" + "".join(f"{_probability_text(row[name]):>22s}" for name in names)
-        if len(history_rows) > MAX_POINTS:
-            yield (
-                f"  ({MAX_POINTS} of {len(history_rows)} points; all with --json, or nsdrill plot --kind probability)"
-            )
-
-
-def _probability_text(estimate: dict[str, float]) -> str:
-    low, high = 100 * estimate["low"], 100 * estimate["high"]
-    return f"{100 * estimate['probability']:.1f} % ({low:.0f} to {high:.0f})"
-
-
-def _override_lines(overrides: dict[str, str]) -> Iterator[str]:
-    if overrides:
-        yield f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}"
-
-
-def _string_lines(s: dict[str, Any]) -> Iterator[str]:
-    """The drive, unless it is ideal, and the frozen motions."""
-    if s["drive"] != "ideal":
-        yield f"  drive          {in_words(s['drive'])}"
-    if s["frozen"]:
-        yield f"  frozen         {' and '.join(s['frozen'])} motion"
-
-
-def _method_lines(method: str) -> Iterator[str]:
-    """How friction was integrated, unless explicitly."""
-    if method != "explicit":
-        yield (f"  friction       integrated {' and '.join(f'{word}ly' for word in method.split(' and '))}")
-
-
-CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
-
-
-def _trust_lines(trust: dict[str, Any]) -> Iterator[str]:
-    from nsdrill.cli.words import count as number_of
-
-    checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
-    failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
-    yield (
-        f"  checked        {number_of(checked, 'point')}: {trust['agree']} agree, "
-        f"{trust['features_differ']} keep "
-        "their response but not their numbers (chaotic, or not settled), "
-        f"{trust['response_differs']} change response{failed_checks}"
-    )
-    for check, failed in trust["failed_checks"].items():
-        if failed:
-            yield f"    {CHECKS[check]}: {failed} did not end well"
-    for row in trust["changed"][:MAX_CHANGED]:
-        change = f"{in_words(row['from'])} -> {in_words(row['to'])}"
-        yield f"    {CHECKS[row['check']]:18s}{row['points']:6d}  {change}"
-    if len(trust["changed"]) > MAX_CHANGED:
-        yield (f"    and {len(trust['changed']) - MAX_CHANGED} more kinds of change (all with --json)")
-
-
-def in_words(flag: str) -> str:
-    """A flag in words: ``bit_bounce+stick_slip`` is bit-bounce + stick-slip."""
-    for name, word in (("bit_bounce", "bit-bounce"), ("stick_slip", "stick-slip"), ("quasi_", "quasi-"), ("_", " ")):
-        flag = flag.replace(name, word)
-    return flag.replace("+", " + ")
-
-
-def _interval_lines(intervals: list[dict[str, Any]], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import count as number_of
-    from nsdrill.cli.words import value_text
-
-    yield "\nAlong the sweep:"
-    for row in intervals[:MAX_INTERVALS]:
-        name = row["axis"]
-        ends = value_text(name, row["from"], units)
-        if row["points"] > 1:
-            ends += f" to {value_text(name, row['to'], units)}"
-        points = number_of(row["points"], "point")
-        yield f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {in_words(row['response'])}"
-    if len(intervals) > MAX_INTERVALS:
-        yield f"  and {len(intervals) - MAX_INTERVALS} more (all with --json)"
-
-
-def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import count as number_of
-    from nsdrill.cli.words import label_of, point_text, value_text
-
-    axis = rows[0]["axis"]
-    held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
-    yield f"\nWhere up and down differ, along the {label_of(axis)}:"
-    previous = None
-    for row in rows[:MAX_INTERVALS]:
-        place = ", ".join(
-            f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units) for name in held
-        )
-        if place and place != previous:
-            yield f"  at {place}"
-        previous = place
-        ends = value_text(axis, row["from"], units)
-        if row["points"] > 1:
-            ends += f" to {value_text(axis, row['to'], units)}"
-        points = number_of(row["points"], "point")
-        yield (
-            f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up "
-            f"{in_words(row['up'])}; "
-            f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}"
-        )
-    if len(rows) > MAX_INTERVALS:
-        yield f"  and {len(rows) - MAX_INTERVALS} more (all with --json)"
-    steps = [row["step"] for row in rows if row["step"] is not None]
-    if steps:
-        step = value_text(axis, max(steps), units)
-        yield f"  The true ends lie outside, within one step of the axis: up to {step}."
-    if any(row["open"] for row in rows):
-        yield "  An end is open where the sweep ended or a point failed: nothing bounds it there."
-
-
-def _range_lines(ranges: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.quantity import quantity, sign
-    from nsdrill.units import from_si
-
-    for name, r in ranges.items():
-        shown = quantity(name)
-        unit = shown.unit(units)
-        scale = 100.0 if name.endswith("_fraction") else 1.0
-        # Adding zero turns -0 into 0.
-        low, high = (
-            scale * (from_si(r[end], unit) if unit not in ("", "percent") else r[end]) + 0.0 for end in ("min", "max")
-        )
-        # a terminal may know ASCII only
-        sign_shown = "%" if name.endswith("_fraction") else sign(unit).replace("²", "^2")
-        yield f"  {name:27s} {_digits(low):>9s} to {_digits(high):>9s} {sign_shown:8s} {r['meaning']}"
-
-
-def _digits(number: float) -> str:
-    """A number with four digits, or all before the point."""
-    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
-
-
-def _trace_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import knots_text, label_of, value_text
-
-    yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
-    yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
-    yield from _override_lines(s["overrides"])
-    for name in AXES:
-        label = label_of(name)
-        if name in s.get("ramps", {}):
-            ramp = s["ramps"][name]
-            yield f"  {label:14s} ramp: {knots_text(name, ramp['time'], ramp['value'], units)}"
-        elif name in s:
-            yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
-    for key, value in s.get("at", {}).items():
-        yield (f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}")
-    yield from _string_lines(s)
-    yield from _method_lines(s.get("method", "explicit"))
-    if "procedure" in s:
-        yield f"  procedure      {s['procedure']}"
-    yield (
-        f"  samples        {s['samples']} over {s['duration']:g} s; {s.get('steps', '?')} steps; "
-        f"ended {in_words(str(s.get('status', '')))}"
-    )
-    if s["ranges"]:
-        yield "\nLeast and greatest:"
-        yield from _range_lines(s["ranges"], units)

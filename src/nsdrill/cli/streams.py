@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import click
 
-from nsdrill.errors import CacheWarning
+from nsdrill.errors import CacheWarning, RunWarning
 
 
 class CommandExit(Exception):
@@ -50,7 +50,7 @@ class _Stream:
 @contextmanager
 def standard_streams() -> Iterator[None]:
     """Data that cannot be written raise :class:`CommandExit`; a message that cannot be
-    written is dropped. Warnings about the cache become messages."""
+    written is dropped. Warnings of nsdrill become messages."""
     _open_closed()
     data, messages = sys.stdout, sys.stderr
     with (
@@ -58,11 +58,12 @@ def standard_streams() -> Iterator[None]:
         redirect_stderr(_Stream(messages, lambda error: None)),
         warnings.catch_warnings(),
     ):
-        warnings.simplefilter("always", CacheWarning)
+        for category in (CacheWarning, RunWarning):
+            warnings.simplefilter("always", category)
         original = warnings.showwarning
 
         def show(message: Any, category: type[Warning], *where: Any, **more: Any) -> None:
-            if issubclass(category, CacheWarning):
+            if issubclass(category, CacheWarning | RunWarning):
                 click.echo(f"Warning: {message}", err=True)
             else:
                 original(message, category, *where, **more)

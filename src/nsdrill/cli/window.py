@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Annotated, Any
+
 import click
 
-from nsdrill.cli import options
+from nsdrill.cli.building import Given, claim_picture, command_of, print_json, say
+from nsdrill.errors import printable
+from nsdrill.late import deferred
+from nsdrill.operations import answers
+from nsdrill.operations.arguments import Json, Other, Overwrite, Picture, ResultsLike, Units
+
+with deferred():
+    from nsdrill.app import contrast
+    from nsdrill.app import window as windows
+    from nsdrill.text import window as text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
-@click.command(
-    "window",
-    epilog=options.examples(
+@command_of(
+    answers.window,
+    examples=(
         "window map.h5",
         "window map.h5 --units field --picture window.png",
         "window ideal.h5 soft_torque.h5 --units field",
@@ -18,23 +32,14 @@ from nsdrill.cli import options
         "window map.h5 --json | jq .maps[0].recommended",
     ),
 )
-@options.file_argument("results")
-@click.argument("other", type=options.FileName(), required=False)
-@options.units
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, with every map and region.")
-@options.picture("Picture to write as well: .png, .pdf or .svg.")
-@options.severity
-@options.confidence
-@options.overwrite
 def command(
-    results: str,
-    other: str | None,
-    units: str,
-    as_json: bool,
-    output: str | None,
-    severity: int | None,
-    confidence: float | None,
-    overwrite: bool,
+    given: Given,
+    results: ResultsLike,
+    other: Other = None,
+    units: Units = None,
+    json: Annotated[Json, "Print JSON, with every map and region."] = False,
+    picture: Annotated[Picture, "Picture to write as well: .png, .pdf or .svg."] = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Find the operating window: where every run is safe, whatever its history.
 
@@ -48,64 +53,37 @@ def command(
     and lost, how far every border moved, where the responses begin, and the rate of
     penetration.
     """
-    for file in (results, other):
-        if output is not None and file is not None:
-            options.claim_picture(file, output, overwrite)
-    probability = None if confidence is None else confidence / 100.0
-    if other is not None:
-        return _compare((results, other), units, as_json, output, severity, probability, overwrite)
-
-    from nsdrill.app.window import read_for_window, window_of
-    from nsdrill.cli.window_note import lines
-    from nsdrill.cli.words import in_units
-    from nsdrill.data import json_text
-    from nsdrill.errors import printable
-
-    data = read_for_window(results, severity)
-    summary = window_of(data, severity, probability)
-    if as_json:
-        click.echo(json_text(in_units(summary, units), indent=2))
+    assert units is not None
+    claim_picture(picture, overwrite)
+    chosen = {"severity": given.get("severity"), "confidence": given.get("confidence")}
+    names = [results] if other is None else [results, other]
+    data = [answers.results_for_window(name, **chosen) for name in names]
+    found: dict[str, Any]
+    if other is None:
+        found = windows.window_of(data[0], **chosen)
+        title = printable(f"{results}: operating window. {found['title']}".rstrip())
+        lines = [title, *text.lines(found, units)]
     else:
-        click.echo(printable(f"{results}: operating window. {summary['title']}".rstrip()))
-        for line in lines(summary, units):
-            click.echo(line)
-    if output is not None:
-        from nsdrill.plot import draw, save
-
-        save(draw(data, "window", units=units, severity=severity, confidence=probability), output, overwrite=overwrite)
-        click.echo(f"{output}: drawn.", err=True)
-    return 0
-
-
-def _compare(
-    files: tuple[str, str],
-    units: str,
-    as_json: bool,
-    picture: str | None,
-    severity: int | None,
-    confidence: float | None,
-    overwrite: bool,
-) -> int:
-    """The windows of two files against each other."""
-    from nsdrill.app.contrast import contrast
-    from nsdrill.cli.window_note import contrast_lines
-    from nsdrill.cli.words import in_units
-    from nsdrill.data import json_text
-    from nsdrill.errors import printable
-
-    found = contrast(*files, severity, confidence)
-    if as_json:
-        click.echo(json_text(in_units(found, units), indent=2))
+        found = contrast.contrast(results, other, **chosen)
+        titles = [f"{file}: {one['title']}" for file, one in zip(names, found["windows"], strict=True)]
+        lines = [printable(line) for line in text.contrast_lines(found, units, titles)]
+    if json:
+        print_json(found, units)
     else:
-        names = [f"{file}: {window['title']}" for file, window in zip(files, found["windows"], strict=True)]
-        for line in contrast_lines(found, units, names):
-            click.echo(printable(line))
+        click.echo("\n".join(lines))
     if picture is not None:
-        from nsdrill.app.window import read_for_window
         from nsdrill.plot import save
-        from nsdrill.plot.kinds.window import draw_two
 
-        data = [read_for_window(file, severity) for file in files]
-        save(draw_two(data[0], data[1], files, units, severity, confidence), picture, overwrite=overwrite)
-        click.echo(f"{picture}: drawn.", err=True)
+        save(_drawn(data, names, units, chosen), picture, overwrite=overwrite)
+        say(f"{picture}: drawn.")
     return 0
+
+
+def _drawn(data: list[Any], names: list[str], units: str, chosen: dict[str, Any]) -> Figure:
+    """The picture of one window, or of two side by side."""
+    from nsdrill.plot import draw
+    from nsdrill.plot.kinds.window import draw_two
+
+    if len(data) == 1:
+        return draw(data[0], "window", units=units, **chosen)
+    return draw_two(data[0], data[1], (names[0], names[1]), units, chosen["severity"], chosen["confidence"])

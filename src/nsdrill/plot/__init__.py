@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from nsdrill.data import Results, Trace
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
 from nsdrill.plot.look import Look, look_of
@@ -113,16 +113,16 @@ def cut(data: Any, at: Mapping[str, float] | None, start: int | None = None) -> 
         unknown_keys, allowed = (
             ", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes)
         )
-        raise InputError(f"--at: found {unknown_keys}; allowed: {allowed}.")
+        raise InputError(f"{option('at')}: found {unknown_keys}; allowed: {allowed}.")
     return ordered(data if start is None else select(data, "start", start), at)
 
 
 def _refuse_choices(data: Any, names: Sequence[str]) -> None:
     """InputError where a choice of points was given for a trace or branches."""
     for name in names:
-        option = name.replace("_", "-") if name in (*AXES, *_CHOICES) else "at"
+        argument = name if name in (*AXES, *_CHOICES) else "at"
         which = ", which is of one point" if isinstance(data, Trace) else ""
-        raise InputError(f"--{option}: found with {describe(data)}{which}; allowed: with the results of a sweep.")
+        raise Refusal(argument, f"with {describe(data)}{which}", "with the results of a sweep")
 
 
 _CHOICES = ("start", "states", "severity", "confidence")

@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 from nsdrill.data import Trace
-from nsdrill.errors import InputError, NsdrillError
+from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.files import CheckedFile, replacing
 from nsdrill.plot.kinds.hole import BIT, EDGE, MUD, ROCK, STEEL, Scene, has_orbit, square_page
 from nsdrill.plot.look import Look, between
@@ -65,10 +65,10 @@ def animate(
     """
     look = look or Look()
     if not isinstance(trace, Trace) or not has_orbit(trace):
-        raise InputError("--animate: found no collar that moves in the hole; allowed: a trace with lateral motion.")
+        raise Refusal("trace", "no collar that moves in the hole", "a trace with lateral motion")
     check_length(trace)
     if not 0.01 <= speed <= 100.0:
-        raise InputError(f"--speed: found {speed:g}; allowed: 0.01 to 100 times as fast as nature.")
+        raise Refusal("speed", f"{speed:g}", "0.01 to 100 times as fast as nature")
     times = _frame_times(trace, look, speed)
     with using_look(look), house_style(), without_glyph_warnings():
         frames = _render_frames(trace, units, times)
@@ -92,9 +92,9 @@ def _frame_times(trace: Trace, look: Look, speed: float) -> Any:
     count = int((last - first) / speed * FRAME_RATE + 1e-6) + 1
     if count > MAX_FRAMES:
         raise InputError(
-            f"--animate: found {last - first:.4g} s of a trace, {count} frames; allowed: "
+            f"{option('trace')}: found {last - first:.4g} s of a trace, {count} frames; allowed: "
             f"{MAX_FRAMES}. Choose a part "
-            "of the trace with --from and --to, or a higher --speed."
+            f"of the trace with {option('time')}, or a higher {option('speed')}."
         )
     return first + np.arange(max(count, 2)) * speed / FRAME_RATE
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nsdrill.data import Results
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.plot.dark import marks_of, on_dark_page
 from nsdrill.plot.into import draw_panel
 from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
@@ -70,9 +70,9 @@ class Drawing:
         """Curves of branches over the map of a sweep over two axes."""
         if len(self.data.swept) != 2:
             raise InputError(
-                "--over: found branches, with a sweep over one axis; allowed: a map over two axes, over "
+                f"{option('over')}: found branches, with a sweep over one axis; allowed: a map over two axes, over "
                 "which their curves are drawn. For branches over the peaks of this sweep, give the file of "
-                "branches first and the sweep with --over."
+                f"branches first and the sweep with {option('over')}."
             )
         held = [name for name in self.data.held if name in self.curves]
         fixed = {name: float(self.curves[name].values.ravel()[0]) for name in held}

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 from matplotlib.transforms import ScaledTranslation
 
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.plot import page, style
 from nsdrill.plot.labels import quantity
 
@@ -83,13 +83,13 @@ def _number(names: list[str], panel: str | None, axes: Axes | None) -> int:
     allowed = ", ".join(repr(name) for name in (fitting if panel and fitting else names))
     if panel is None:
         raise InputError(
-            f"ax: found a picture with {len(names)} panels; allowed: one of them, by --panel: "
+            f"ax: found a picture with {len(names)} panels; allowed: one of them, by {option('panel')}: "
             f"{allowed}. Without ax it is a figure of its own."
         )
     near = difflib.get_close_matches(panel, names, n=1, cutoff=0.5) if not fitting else []
     hint = f" Did you mean {near[0]!r}?" if near else ""
     semicolon = f".{hint} Allowed" if hint else "; allowed"
-    raise InputError(f"--panel: found {panel!r}{semicolon} here: {allowed}.")
+    raise InputError(f"{option('panel')}: found {panel!r}{semicolon} here: {allowed}.")
 
 
 def _alone(panel: Axes) -> Axes:

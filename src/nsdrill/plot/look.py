@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 
 from nsdrill.data import Array, Results, Trace
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import words_along
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.registry import Kind
@@ -87,7 +87,7 @@ def value_of(name: str, value: Any, units: str) -> float:
         try:
             return float(parse_with_unit(value, units))
         except QuantityError as error:
-            raise InputError(f"--{name}: {error}") from error
+            raise InputError(f"{option(name)}: {error}") from error
     try:
         number = math.nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError):
@@ -95,7 +95,7 @@ def value_of(name: str, value: Any, units: str) -> float:
     if not math.isfinite(number):
         allowed = "a number in SI units, or a text with its unit"
         allowed = "a number, as this axis has no unit" if isinstance(value, str) else allowed
-        raise InputError(f"--{name}: found {value!r}; allowed: {allowed}.")
+        raise InputError(f"{option(name)}: found {value!r}; allowed: {allowed}.")
     return number
 
 
@@ -105,7 +105,9 @@ def _length(name: str, value: Any) -> float | None:
     inches = value_of(name, value, "m") / INCH
     low, high = WIDTH_RANGE
     if not low <= inches <= high:
-        raise InputError(f"--{name}: found {inches:.4g} in; allowed: {low:g} in to {high:g} in, say 3.3in or 84mm.")
+        raise InputError(
+            f"{option(name)}: found {inches:.4g} in; allowed: {low:g} in to {high:g} in, say 3.3in or 84mm."
+        )
     return inches
 
 
@@ -115,7 +117,7 @@ def _font_size(value: Any) -> float | None:
     text = str(value).strip().lower().removesuffix("pt").strip()
     low, high = FONT_SIZE_RANGE
     if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", text) or not low <= float(text) <= high:
-        raise InputError(f"--font-size: found {value!r}; allowed: points, {low:g} to {high:g}, say 8 or 8pt.")
+        raise Refusal("font_size", f"{value!r}", f"points, {low:g} to {high:g}, say 8 or 8pt")
     return float(text)
 
 
@@ -124,14 +126,14 @@ def _title(value: Any) -> str | bool | None:
         return None
     if value is False or isinstance(value, str):
         return value
-    raise InputError(f"--title: found {value!r}; allowed: a text, or False for none.")
+    raise Refusal("title", f"{value!r}", "a text, or False for none")
 
 
 def _two_ends(name: str, value: Any) -> Ends | None:
     if value is None:
         return None
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 2:
-        raise InputError(f"--{name}: found {value!r}; allowed: two values, the lower and the upper end.")
+        raise InputError(f"{option(name)}: found {value!r}; allowed: two values, the lower and the upper end.")
     return value[0], value[1]
 
 
@@ -150,7 +152,7 @@ def _style(value: Any) -> Mapping[str, Any] | None:
         names = [style_name for style_name in mpl_style.available if not style_name.startswith("_")]
         near = difflib.get_close_matches(str(value), names, 3, 0.4) or ["ggplot", "grayscale", "tableau-colorblind10"]
         raise InputError(
-            f"--style: found {value!r}, which is no file; allowed: a style file of matplotlib "
+            f"{option('style')}: found {value!r}, which is no file; allowed: a style file of matplotlib "
             f"(.mplstyle), or one of "
             f"its {len(names)} styles, say {', '.join(near)}. All of them: "
             "python -c 'import matplotlib.style as s; print(s.available)'"
@@ -162,14 +164,18 @@ def _style(value: Any) -> Mapping[str, Any] | None:
     try:
         settings = mpl.rc_params_from_file(name, use_default_template=False)
     except (UnicodeDecodeError, OSError) as error:
-        raise InputError(f"--style {name}: found no text ({error}); allowed: a style file of matplotlib.") from error
+        raise InputError(
+            f"{option('style')} {name}: found no text ({error}); allowed: a style file of matplotlib."
+        ) from error
     finally:
         log.propagate = propagate
         log.removeHandler(messages)
     if messages.texts:
-        raise InputError(f"--style {name}: " + "; ".join(messages.texts) + ".")
+        raise InputError(f"{option('style')} {name}: " + "; ".join(messages.texts) + ".")
     if not settings:
-        raise InputError(f"--style {name}: found no setting; allowed: lines like 'font.size: 9' (a .mplstyle file).")
+        raise InputError(
+            f"{option('style')} {name}: found no setting; allowed: lines like 'font.size: 9' (a .mplstyle file)."
+        )
     return {**cast("dict[str, Any]", settings)}
 
 
@@ -180,7 +186,9 @@ def _checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     try:
         return {**cast("dict[str, Any]", mpl.RcParams(settings))}
     except (KeyError, ValueError) as error:
-        raise InputError(f"--style: {error.args[0]}; allowed: settings of matplotlib, {{'font.size': 9}}.") from error
+        raise InputError(
+            f"{option('style')}: {error.args[0]}; allowed: settings of matplotlib, {{'font.size': 9}}."
+        ) from error
 
 
 class _LogMessages(logging.Handler):
@@ -208,14 +216,14 @@ def apply_limits(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, f
     shown, and the ends of the x axis in SI, None where the picture chooses them."""
     if look.time is not None:
         if not isinstance(data, Trace):
-            raise InputError("--from and --to: found with results; allowed: with a trace. --xlim limits an axis.")
+            raise Refusal("time", "with results", "with a trace", f"{option('xlim')} limits an axis.")
         data = between(data, look.time)
     if look.xlim is None:
         return data, None
     across = kind.across(data)
     if across is None:
         raise InputError(
-            f"--xlim: found with --kind {kind.name}, whose panels have no x axis in common; "
+            f"{option('xlim')}: found with {option('kind', kind.name)}, whose panels have no x axis in common; "
             f"allowed: with kinds along "
             "an axis or over time, and with maps."
         )
@@ -239,8 +247,7 @@ def resolve_ends(
         for word, value, open_end in zip(words, ends, (least, greatest), strict=True)
     )
     if None not in ends and not low < high:
-        option = "--from and --to" if name == "time" else f"--{name}"
-        raise InputError(f"{option}: found {low:g} to {high:g} {units}; allowed: the lower end first.")
+        raise InputError(f"{option(name)}: found {low:g} to {high:g} {units}; allowed: the lower end first.")
     return low, high
 
 
@@ -252,9 +259,8 @@ def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
     low, high = resolve_ends(name, ends, "s", first, last)
     chosen = (trace.time >= low - 1e-9) & (trace.time <= high + 1e-9)
     if np.count_nonzero(chosen) < 2:
-        option = "--from and --to" if name == "time" else f"--{name}"
         raise InputError(
-            f"{option}: found {low:g} s to {high:g} s; allowed: times with two samples or more "
+            f"{option(name)}: found {low:g} s to {high:g} s; allowed: times with two samples or more "
             f"between them, of "
             f"{first:g} s to {last:g} s."
         )
@@ -265,14 +271,14 @@ def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
 def _cells_between(data: Results, axis: str, low: float, high: float) -> Results:
     """The points whose cells reach into the limits."""
     if words_along(axis):
-        raise InputError(f"--xlim: found limits of {axis}, which has words; allowed: --at to select one of them.")
+        raise Refusal("xlim", f"limits of {axis}, which has words", f"{option('at')} to select one of them")
     values: Array = np.asarray(data.coords[axis], dtype=float)
     borders = edges(values)
     chosen = np.flatnonzero((borders[1:] > low) & (borders[:-1] < high))
     if len(chosen) < 2:
         x = quantity(axis)
         raise InputError(
-            f"--xlim: found {x.value(low)} to {x.value(high)}; allowed: limits with two points of "
+            f"{option('xlim')}: found {x.value(low)} to {x.value(high)}; allowed: limits with two points of "
             f"the sweep or more "
             f"between them, of {x.value(values[0])} to {x.value(values[-1])}."
         )
@@ -290,7 +296,7 @@ def limit_y_axes(panels: Sequence[Any], ends: Ends, units: str, axes_of_data: Se
     panels = [axes for axes in panels if axes.yaxis.get_gid()]
     names = dict.fromkeys(str(axes.yaxis.get_gid()) for axes in panels)
     limits: dict[str, list[float]] = {}
-    error = InputError("--ylim: found a picture whose panels have no limits of their own.")
+    error = InputError(f"{option('ylim')}: found a picture whose panels have no limits of their own.")
     for name in names:
         try:
             limits[name] = [_shown_end(end, name, quantity(name, units)) for end in ends]
@@ -299,8 +305,8 @@ def limit_y_axes(panels: Sequence[Any], ends: Ends, units: str, axes_of_data: Se
     if not limits:
         raise error
     if len(limits) > 1:
-        raise InputError(
-            f"--ylim: found panels of {', '.join(limits)} with this unit; allowed: one of them. Choose it with --panel."
+        raise Refusal(
+            "ylim", f"panels of {', '.join(limits)} with this unit", "one of them", f"Choose it with {option('panel')}."
         )
     ((name, (low, high)),) = limits.items()
     resolve_ends("ylim", (low, high), quantity(name, units).unit)

@@ -19,7 +19,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import look as look
 from nsdrill.plot.style import (
@@ -223,7 +223,9 @@ def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: 
     for axes in panels_of(figure):
         if axes.get_xlabel() == x.label:
             if axes.get_xscale() == "log" and low <= 0.0:
-                raise InputError(f"--xlim: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero.")
+                raise InputError(
+                    f"{option('xlim')}: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero."
+                )
             axes.set_xlim(low, high)
 
 

@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from nsdrill.data import Results, Trace
-from nsdrill.errors import InputError, NsdrillError
+from nsdrill.errors import InputError, NsdrillError, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
 from nsdrill.variables import SAMPLE, TRUST
@@ -137,15 +137,15 @@ def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[
         raise InputError(f"plot kind: found {kind!r} with {describe(data)}; allowed: with a study, a YAML file.")
     lines = listing(allowed)
     if kind in known:
-        for dimension, of, option in (
-            ("start", "start of every operating point", "--start,"),
-            (SAMPLE, "sample of the uncertain numbers", f"--at {SAMPLE}=...,"),
+        for dimension, of, argument in (
+            ("start", "start of every operating point", option("start")),
+            (SAMPLE, "sample of the uncertain numbers", option("at", f"{SAMPLE}=...")),
         ):
             of_several = isinstance(data, Results) and dimension in data.coords
             if of_several and known[kind].place(_without(data, dimension)) is not None:
                 raise InputError(
                     f"plot kind: found {kind!r}, which draws one {of}, with {describe(data)}; "
-                    f"allowed here:\n{lines}\nor {kind!r} with {option} 0 to "
+                    f"allowed here:\n{lines}\nor {kind!r} with {argument}, 0 to "
                     f"{len(data.coords[dimension]) - 1}."
                 )
         advice = known[kind].advice(data)
@@ -167,7 +167,10 @@ def check_options(kind: Kind, options: dict[str, Any]) -> None:
     for name in options:
         if name not in kind.takes:
             kinds_that_take = ", ".join(other.name for other in all_kinds().values() if name in other.takes)
-            raise InputError(f"--{name}: found with --kind {kind.name}; allowed: with --kind {kinds_that_take}.")
+            raise InputError(
+                f"{option(name)}: found with {option('kind', kind.name)}; allowed: with "
+                f"{option('kind', kinds_that_take)}."
+            )
 
 
 def is_study(path: object) -> bool:

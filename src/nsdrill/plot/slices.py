@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot.labels import quantity
@@ -50,21 +50,21 @@ def taken(results: Results, axis: str, indices: Array) -> Results:
     return Results(coords, variables, results.attrs, results.more, results.drawn)
 
 
-SEVERAL = {  # the option that selects one of several, and why there may be only one
-    SAMPLE: (f"--at {SAMPLE}", "no number is uncertain"),
-    "start": ("--start", "every operating point has one start"),
+ONLY_ONE = {  # why there may be only one of several
+    SAMPLE: "no number is uncertain",
+    "start": "every operating point has one start",
 }
 
 
 def select(results: Results, dimension: str, number: float) -> Results:
     """The results of one sample of the uncertain numbers, or of one start of every
     operating point, as a sweep without this ``dimension``."""
-    option, why = SEVERAL[dimension]
+    argument, key = ("at", SAMPLE) if dimension == SAMPLE else (dimension, "")
     if dimension not in results.coords:
-        raise InputError(f"{option}: found {number:g}; allowed: nothing, as {why}.")
+        raise Refusal(argument, f"{number:g}", f"nothing, as {ONLY_ONE[dimension]}", key=key)
     count = len(results.coords[dimension])
     if number != int(number) or not 0 <= number < count:
-        raise InputError(f"{option}: found {number:g}; allowed: 0 to {count - 1}.")
+        raise Refusal(argument, f"{number:g}", f"0 to {count - 1}", key=key)
     coords = {name: values for name, values in results.coords.items() if name != dimension}
     place = results.grid.index(dimension)
     variables = {
@@ -81,7 +81,9 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
     if words_along(axis):
         if target not in values:
             allowed = ", ".join(str(word_or_number(key, value)) for value in values)
-            raise InputError(f"--at {key}: found {word_or_number(key, target)}; allowed: {allowed}, as the sweep.")
+            raise InputError(
+                f"{option('at')} {key}: found {word_or_number(key, target)}; allowed: {allowed}, as the sweep."
+            )
         return int(np.flatnonzero(values == target)[0])
     ascending = np.sort(values)
     steps = np.diff(ascending)
@@ -91,9 +93,9 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
         def shown(value: float) -> str:
             return amount(value, target.unit, 4) if isinstance(target, WithUnit) else quantity(axis).value(value)
 
-        option = axis if axis in AXES else f"--at {key}"
+        argument = axis if axis in AXES else f"{option('at')} {key}"
         raise InputError(
-            f"{option}: found {shown(target)}; allowed: {shown(ascending[0])} to "
+            f"{argument}: found {shown(target)}; allowed: {shown(ascending[0])} to "
             f"{shown(ascending[-1])}, as the sweep, of "
             "which the nearest value is drawn."
         )

@@ -8,7 +8,7 @@ import stat
 from pathlib import Path
 from typing import Literal
 
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, option
 from nsdrill.files import reason, sweep_away
 from nsdrill.store.log import RunLog, part_path
 from nsdrill.store.log_header import MAGIC
@@ -31,7 +31,9 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
     a run that fails. Temporary files of killed processes are removed.
     """
     if overwrite and resume:
-        raise FileError("--overwrite and --resume exclude each other: start anew, or go on with what is there?")
+        raise FileError(
+            f"{option('overwrite')} and {option('resume')} exclude each other: start anew, or go on with what is there?"
+        )
     check_target(path)
     part = part_path(path)
     finished, unfinished = os.path.lexists(path), os.path.lexists(part)
@@ -42,7 +44,7 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
         # file, so it is the newer of the two.
         return "resume" if unfinished else "finished" if finished else "new"
     if finished and not overwrite:
-        raise FileError(f"{path}: the file exists. Choose another name, or replace it by --overwrite.")
+        raise FileError(f"{path}: the file exists. Choose another name, or replace it by {option('overwrite')}.")
     if unfinished:
         if not overwrite:
             # raises the FileError of a log that another process is writing
@@ -50,8 +52,8 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
                 done, total = int(log.done().sum()), log.n_points
             raise FileError(
                 f"{part}: an unfinished run with {done} of {total} points is there. Go on with it "
-                f"by --resume, or "
-                "start anew by --overwrite."
+                f"by {option('resume')}, or "
+                f"start anew by {option('overwrite')}."
             )
         _remove_log(part)
     return "new"
@@ -62,7 +64,7 @@ def claim_file(path: str | os.PathLike[str], overwrite: bool = False) -> None:
     export is."""
     check_target(path)
     if os.path.lexists(path) and not overwrite:
-        raise FileError(f"{path}: the file exists. Choose another name, or replace it by --overwrite.")
+        raise FileError(f"{path}: the file exists. Choose another name, or replace it by {option('overwrite')}.")
 
 
 def check_target(path: str | os.PathLike[str]) -> None:
@@ -70,21 +72,31 @@ def check_target(path: str | os.PathLike[str]) -> None:
     writable, and the name is valid."""
     text = os.fspath(path)
     if not text or "\0" in text:
-        raise FileError(f"{text!r}: no name for a file. Give one with -o.")
+        raise FileError(f"{text!r}: no name for a file. Give one with {option('path')}.")
     target = Path(os.path.realpath(text))
     try:
         kind = target.stat().st_mode if target.exists() else None
         longest = os.pathconf(target.parent, "PC_NAME_MAX") if target.parent.is_dir() else 255
     except OSError as error:
-        raise FileError(f"{text}: cannot be used: {reason(error)}. Choose another name with -o.") from error
+        raise FileError(
+            f"{text}: cannot be used: {reason(error)}. Choose another name with {option('path')}."
+        ) from error
     if text.endswith(os.sep) or (kind is not None and stat.S_ISDIR(kind)):
-        raise FileError(f"{text}: this is a folder; -o needs the name of a file, {os.path.join(text, 'out.h5')} say.")
+        raise FileError(
+            f"{text}: this is a folder; {option('path')} needs the name of a file, {os.path.join(text, 'out.h5')} say."
+        )
     if kind is not None and not stat.S_ISREG(kind):
-        raise FileError(f"{text}: this is a device or a pipe; results need a file. Choose another name with -o.")
+        raise FileError(
+            f"{text}: this is a device or a pipe; results need a file. Choose another name with {option('path')}."
+        )
     if not target.parent.is_dir():
-        raise FileError(f"{text}: there is no folder {target.parent}. Make it first, or choose another name with -o.")
+        raise FileError(
+            f"{text}: there is no folder {target.parent}. Make it first, or choose another name with {option('path')}."
+        )
     if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise FileError(f"{text}: the folder {target.parent} may not be written. Choose another one with -o.")
+        raise FileError(
+            f"{text}: the folder {target.parent} may not be written. Choose another one with {option('path')}."
+        )
     if len(os.fsencode(target.name)) + 20 > longest:  # room for the ending of the temporary name
         raise FileError(f"{text}: the name is too long; this folder takes {longest - 20} bytes.")
 

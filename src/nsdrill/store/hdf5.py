@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, option
 from nsdrill.files import MAKE_ROOM, reason, replacing
 from nsdrill.store.attributes import plain_attribute
 from nsdrill.store.layout import stored_attributes, variable_attributes
@@ -218,16 +218,18 @@ def check_readable(path: str | os.PathLike[str]) -> None:
             if length is not None and first.startswith(SIGNATURE) and digest != _digest(file, length):
                 raise damaged(path, "its bytes are not those that were written (SHA-256)")
     except FileNotFoundError as error:
-        unfinished = f" There is an unfinished run, {part_path(path)}; finish it with --resume."
+        unfinished = f" There is an unfinished run, {part_path(path)}; finish it with {option('resume')}."
         raise FileError(f"{path}: there is no such file.{unfinished if part_path(path).exists() else ''}") from error
     except (OSError, ValueError) as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}.") from error
     if first == LOG_MAGIC:
-        raise FileError(f"{path}: the log of an unfinished run, not yet a results file. Finish it with --resume.")
+        raise FileError(
+            f"{path}: the log of an unfinished run, not yet a results file. Finish it with {option('resume')}."
+        )
     if first.startswith(ZIP) and str(path).endswith(".part"):
         raise FileError(
             f"{path}: what is kept of an unfinished continuation or fit, which nsdrill show "
-            f"describes. Finish it with --resume."
+            f"describes. Finish it with {option('resume')}."
         )
     if first.startswith(SIGNATURE):
         return
@@ -235,7 +237,11 @@ def check_readable(path: str | os.PathLike[str]) -> None:
         raise FileError(
             f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill run {path} -o out.h5"
         )
-    measured = " Measurements are for nsdrill fit and for plot --data." if str(path).lower().endswith(".csv") else ""
+    measured = (
+        f" Measurements are for nsdrill fit and for plot {option('data')}."
+        if str(path).lower().endswith(".csv")
+        else ""
+    )
     found = "not an HDF5 file" if first else "empty"
     raise FileError(f"{path}: this file is {found}. Give a file that nsdrill run wrote.{measured}")
 

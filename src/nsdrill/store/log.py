@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.errors import FileError, NsdrillError
+from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
 from nsdrill.models.kept import Kept
 from nsdrill.store.log_header import first_slot, pack_header, read_header
@@ -98,7 +98,8 @@ class RunLog(Sink):
             # file that is not a run log
             cls.open(path).close()
             raise FileError(
-                f"{path}: an unfinished run is already there. Go on with it by --resume, or start anew by --overwrite."
+                f"{path}: an unfinished run is already there. Go on with it by "
+                f"{option('resume')}, or start anew by {option('overwrite')}."
             ) from error
         except OSError as error:
             if temporary is not None:
@@ -106,7 +107,7 @@ class RunLog(Sink):
             raise NsdrillError(
                 f"{path}: the run log could not be made: {reason(error)}. Nothing has run. Make "
                 f"room or choose "
-                "another folder with -o."
+                f"another folder with {option('path')}."
             ) from error
         except BaseException:
             if temporary is not None:
@@ -264,13 +265,13 @@ class RunLog(Sink):
         """Where the points are and how to resume, in a sentence or two."""
         done = f"{np.count_nonzero(self._status)} of {self.n_points} points"
         if self.is_in_place:
-            return f"{done} are safe in {self.path}. Go on with the same command and --resume."
+            return f"{done} are safe in {self.path}. Go on with {again('resume')}."
         if os.fstat(self._fd).st_nlink == 0:
             return f"{self.path} was deleted while the run wrote it, and its {done} are lost."
         return (
             f"{self.path} is no longer there: its folder was moved or its disk unmounted. {done} "
             f"are in that file, "
-            "wherever it is now; when it is back, run the same command with --resume."
+            f"wherever it is now; when it is back, run {again('resume')}."
         )
 
     def close(self) -> None:
@@ -305,7 +306,7 @@ class RunLog(Sink):
         raise NsdrillError(
             f"{self.path}: a result could not be written: {reason(error)}. {self._synced_count} of "
             f"{self.n_points} points are "
-            f"safe there. {remedy} and give the same command with --resume; only the missing "
+            f"safe there. {remedy} and run {again('resume')}; only the missing "
             f"points will run."
         ) from error
 

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, option
 from nsdrill.models.kept import Kept
 from nsdrill.store.records import raw_bytes, record_dtype
 
@@ -75,25 +75,28 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
     prefix = os.pread(fd, _PREFIX.size, 0)
     if len(prefix) < _PREFIX.size or not prefix.startswith(MAGIC):
         raise FileError(
-            f"{path}: this is no run log of nsdrill, though it has the name of one. Move it away or choose another -o."
+            f"{path}: this is no run log of nsdrill, though it has the name of one. Move it "
+            f"away or choose another {option('path')}."
         )
     _, version, salt, length = _PREFIX.unpack(prefix)
     if version not in _READABLE_VERSIONS:
         raise FileError(
             f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with "
             f"the version of "
-            "nsdrill that began the run, or start anew by --overwrite."
+            f"nsdrill that began the run, or start anew by {option('overwrite')}."
         )
     body = _read(fd, length, _PREFIX.size) if length <= info.st_size else b""
     if len(body) != length or zlib.crc32(body) != salt:
-        raise FileError(f"{path}: the header of the run log is damaged, its points are lost. Start anew: --overwrite.")
+        raise FileError(
+            f"{path}: the header of the run log is damaged, its points are lost. Start anew: {option('overwrite')}."
+        )
     end = body.find(b"\n")
     fields = json.loads(body[:end] if end >= 0 else body)
     if not _is_readable(fields):
         raise FileError(
             f"{path}: the run log holds other variables than this nsdrill writes. Go on with the "
             f"version of nsdrill "
-            "that began the run, or start anew by --overwrite."
+            f"that began the run, or start anew by {option('overwrite')}."
         )
     coords, position = fields["header"]["coords"], end + 1
     for name in _binary_axes(Kept(**fields["kept"])) if end >= 0 else ():

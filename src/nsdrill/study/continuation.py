@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from nsdrill.errors import option
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.study.forms import FAULTY, Either, Form, Member, One, Read, Reading, Section, Several, ascending_ends
 from nsdrill.study.keys import MEANINGS, QUANTITY, Keys, Leaf, Plain, Schema, did_you_mean, shown
@@ -213,7 +214,7 @@ def _axis(keys: Keys, raw: Plain) -> str:
         return name
     if name in keys.axes and is_compiled_in(keys.model, name):
         what = "a choice" if words_of(name) else "a whole number that is compiled in"
-        hint = f"Make a file for each of its values, with --set {name}=..."
+        hint = f"Make a file for each of its values, with {option('set', f'{name}=...')}"
         raise QuantityError(f"{name}, {what}", "a number that varies continuously", hint)
     example = keys.model.example_axis[0]
     allowed = f"depth, wob, rotary_speed or another number by its key, as {example}"

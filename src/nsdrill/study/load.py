@@ -11,7 +11,7 @@ from operator import getitem
 from pathlib import Path
 from typing import Any
 
-from nsdrill.errors import Fault, StudyError
+from nsdrill.errors import Fault, StudyError, option
 from nsdrill.models.leaves import is_compiled_in
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study.constraints import Checker
@@ -80,7 +80,7 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
     given = study_form().read(at, (), {"classify": classify})
     resolved = {"classify": _merged(asdict(thresholds), given.get("classify", {}))}
     if faults := [*faults, *at.faults, *Checker(at, resolved).order("classify")]:
-        raise StudyError("--set", faults)
+        raise StudyError(option("set"), faults)
     made: Thresholds = build(Thresholds, resolved["classify"])
     return made
 
@@ -141,7 +141,7 @@ def _swept_axes(at: Reading, sweep: Resolved, resolved: Resolved) -> Resolved:
             # The name of an axis does not tell that its units are others.
             name, default = choice.rpartition(".")[2], keys.leaves[choice].default
             found = reduce(getitem, choice.split("."), resolved)
-            allowed = f"it with {name}: {default}; else run a study for each value, with --set {key}=..."
+            allowed = f"it with {name}: {default}; else run a study for each value, with {option('set', f'{key}=...')}"
             at.refuse(("sweep", key), f"an axis with {name}: {found}", allowed, of_key=True)
     return {axis: values for axis, values in sweep.items() if axis in keys.axes}
 

@@ -22,7 +22,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from nsdrill.errors import Fault, FileError, StudyError, printable
+from nsdrill.errors import Fault, FileError, StudyError, option, printable
 from nsdrill.study.keys import AROUND, axes_of_all, shown
 from nsdrill.units import quoted
 from nsdrill.variables import AXES, long_key, short_key
@@ -332,9 +332,15 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
         key, equals, value = text.partition("=")
         path = path_of(key.strip())
         if not equals or not all(path) or odd_character(key):
-            document.faults.append(Fault("", f"--set {text[:80]}", "--set key=value, as in --set operation.wob=30kN"))
+            document.faults.append(
+                Fault(
+                    "",
+                    f"{option('set')} {text[:80]}",
+                    f"{option('set', 'key=value')}, as in {option('set', 'operation.wob=30kN')}",
+                )
+            )
             continue
-        label = f"--set {text[:80]}"
+        label = option("set", text[:80])
         try:
             parsed = parse(value, label)
         except StudyError as error:
@@ -397,7 +403,7 @@ def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:
     if not isinstance(inside, dict):
         given = f" ({place.override})" if place.override else ""
         found = f"{shown(inside)}, which has no keys to set{given}"
-        document.faults.append(Fault(dotted(path[:-1]), found, "a mapping, or --set of the whole value"))
+        document.faults.append(Fault(dotted(path[:-1]), found, f"a mapping, or {option('set')} of the whole value"))
         return
     for places in (document.values, document.keys):
         for old in [known for known in places if known[: len(path)] == path]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.errors import NsdrillError
+from nsdrill.errors import NsdrillError, again
 from nsdrill.kernel.batch import Batch
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, advance
@@ -221,7 +221,7 @@ class Engine:
             raise NsdrillError(
                 f"A part of the sweep was lost {worker.losses} times with its worker "
                 f"({cause or 'cancelled'}). Finished points are safe: look after the cluster, "
-                "then give the same command with --resume."
+                f"then run {again('resume')}."
             ) from cause
         return True
 

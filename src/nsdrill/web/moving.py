@@ -15,9 +15,8 @@ import numpy as np
 from nsdrill.analysis.outcome import outcome
 from nsdrill.app.motions import Motion
 from nsdrill.app.provenance import unlike
-from nsdrill.app.wording import ENDINGS
 from nsdrill.data import Array, Trace
-from nsdrill.errors import InputError
+from nsdrill.errors import ENDINGS, InputError
 from nsdrill.models.leaves import words_of
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME

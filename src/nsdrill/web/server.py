@@ -34,7 +34,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.data import json_text
-from nsdrill.errors import InputError, NsdrillError
+from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.web.packet import packed
 from nsdrill.web.session import Session
 
@@ -92,12 +92,12 @@ class Explorer:
             self._server = _Server((ADDRESS, port), self)
         except OSError as error:
             raise InputError(
-                f"--port: found {port}, which cannot be had "
+                f"{option('port')}: found {port}, which cannot be had "
                 f"({(error.strerror or str(error)).lower()}); allowed: "
                 "another one, or none for any that is free."
             ) from error
         except OverflowError:
-            raise InputError(f"--port: found {port}; allowed: 0 to 65535.") from None
+            raise Refusal("port", f"{port}", "0 to 65535") from None
         self.port = self._server.server_address[1]
 
     @property

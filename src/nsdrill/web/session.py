@@ -26,7 +26,7 @@ from nsdrill.app.motions import Motions
 from nsdrill.app.overrides import stored_experiment
 from nsdrill.app.reading import is_branches, read_any
 from nsdrill.data import Array, Results, Trace, frozen_modes, json_text, overrides
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, InputError, option
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.registry import is_study
 from nsdrill.store import kind_of, variables_in
@@ -71,14 +71,16 @@ class Session:
             self.experiment = prepare(load_study(Path(path), overrides or []))
         else:
             if overrides:
-                raise InputError(f"--set: found with {self.path}; allowed: with a study, which ends in .yaml or .yml.")
+                raise InputError(
+                    f"{option('set')}: found with {self.path}; allowed: with a study, which ends in .yaml or .yml."
+                )
             self._open()
         self.units = units or self.study.units
         if over is not None and self.results is None:
-            raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
+            raise InputError(f"{option('over')}: found with {self.path}; allowed: with results of a sweep.")
         if self.branches is not None and self.branches.study.model is not self.study.model:
             raise InputError(
-                f"--over: found branches of the model {self.branches.study.model.name}; "
+                f"{option('over')}: found branches of the model {self.branches.study.model.name}; "
                 f"allowed: of {self.study.model.name}."
             )
 

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
 from nsdrill.plot.dark import light_of
@@ -47,7 +47,7 @@ MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 
 def draw(results: Results, units: str = "si", states: Sequence[str] | None = None) -> Figure:
     if results.swept:
-        options = " and ".join(f"--{name.replace('_', '-')}" for name in results.swept)
+        options = " and ".join(option(name) for name in results.swept)
         found_values = ", ".join(f"{len(results.coords[name])} values of {name}" for name in results.swept)
         raise InputError(
             f"plot kind 'basin': found {found_values}; allowed: one operating point. Select it with {options}."
@@ -81,14 +81,14 @@ def _states(results: Results, states: Sequence[str] | None) -> tuple[str, str]:
     plane = tuple(name for name in results["state"].tolist() if name in results.slice)
     if plane:
         if states and set(states) != set(plane):
-            raise InputError(f"--states: found {','.join(states)}; allowed: those of the slice, {','.join(plane)}.")
+            raise Refusal("states", f"{','.join(states)}", f"those of the slice, {','.join(plane)}")
         across, up = tuple(states) if states else plane
         return across, up
     names, default = results["state"].tolist(), drawn_in(results.attrs).planes[0]
     pair = tuple(states or default)
     if len(pair) != 2 or len(set(pair)) != 2 or not set(pair) <= set(names):
         pair_text, example = ",".join(pair), ",".join(default)
-        raise InputError(f"--states: found {pair_text}; allowed: two of {', '.join(names)}, as in {example}.")
+        raise Refusal("states", f"{pair_text}", f"two of {', '.join(names)}, as in {example}")
     return pair[0], pair[1]
 
 

@@ -26,7 +26,7 @@ from nsdrill.analysis.bifurcations import (
 )
 from nsdrill.analysis.equations import other_string
 from nsdrill.data import Array, Results
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.description import Panel
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import heading, operating_point, quantity
@@ -119,16 +119,18 @@ def check_same_string(data: Any, over: Results, fixed: dict[str, float]) -> None
             f"{key}: {of_branches} of the branches, {of_sweep} of the sweep"
             for key, of_branches, of_sweep in differences[:4]
         )
-        raise InputError(f"--over: found another string ({listing}); allowed: results of the same string.")
+        raise Refusal("over", f"another string ({listing})", "results of the same string")
 
 
 def check_along(over: Results, along: str) -> None:
     """InputError where a sweep is not one along the number that is continued."""
     if along not in over.axes:
-        raise InputError(f"--over: found a sweep without {along}; allowed: a sweep along the number that is continued.")
+        raise InputError(
+            f"{option('over')}: found a sweep without {along}; allowed: a sweep along the number that is continued."
+        )
     if [name for name in over.swept if name != along]:
         raise InputError(
-            f"--over: found a sweep over {' and '.join(over.swept)}; allowed: one over {along} "
+            f"{option('over')}: found a sweep over {' and '.join(over.swept)}; allowed: one over {along} "
             "alone. Run a study of that axis."
         )
 
@@ -237,7 +239,7 @@ def draw_branch_curves(figure: Figure, data: Any, plane: Plane) -> None:
     if "curve_row_size" not in data or {along, over} != {x, y}:
         available = f"curves over {along} and {over}" if over else "no curves"
         raise InputError(
-            f"--over: found branches with {available}; allowed: curves over {x} and {y}, for which "
+            f"{option('over')}: found branches with {available}; allowed: curves over {x} and {y}, for which "
             "continue.curves of a study asks."
         )
     meanings = meanings_of(model_in(data.attrs))

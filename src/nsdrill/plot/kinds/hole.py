@@ -242,7 +242,7 @@ KINDS = (
     ),
     Kind(
         "hole",
-        "the collar in the hole, to scale, with the path of its centre; --animate lets it whirl",
+        "the collar in the hole, to scale, with the path of its centre; animated, it whirls",
         of=TRACE,
         place=lambda data: 82.5 if isinstance(data, Trace) and has_orbit(data) else None,
         draw=draw_hole,

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nsdrill.data import Array, Results, Trace
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.page import finish, line_entry, name_panel, new_figure, stack
@@ -97,7 +97,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
     of another axis, those at the value of the ramp."""
     if axis not in results.swept:
         raise InputError(
-            f"--over: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep "
+            f"{option('over')}: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep "
             f"of {axis}, which this trace ramps."
         )
     held: dict[str, float] = {}
@@ -107,7 +107,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
         held[other] = float(axis_values[np.argmin(np.abs(axis_values - target))])
         if abs(held[other] - target) > 0.01 * abs(target):
             raise InputError(
-                f"--over: found a sweep at {operating_point({other: held[other]}, units)}; "
+                f"{option('over')}: found a sweep at {operating_point({other: held[other]}, units)}; "
                 f"allowed: one at {operating_point({other: target}, units)}, as this trace."
             )
     sweep_line, values_set = line(ordered(results, held), axis, units), setpoint(trace, axis)

@@ -301,7 +301,7 @@ KINDS = (
     ),
     Kind(
         "value",
-        "measured values along one axis; or one of them, also as a map: --panel NAME",
+        "measured values along one axis; or one of them, also as a map: panel NAME",
         of=LINE,
         place=lambda data: (31 if fits_columns(data) else 43) if is_sweep(data) else None,
         draw=draw_summary,

@@ -7,7 +7,14 @@ import io
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
+from nsdrill.analysis.bifurcations import meanings_of
 from nsdrill.errors import printable
+from nsdrill.models.registry import model_in
+from nsdrill.quantity import find, sign, unit_in
+from nsdrill.text.words import label_of, point_text, value_text
+from nsdrill.units import from_si, plain_units
 
 MAX_SPECIAL = 40
 MAX_LINES = 36  # of paragraphs; longer ones become a line for each branch
@@ -29,7 +36,6 @@ def lines(file: str, s: dict[str, Any], units: str, everything: bool = False) ->
 
 
 def _head(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import label_of, point_text, value_text
 
     along = s["along"]
 
@@ -52,7 +58,6 @@ def _head(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
 def _rows(s: dict[str, Any], units: str) -> Iterator[str]:
     """A line for each branch: its motion, where it is stable, its special points; and
     what these mean."""
-    from nsdrill.cli.words import value_text
 
     def interval(low: float, high: float) -> str:
         first, last = (value_text(s["along"], end, units).split(" ") for end in (low, high))
@@ -84,7 +89,6 @@ def _rows(s: dict[str, Any], units: str) -> Iterator[str]:
 
 
 def _paragraphs(s: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import value_text
 
     def text(value: float) -> str:
         return value_text(s["along"], value, units)
@@ -112,7 +116,6 @@ def _paragraphs(s: dict[str, Any], units: str) -> Iterator[str]:
 
 
 def _curve_lines(s: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import value_text
 
     along = s["along"]
     for curve in s["curves"]:
@@ -141,12 +144,6 @@ def _change(before: int | None, after: int | None) -> str:
 def table(data: Any, units: str) -> str:
     """One row per point as CSV: its branch, motion, coordinates, label in words,
     multipliers, features, states."""
-    import numpy as np
-
-    from nsdrill.analysis.bifurcations import meanings_of
-    from nsdrill.models.registry import model_in
-    from nsdrill.quantity import sign
-    from nsdrill.units import from_si
 
     words = {code: label.name for code, label in meanings_of(model_in(data.attrs)).items()}
     branch_of_point = np.asarray(data["branch_of_point"].values)
@@ -184,7 +181,6 @@ def table(data: Any, units: str) -> str:
 def field_unit(name: str, units: str) -> str:
     """The field unit of the variable ``name`` with the SI unit ``units``: ft for a
     depth, in for another length."""
-    from nsdrill.quantity import find, unit_in
 
     if units in ("percent", "1"):
         return units
@@ -193,6 +189,5 @@ def field_unit(name: str, units: str) -> str:
 
 
 def _plain(units: str) -> str:
-    from nsdrill.units import plain_units
 
     return plain_units(units)

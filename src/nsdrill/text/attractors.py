@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from nsdrill.cli.show import in_words
-from nsdrill.cli.words import count, value_text
 from nsdrill.quantity import amount
+from nsdrill.text.words import count, in_words, value_text
 
 MAX_ROWS = 48
 MAX_ATTRACTORS = 5  # of one point; one line sums up the others

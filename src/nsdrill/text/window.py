@@ -9,10 +9,9 @@ from typing import Any
 
 from nsdrill.analysis.window import unknown_words
 from nsdrill.app import contrast as app
-from nsdrill.cli.words import aligned, count, samples_text
-from nsdrill.cli.words import label_of as name_of
 from nsdrill.plot.answer import ORDER, Formatter, answer, drilling, in_order, is_hint, limit, percent, warnings, why
 from nsdrill.plot.slices import evenly_spaced
+from nsdrill.text.words import aligned, count, label_of, samples_text
 
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
@@ -55,7 +54,7 @@ def number_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     if several:
         yield ""
         third = summary["third"]
-        yield (f"Safe at every {name_of(third)} of the file: {plane['safe']} of {count(plane['points'], 'point')}.")
+        yield (f"Safe at every {label_of(third)} of the file: {plane['safe']} of {count(plane['points'], 'point')}.")
     if plane["safe"]:
         yield ""
         yield from _map_lines(summary, plane, fmt)
@@ -181,7 +180,7 @@ def _map_table(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
     third = summary["third"]
     maps = summary["maps"]
     width = max(12, *(len(fmt.value(third, plane["at"][third])) for plane in maps))
-    yield f"{name_of(third):>{width}s}{_headings(summary)}   recommended, and how far from there"
+    yield f"{label_of(third):>{width}s}{_headings(summary)}   recommended, and how far from there"
     for plane in evenly_spaced(maps, MAX_ROWS):
         yield (
             f"{fmt.value(third, plane['at'][third]):>{width}s}{_row(summary, plane)}   "
@@ -199,7 +198,7 @@ def _recommendation(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatt
     parts = []
     for axis in in_order(summary["axes"]):
         down, up = (fmt.number(axis, best["margins"][axis][side]["margin"]) for side in SIDES)
-        name = f"{name_of(axis)} " if axis not in ORDER else ""
+        name = f"{label_of(axis)} " if axis not in ORDER else ""
         value = f"{name}{fmt.number(axis, best[axis])} {fmt.unit(axis)}".rstrip()
         parts.append(f"{value} (-{down} +{up})")
     return ", ".join(parts)
@@ -233,8 +232,8 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
             f"  safe with a probability of {percent(best)}; in brackets the 95 % interval from the number of samples"
         )
     for axis in axes:
-        other = "" if len(axes) == 1 else f", the {name_of(next(a for a in axes if a != axis))} held"
-        yield f"  {name_of(axis)}{other}:"
+        other = "" if len(axes) == 1 else f", the {label_of(next(a for a in axes if a != axis))} held"
+        yield f"  {label_of(axis)}{other}:"
         for side, word in (SIDES_OF_DEPTH if axis == "depth" else SIDES).items():
             border = best["margins"][axis][side]
             yield f"    {word} {_limit_text(axis, border, fmt)}"

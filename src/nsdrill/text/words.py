@@ -152,3 +152,10 @@ def _in_field(value: float, units: str, name: str | None) -> tuple[float, str]:
     if known is not None and known.units and known.unit("field") != known.units:
         return from_si(value, known.unit("field")), known.unit("field")
     return in_system(value, units, "field")
+
+
+def in_words(flag: str) -> str:
+    """A flag in words: ``bit_bounce+stick_slip`` is bit-bounce + stick-slip."""
+    for name, word in (("bit_bounce", "bit-bounce"), ("stick_slip", "stick-slip"), ("quasi_", "quasi-"), ("_", " ")):
+        flag = flag.replace(name, word)
+    return flag.replace("+", " + ")

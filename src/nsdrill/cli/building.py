@@ -1,0 +1,274 @@
+"""Commands made from operations: their arguments become arguments and options."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from nsdrill.cli.types import FileName, PercentType, UnitSystem, Word
+from nsdrill.errors import InputError, Refusal
+from nsdrill.late import deferred
+from nsdrill.operations.argument import (
+    Argument,
+    Choice,
+    Ends,
+    File,
+    Flag,
+    Number,
+    Percent,
+    Text,
+    Texts,
+    Units,
+    Whole,
+    Words,
+    arguments_of,
+)
+
+with deferred():
+    from nsdrill import data, files, variables
+    from nsdrill.app import reading
+    from nsdrill.models import registry
+    from nsdrill.study import load as loading
+    from nsdrill.study import read as texts
+    from nsdrill.text import words
+
+if TYPE_CHECKING:
+    from nsdrill.study.study import Study
+
+UNITS_VARIABLE = "NSDRILL_UNITS"
+Given = dict[str, Any]  # the arguments of an operation
+
+
+def command_of(
+    *operations: Callable[..., Any],
+    examples: Sequence[str],
+    before: str = "",
+    less: Iterable[str] = (),
+    notes: bool = True,
+) -> Callable[[Callable[..., int]], click.Command]:
+    """The command that a function is called by. It has the arguments of the
+    ``operations``, but for those in ``less``, and those of the function itself, which is
+    given the first ones together. ``before`` stands above the ``examples`` in its help;
+    with ``notes`` those of a study are printed."""
+
+    def decorate(function: Callable[..., int]) -> click.Command:
+        own = arguments_of(function)
+        taken: dict[str, Argument] = {}
+        defaults: dict[str, Any] = {}
+        for one in (function, *operations):
+            parameters = inspect.signature(one).parameters
+            for name, argument in arguments_of(one).items():
+                if name not in taken and (one is function or name not in less):
+                    taken[name] = argument
+                    defaults[name] = parameters[name].default
+        passed = {name for one in operations for name in arguments_of(one) if name not in less}
+
+        @functools.wraps(function)
+        def call(**values: Any) -> int:
+            values = _converted(values, taken)
+            _check_outputs(values, taken)
+            given = {name: values[name] for name in passed if name in values and values[name] not in (None, [])}
+            if "study" in given and "set" in taken:
+                given["study"] = load(given["study"], given.pop("set", ()), notes)
+            if "units" in values and values["units"] is None:
+                values["units"] = _units_of_input(given.get("study"), values, taken)
+                if "units" in passed and values["units"] is not None:
+                    given["units"] = values["units"]
+            return function(given, **{name: values[name] for name in own})
+
+        lines = "\b\nExamples:\n" + "\n".join(f"  nsdrill {line}" for line in examples)
+        return click.Command(
+            function.__module__.rpartition(".")[2],
+            callback=call,
+            params=_parameters(taken, defaults, passed),
+            help=inspect.getdoc(function),
+            epilog=f"{before}\n\n{lines}" if before else lines,
+        )
+
+    return decorate
+
+
+def _parameters(taken: dict[str, Argument], defaults: dict[str, Any], passed: set[str]) -> list[click.Parameter]:
+    """What precedes options, the output, then the options of the operations and those of
+    the command."""
+    made = [
+        _parameter(name, argument, defaults[name])
+        for name, argument in taken.items()
+        if argument.option or not argument.form
+    ]
+
+    def order(one: click.Parameter) -> int:
+        if isinstance(one, click.Argument):
+            return 0
+        if "-o" in one.opts and "--picture" not in one.opts:
+            return 1
+        return 2 if one.name in passed else 3
+
+    return sorted(made, key=order)
+
+
+def _parameter(name: str, argument: Argument, default: Any) -> click.Parameter:
+    required = default is inspect.Parameter.empty
+    kind = argument.kind
+    option = argument.option or f"--{name.replace('_', '-')}"
+    if not option.startswith("-"):
+        several = isinstance(kind, File) and kind.several
+        return click.Argument(
+            [name], type=_type(kind), nargs=-1 if several else 1, required=required, metavar=None if several else option
+        )
+    more: dict[str, Any] = {"help": argument.help or argument.says, "metavar": argument.metavar}
+    match kind:
+        case Flag():
+            return click.Option([*option.split(), name], is_flag=True, help=more["help"])
+        case Texts():
+            more["multiple"] = True
+        case Ends():
+            more["nargs"] = 2
+        case Units():
+            more["envvar"] = UNITS_VARIABLE
+            more["default"] = None if required else default
+        case Whole() | Number() | Choice() if default is not None and not required and "default" not in more["help"]:
+            more |= {"default": default, "show_default": True}
+    return click.Option([*option.split(), name], type=_type(kind), required=required, **more)
+
+
+def _type(kind: Any) -> Any:
+    match kind:
+        case File():
+            return FileName(kind.stream, kind.hdf5)
+        case Text():
+            return None if kind.known is None else Word(kind.known)
+        case Choice():
+            return click.Choice(kind.words)
+        case Units():
+            return UnitSystem(UNITS_VARIABLE)
+        case Percent():
+            return PercentType(kind.low, kind.high)
+        case Whole():
+            return int if kind.low is None else click.IntRange(kind.low, kind.high)
+        case Number():
+            return float
+    return None
+
+
+def _converted(values: dict[str, Any], taken: dict[str, Argument]) -> dict[str, Any]:
+    """The ``values`` of the command line as the operations take them."""
+    found = dict(values)
+    for name, value in values.items():
+        match taken[name].kind:
+            case Texts(pairs=True):
+                found[name] = [_pair(taken[name], text) for text in value]
+            case Texts():
+                found[name] = list(value)
+            case Words() if value is not None:
+                found[name] = [word.strip() for word in value.split(",")]
+            case Flag(off=True):
+                found[name] = not value
+    return found
+
+
+def _pair(argument: Argument, text: str) -> tuple[str, str]:
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not (key and equals and value):
+        option = argument.option.strip("-").replace("-", "_")
+        raise Refusal(option, repr(text), f"{argument.metavar}, two names or values with = between them")
+    return key, value
+
+
+def _inputs(values: dict[str, Any], taken: dict[str, Argument]) -> list[str]:
+    """The names of the files that are read."""
+    found: list[str] = []
+    for name, value in values.items():
+        kind = taken[name].kind
+        if isinstance(kind, File) and not kind.writes and value:
+            found += value if kind.several else [value]
+    return found
+
+
+def _check_outputs(values: dict[str, Any], taken: dict[str, Argument]) -> None:
+    """InputError where an output is an input, also with ``--overwrite``."""
+    for name, output in values.items():
+        kind = taken[name].kind
+        if output is None or not (isinstance(kind, File) and kind.writes):
+            continue
+        for source in _inputs(values, taken):
+            if _same_file(source, output):
+                raise InputError(f"{output}: this is the input. Choose another name with -o.")
+
+
+def _same_file(source: str, output: str) -> bool:
+    try:
+        return "-" not in (source, output) and os.path.samefile(source, output)
+    except (OSError, ValueError):
+        return False
+
+
+def _units_of_input(study: Any, values: dict[str, Any], taken: dict[str, Argument]) -> str | None:
+    """The units of the study, or of the study in the first file that is read; None of a
+    study that is not read yet."""
+    if study is not None and not isinstance(study, str):
+        return str(study.units)
+    inputs = _inputs(values, taken)
+    if not inputs or inputs[0].lower().endswith((".yaml", ".yml")):
+        return None
+    return reading.units_in(inputs[0])
+
+
+def load(study: str, overrides: Sequence[str], notes: bool = True) -> Study:
+    """The study in the file ``study``, or on standard input where that is ``-``; its
+    ``notes`` are printed."""
+    if study == "-":
+        name = "standard input"
+        text = texts.text_of(sys.stdin.buffer.read(texts.LARGEST_FILE + 1), name)
+        loaded = loading.parse_study(text, name, overrides)
+    else:
+        loaded = loading.load_study(study, overrides)
+    for note in loaded.notes if notes else ():
+        say(f"Note: {note}")
+    return loaded
+
+
+def say(text: str) -> None:
+    """Print a message."""
+    click.echo(text, err=True)
+
+
+def print_json(answer: Any, units: str) -> None:
+    """Print plain data in SI as JSON in ``units``."""
+    click.echo(data.json_text(words.in_units(answer, units), indent=2))
+
+
+def write(output: str | None, text: str, overwrite: bool) -> None:
+    """Write ``text`` to the file ``output``, or to standard output without one."""
+    if output in (None, "-"):
+        click.echo(text, nl=False)
+        return
+    from nsdrill.store import claim_file
+
+    assert output is not None
+    claim_file(output, overwrite)
+    files.write_text(output, text, overwrite=overwrite)
+
+
+def claim_picture(output: str | None, overwrite: bool) -> None:
+    """Check, before anything is computed, that a picture may be written."""
+    from nsdrill.plot.saving import check_suffix
+    from nsdrill.store import claim_file
+
+    if output is not None:
+        check_suffix(output)
+        claim_file(output, overwrite)
+
+
+def model_name(name: str | None) -> str:
+    """The name of the model, by default that of the model of all motions; a Refusal of
+    an unknown ``name``."""
+    if name is not None and name not in registry.NAMES:
+        raise Refusal("model", name, ", ".join(registry.NAMES))
+    return name or variables.MODEL

@@ -1,0 +1,174 @@
+"""What an argument of an operation is, in Python and on the command line."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import sys
+import textwrap
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from importlib import import_module
+from typing import Annotated, Any, ParamSpec, TypeVar, get_args, get_origin, overload
+
+P = ParamSpec("P")
+R = TypeVar("R")
+S = TypeVar("S")
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text. A shell completes it from ``known``; its meaning is checked by what takes
+    it, with the list in its message."""
+
+    known: Callable[[], Iterable[str]] | None = None
+
+
+@dataclass(frozen=True)
+class Texts(Text):
+    """Texts, one for each time that the option is given; with ``pairs`` pairs of a key
+    and a value."""
+
+    pairs: bool = False
+
+
+@dataclass(frozen=True)
+class Words:
+    """Texts, with commas between them in one option."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Units:
+    """A system of units, of the environment where it is not given, else of the study."""
+
+
+@dataclass(frozen=True)
+class Flag:
+    """On or off; the option of one with ``off`` turns it off."""
+
+    off: bool = False
+
+
+@dataclass(frozen=True)
+class Whole:
+    low: int | None = None
+    high: int | None = None
+
+
+@dataclass(frozen=True)
+class Number:
+    pass
+
+
+@dataclass(frozen=True)
+class Percent:
+    """A share of one, in percent on the command line."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Two texts."""
+
+
+@dataclass(frozen=True)
+class File:
+    """The name of a file to read, or with ``writes`` to write. ``stream``: it may be
+    ``-``, standard input or output; ``hdf5``: it is written in that format; ``several``:
+    one or more."""
+
+    writes: bool = False
+    stream: bool = False
+    hdf5: bool = False
+    several: bool = False
+
+
+Kind = Text | Words | Choice | Units | Flag | Whole | Number | Percent | Ends | File
+
+
+@dataclass(frozen=True)
+class Argument:
+    """An argument, which every operation that takes it has from here.
+
+    ``says`` is its meaning, ``form`` what it is in Python; ``option`` its names on the
+    command line, where ``metavar`` stands for its value and ``help`` is its meaning in
+    place of ``says``. Without an ``option`` only Python has it, without a ``form`` only
+    the command line. The ``option`` of one that has no name there is in capitals.
+    """
+
+    says: str
+    form: str = ""
+    option: str = ""
+    metavar: str | None = None
+    kind: Kind = Text()
+    help: str = ""
+
+
+def arguments_of(function: Callable[..., Any]) -> dict[str, Argument]:
+    """The arguments of an operation by their names. A text beside the argument in an
+    annotation is its meaning there."""
+    found: dict[str, Argument] = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        annotation = parameter.annotation
+        if isinstance(annotation, str):
+            annotation = eval(annotation, function.__globals__)
+        if get_origin(annotation) is not Annotated:
+            continue
+        for one in get_args(annotation)[1:]:
+            found[name] = replace(found[name], says=one, help="") if isinstance(one, str) else one
+    return found
+
+
+def documented(function: Callable[..., Any]) -> str:
+    """The docstring of an operation with its parameters, as the argument types have
+    them."""
+    lines = []
+    parameters = inspect.signature(function).parameters
+    for name, argument in arguments_of(function).items():
+        default = parameters[name].default
+        form = argument.form
+        if default is None:
+            form += ", optional"
+        elif default is not inspect.Parameter.empty:
+            form += f", default {default!r}"
+        says = textwrap.fill(argument.says, 84, initial_indent="    ", subsequent_indent="    ")
+        lines.append(f"{name} : {form}\n{says}")
+    text = inspect.cleandoc(function.__doc__ or "")
+    described = "\n".join(("Parameters", "----------", *lines))
+    return text.replace("\nReturns\n-------\n", f"\n{described}\n\nReturns\n-------\n", 1)
+
+
+@overload
+def public(operation: Callable[P, R]) -> Callable[P, R]: ...
+
+
+@overload
+def public(operation: Callable[P, R], gives: Callable[[R], S]) -> Callable[P, S]: ...
+
+
+def public(operation: Callable[P, Any], gives: Callable[[Any], Any] | None = None) -> Callable[P, Any]:
+    """The function for Python of an ``operation``, which returns what ``gives`` makes of
+    its result."""
+
+    @functools.wraps(operation)
+    def call(*args: P.args, **more: P.kwargs) -> Any:
+        found = operation(*args, **more)
+        if gives is not None:
+            found = gives(found)
+        if "xarray" in sys.modules:  # the result may be a Dataset
+            import_module("nsdrill.accessor")
+        return found
+
+    signature = inspect.signature(operation)
+    if gives is not None:
+        signature = signature.replace(return_annotation=inspect.signature(gives).return_annotation)
+    call.__signature__ = signature  # type: ignore[attr-defined]
+    call.__doc__ = documented(operation)
+    return call

@@ -1,0 +1,661 @@
+"""The arguments of operations: each once, for Python, the command line and the pages."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+
+from nsdrill.late import deferred
+from nsdrill.operations.argument import Argument, Choice, Ends, File, Flag, Number, Percent, Text, Texts, Whole, Words
+from nsdrill.operations.argument import Units as System
+
+with deferred():
+    from nsdrill.models import registry
+    from nsdrill.study import keys
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as AxesOfMatplotlib
+
+    from nsdrill.study.keys import Leaf
+    from nsdrill.study.study import Study
+
+PathLike: TypeAlias = str | os.PathLike[str]
+Quantity: TypeAlias = float | str
+FILE = "str or Path"
+RESULTS = "Dataset, str or Path"
+
+
+# --- what a shell completes
+
+
+def changes() -> Iterator[str]:
+    """The keys of studies with the sign that follows them, and of a choice each word."""
+    for _, of_model in registry.of_all(keys.keys_of):
+        yield from _assignments(of_model.leaves)
+
+
+def thresholds() -> Iterator[str]:
+    return (text for text in changes() if text.startswith("classify."))
+
+
+def points() -> Iterator[str]:
+    """The keys of axes, as :func:`changes`."""
+    yield from _assignments(keys.axes_of_all())
+    yield f"{keys.SAMPLE}="
+
+
+def models() -> Iterable[str]:
+    return registry.NAMES
+
+
+def kinds() -> Iterable[str]:
+    """The kinds of picture."""
+    from nsdrill.plot.registry import all_kinds
+
+    return ("list", *all_kinds())
+
+
+def examples() -> Iterable[str]:
+    from nsdrill.study.write import examples
+
+    return examples()
+
+
+def _assignments(leaves: Mapping[str, Leaf]) -> Iterator[str]:
+    for key, leaf in leaves.items():
+        yield f"{key}="
+        yield from (f"{key}={word}" for word in leaf.choices)
+
+
+# --- what is read
+
+StudyLike = Annotated[
+    "Study | PathLike | Mapping[str, Any]",
+    Argument(
+        "The name of a YAML file; YAML text, a string with a line break or with a colon and a blank; or a "
+        "mapping with the keys of a study file, nested or dotted, with values as in a file.",
+        "str, Path, mapping or Study",
+        "STUDY",
+        kind=File(stream=True),
+    ),
+]
+Settings = Annotated[
+    "Mapping[str, Any] | Sequence[str] | None",
+    Argument(
+        'Keys of the study to change: a mapping by dotted keys, or texts "key=value".',
+        "mapping or sequence of str",
+        "--set",
+        "KEY=VALUE",
+        Texts(changes),
+        "Change a key of the study, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
+    ),
+]
+SettingsOfAStudy = Annotated[
+    "Mapping[str, Any] | Sequence[str] | None",
+    Argument(
+        'With a study: keys to change, a mapping by dotted keys, or texts "key=value".',
+        "mapping or sequence of str",
+        "--set",
+        "KEY=VALUE",
+        Texts(changes),
+        "With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
+    ),
+]
+Thresholds = Annotated[
+    "Mapping[str, Any] | Sequence[str] | None",
+    Argument(
+        'Keys of ``classify`` with their new values, a mapping or texts "key=value"; without any, the '
+        "thresholds of the study are restored.",
+        "mapping or sequence of str",
+        "--set",
+        "KEY=VALUE",
+        Texts(thresholds),
+        "Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given more than once.",
+    ),
+]
+ResultsLike = Annotated[
+    Any,  # a Dataset, whose type mypy does not know, or a PathLike
+    Argument("Results of a sweep: a Dataset, or the name of a file.", RESULTS, "RESULTS", kind=File()),
+]
+ManyResults = Annotated[
+    "Sequence[Any]", Argument("Two or more.", f"sequence of {RESULTS}", "RESULTS", kind=File(several=True))
+]
+Other = Annotated["str | None", Argument("", option="[OTHER]", kind=File())]
+AnyData = Annotated[Any, Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())]
+ATrace = Annotated[Any, Argument("Of :func:`simulate` or :func:`replay`.", RESULTS, "FILE", kind=File())]
+One = Annotated[Any, Argument("What is compared.", RESULTS, "A", kind=File())]
+Two = Annotated[Any, Argument("What it is compared with.", RESULTS, "B", kind=File())]
+A_FILE = Argument("The name of a file.", FILE, "FILE", kind=File())
+AnyFile = Annotated["PathLike", A_FILE]
+NameOfFile = Annotated[str, A_FILE]
+Seeds = Annotated[
+    "PathLike | None",
+    Argument(
+        "Follow the settled points of this results file instead of continue.seeds.", FILE, "--seeds", "OUT.h5", File()
+    ),
+]
+Orbit = Annotated[
+    "PathLike | None",
+    Argument(
+        "A file of branches: the trace is the motion at its ``point`` over one period, stable or not; the study "
+        "is that of the branches.",
+        FILE,
+        "--orbit",
+        "BRANCHES.h5",
+        File(),
+        "Run one motion of this file of branches, stable or not, over one period.",
+    ),
+]
+PointOfOrbit = Annotated[
+    "int | None",
+    Argument(
+        "The number of a point of ``orbit``, from 0.",
+        "int",
+        "--point",
+        "N",
+        Whole(),
+        "With --orbit: number of the point, as nsdrill show prints it.",
+    ),
+]
+Over = Annotated[
+    Any,
+    Argument(
+        "A sweep below the ``ramp`` of a trace or below branches, or branches over a map.",
+        RESULTS,
+        "--over",
+        "FILE.h5",
+        File(),
+        "With branches, or with a ramp and --kind ramp: sweep whose peaks are drawn below. With a "
+        "map over two axes: file of branches whose curves are drawn over it.",
+    ),
+]
+BranchesOver = Annotated[
+    "PathLike | None",
+    Argument("With results: draw these branches over their peaks.", FILE, "--over", "BRANCHES.h5", File()),
+]
+Measurements = Annotated[
+    "PathLike",
+    Argument(
+        "A CSV file with a name and a unit over every column, over operating points or over time.",
+        FILE,
+        "--data",
+        "FIELD.csv",
+        File(),
+        "Measurements: CSV with a name and a unit over every column, over operating points or over time.",
+    ),
+]
+Overlay = Annotated[
+    "str | None",
+    Argument(
+        "CSV of measurements to draw over a picture along one axis or over a map; nsdrill fit reads the same.",
+        option="--data",
+        metavar="FIELD.csv",
+        kind=File(),
+    ),
+]
+
+# --- what is written
+
+ResultsPath = Annotated[
+    "PathLike | None",
+    Argument(
+        "The results file to write.",
+        FILE,
+        "-o --output",
+        "FILE",
+        File(writes=True, hdf5=True),
+        "Results file to write (HDF5). While the run goes on, its points are in FILE.part.",
+    ),
+]
+BranchesPath = Annotated[
+    "PathLike | None",
+    Argument(
+        "The file of branches to write.",
+        FILE,
+        "-o --output",
+        "FILE",
+        File(writes=True, hdf5=True),
+        "File of branches to write (HDF5). Until it is there, what is finished is in FILE.part.",
+    ),
+]
+HDF5Path = Annotated[
+    "PathLike | None", Argument("Results file to write.", FILE, "-o --output", "FILE", File(writes=True, hdf5=True))
+]
+TracePath = Annotated[
+    str,
+    Argument("Trace file to write (HDF5).", option="-o --output", metavar="FILE", kind=File(writes=True, hdf5=True)),
+]
+StudyPath = Annotated[
+    "PathLike | None",
+    Argument(
+        "The adjusted study to write.",
+        FILE,
+        "-o --output",
+        "FILE",
+        File(writes=True),
+        "Study to write, with the samples that the data leave as its section `uncertain`.",
+    ),
+]
+OUTPUT = Argument("", option="-o --output", metavar="FILE", kind=File(writes=True))
+Output = Annotated[str, OUTPUT]
+Stream = Annotated[
+    "str | None", Argument("", option="-o --output", metavar="FILE", kind=File(writes=True, stream=True))
+]
+Picture = Annotated[
+    "str | None",  # -o as in earlier versions
+    Argument("", option="--picture -o --output", metavar="FILE", kind=File(writes=True)),
+]
+PictureOfFit = Annotated[
+    "str | None",
+    Argument("Picture to write: .png, .pdf or .svg.", option="--picture", metavar="FILE", kind=File(writes=True)),
+]
+SavePath = Annotated[
+    "PathLike",
+    Argument(
+        "HDF5 (``.h5``), netCDF (``.nc``) or a table (``.csv``, one row for each point or sample, with units in the "
+        "headings); of a figure ``.png``, ``.pdf`` or ``.svg``.",
+        FILE,
+    ),
+]
+Film = Annotated[
+    "PathLike",
+    Argument("Ends in ``.gif`` or ``.mp4``; without ffmpeg, which MP4 requires, a GIF is written instead.", FILE),
+]
+Saved = Annotated[Any, Argument("What is written.", "Dataset or matplotlib.figure.Figure")]
+Overwrite = Annotated[
+    bool,
+    Argument(
+        "An existing file may be replaced.", "bool", "--overwrite", kind=Flag(), help="Replace the output if it exists."
+    ),
+]
+Resume = Annotated[
+    bool,
+    Argument(
+        "Go on with an interrupted run of the same study.",
+        "bool",
+        "--resume",
+        kind=Flag(),
+        help="Continue an interrupted run: only missing points are run.",
+    ),
+]
+
+# --- the point
+
+At = Annotated[
+    "Mapping[str, Quantity] | Sequence[tuple[str, str]] | None",
+    Argument(
+        "Values of any axes by their keys, as ``{'bit.rock_stiffness': '25 MN/m'}``, or ``{'sample': 17}`` where "
+        "numbers are uncertain.",
+        "mapping",
+        "--at",
+        "KEY=VALUE",
+        Texts(points, pairs=True),
+        "Value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m', or --at sample=17 "
+        "with uncertain numbers. May be given more than once.",
+    ),
+]
+Depth = Annotated["Quantity | None", Argument("Depth.", "float [m] or str", "--depth", "Q")]
+Weight = Annotated["Quantity | None", Argument("Weight on bit.", "float [N] or str", "--wob", "Q")]
+Speed = Annotated["Quantity | None", Argument("Rotary speed.", "float [rad/s] or str", "--rotary-speed", "Q")]
+Start = Annotated[
+    "int | None",
+    Argument("Number of the start, from 0, if operating points have several.", "int", "--start", "K", Whole()),
+]
+Procedure = Annotated[
+    "str | None",
+    Argument(
+        "Sweep of the point; needed if the file has up and down.",
+        '{"same", "up", "down"}',
+        "--procedure",
+        kind=Choice(("same", "up", "down")),
+    ),
+]
+Duration = Annotated[
+    "Quantity | None",
+    Argument(
+        "Simulated time. Default: the study's transient and observed time; with a ramp, its last knot.",
+        "float [s] or str",
+        "--duration",
+        "Q",
+    ),
+]
+Sample = Annotated[
+    "Quantity | None", Argument("Interval between samples. Default: 10 ms.", "float [s] or str", "--sample", "Q")
+]
+Severity = Annotated[
+    "int | None",
+    Argument(
+        "0 to 4: a run is safe if none of its severities exceeds this one; by default, if no response is critical.",
+        "int",
+        "--severity",
+        "N",
+        Whole(0, 4),
+        "Call a run safe if no severity exceeds N. Default: if no response is critical.",
+    ),
+]
+Confidence = Annotated[
+    "float | None",
+    Argument(
+        "0 to 1: with uncertain numbers, the least probability of a safe run at a safe point (0.9).",
+        "float",
+        "--confidence",
+        "PERCENT",
+        Percent(1.0, 99.99),
+        "With uncertain numbers: least probability of a safe run at a safe point. Default: 90.",
+    ),
+]
+
+# --- how it is run
+
+Workers = Annotated[
+    "int | None", Argument("Number of parallel workers. Default: all processors.", "int", "-j --workers", "N", Whole(1))
+]
+Engine = Annotated[
+    str,
+    Argument(
+        "Threads of this process, or workers of a Dask cluster. The numbers are the same.",
+        '{"threads", "dask"}',
+        "--engine",
+        kind=Choice(("threads", "dask")),
+    ),
+]
+Scheduler = Annotated[
+    "str | None",
+    Argument(
+        "With Dask: address of a running scheduler, tcp://host:8786. Default: a cluster on this machine.",
+        "str",
+        "--scheduler",
+        "ADDR",
+        help="With --engine dask: address of a running scheduler, tcp://host:8786. Default: a cluster on this machine.",
+    ),
+]
+RetryFailed = Annotated[
+    bool,
+    Argument(
+        "Run failed points again, too.",
+        "bool",
+        "--retry-failed",
+        kind=Flag(),
+        help="Like --resume, and run failed points again, in a carried sweep with those that follow "
+        "them. simulation.max_steps may be larger than before.",
+    ),
+]
+Large = Annotated[
+    bool,
+    Argument(
+        "More than a million runs are meant.",
+        "bool",
+        "--large",
+        kind=Flag(),
+        help="Allow more than a million runs, which are refused with their cost otherwise.",
+    ),
+]
+Reported = Annotated[
+    "bool | Callable[[Any], object]",
+    Argument(
+        "True for a bar on stderr in terminals and notebooks, or a line every 10 s elsewhere; False for none; or a "
+        "function that is called with a :class:`Progress` a few times a second. An exception from it ends the run, "
+        "which can be resumed.",
+        "bool or callable",
+        "-q --quiet",
+        kind=Flag(off=True),
+        help="No progress and no summary; warnings and errors only.",
+    ),
+]
+Lines = Annotated[
+    "bool | Callable[[str], object]",
+    Argument(
+        "True for lines on stderr, or a function that is called with each of them.",
+        "bool or callable",
+        "-q --quiet",
+        kind=Flag(off=True),
+        help="No progress and no summary; warnings and errors only.",
+    ),
+]
+
+# --- fit
+
+Rename = Annotated[
+    "Mapping[str, str] | None",
+    Argument(
+        "The names of nsdrill by heads of the file.",
+        "mapping",
+        "--rename",
+        "HEAD=NAME",
+        Texts(pairs=True),
+        "Name of a column: HEAD in the file is NAME of nsdrill.",
+    ),
+]
+Ignore = Annotated[
+    "Sequence[str]",
+    Argument(
+        'Heads to pass over; ``"*"`` for all that are not known.',
+        "sequence of str",
+        "--ignore",
+        "HEAD",
+        Texts(),
+        "Ignore this column; '*' ignores all unknown ones.",
+    ),
+]
+Errors = Annotated[
+    "Mapping[str, str | float] | None",
+    Argument(
+        'Standard deviations by name: ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or in SI as numbers.',
+        "mapping",
+        "--error",
+        "NAME=Q",
+        Texts(pairs=True),
+        "Standard deviation of a measured value with its unit, or in percent of it. Default: 5 percent.",
+    ),
+]
+SkipGaps = Annotated[
+    bool, Argument("Leave out rows with gaps, which are refused otherwise.", "bool", "--skip-gaps", kind=Flag())
+]
+Shortest = Annotated[
+    "Quantity",
+    Argument(
+        "Over time: shortest stretch of constant settings that counts. Default: 120 s.",
+        "float [s] or str",
+        "--shortest",
+        "Q",
+    ),
+]
+Settle = Annotated[
+    "Quantity",
+    Argument("Over time: unused beginning of each stretch. Default: 60 s.", "float [s] or str", "--settle", "Q"),
+]
+Batch = Annotated[
+    int,
+    Argument(
+        "Samples per round; each is run at every operating point of the data.",
+        "int",
+        "--batch",
+        "N",
+        Whole(16, 100_000),
+    ),
+]
+MostRounds = Annotated[int, Argument("Largest number of rounds.", "int", "--rounds", "N", Whole(2, 100))]
+Samples = Annotated[int, Argument("Samples in the written study.", "int", "--samples", "N", Whole(2, 10_000))]
+
+# --- pictures
+
+KindOfPicture = Annotated[
+    "str | None",
+    Argument(
+        "The kind of picture, by default one that fits the data; the error for another one lists all that fit.",
+        "str",
+        "--kind",
+        "KIND",
+        Text(kinds),
+        "What to draw; --list prints the kinds that fit FILE. Default: the first of them.",
+    ),
+]
+KindOfChart = Annotated[
+    "str | None",
+    Argument(
+        '``"critical-speeds"`` against depth, or ``along`` another axis; ``"buckling"`` loads against the inclination '
+        'of the hole, or ``along`` an axis; ``"drive-card"``, the share of a torsional wave that each drive reflects; '
+        '``"drive-tuning"``, the decrease of friction with speed that a soft-torque drive stabilises, over its gain '
+        "and frequency.",
+        "str",
+        "--kind",
+        "KIND",
+        Text(kinds),
+        "What to draw; --list prints the kinds that fit FILE. Default: the first of them.",
+    ),
+]
+Along = Annotated[
+    "str | None",
+    Argument(
+        "The key of an axis that the study sweeps.",
+        "str",
+        "--along",
+        "KEY",
+        help="With a study and --kind critical-speeds or buckling: a swept axis to draw along.",
+    ),
+]
+Panel = Annotated[
+    "str | None",
+    Argument(
+        "One panel of the picture alone, by its name or a clear part of it; the error for another one lists them.",
+        "str",
+        "--panel",
+        "NAME",
+        help="Draw one panel alone, by its name or a part of it: --panel radius.",
+    ),
+]
+Axes = Annotated[
+    "AxesOfMatplotlib | None",
+    Argument("Axes into which one panel is drawn; their title is unchanged.", "matplotlib.axes.Axes"),
+]
+Units = Annotated[
+    "str | None",
+    Argument(
+        "m, kN and rad/s, or ft, klbf and rpm; by default those of the study.",
+        '{"si", "field"}',
+        "--units",
+        kind=System(),
+        help="Units of the answer: m, kN, rad/s (si) or ft, klbf, rpm (field). Default: NSDRILL_UNITS, else the key "
+        "units of the study, else si.",
+    ),
+]
+UnitsOfTable = Annotated[
+    str,
+    Argument(
+        "Units of the answer: m, kN, rad/s (si) or ft, klbf, rpm (field). Default: NSDRILL_UNITS, else si.",
+        option="--units",
+        kind=System(),
+    ),
+]
+States = Annotated[
+    "Sequence[str] | None",
+    Argument(
+        "The two states of a basin drawn from an ensemble.",
+        "sequence of str",
+        "--states",
+        "A,B",
+        Words(),
+        "Two states over which to draw the basin of an ensemble, such as z,vz.",
+    ),
+]
+XLim = Annotated[
+    "tuple[Quantity, Quantity] | None",
+    Argument(
+        "Ends of the x axis, in SI or with units.",
+        "pair of float or str",
+        "--xlim",
+        "Q Q",
+        Ends(),
+        "Ends of the x axis: --xlim 3rad/s 6rad/s.",
+    ),
+]
+YLim = Annotated[
+    "tuple[Quantity, Quantity] | None",
+    Argument(
+        "Ends of the y axis, in SI or with units.",
+        "pair of float or str",
+        "--ylim",
+        "Q Q",
+        Ends(),
+        "Ends of the y axis: --ylim 0mm 80mm.",
+    ),
+]
+Time = Annotated[
+    "tuple[Quantity | None, Quantity | None] | None",
+    Argument("The part of a trace that is drawn [s], from None: its beginning, to None: its end.", "pair"),
+]
+Begin = Annotated["str | None", Argument("With a trace: first time to draw.", option="--from", metavar="Q")]
+End = Annotated["str | None", Argument("With a trace: last time to draw.", option="--to", metavar="Q")]
+Width = Annotated[
+    "Quantity | None",
+    Argument("Width of the picture; 3.3in is a column of a journal. Default: 7in.", "float [m] or str", "--width", "Q"),
+]
+Height = Annotated[
+    "Quantity | None",
+    Argument("Height of the picture. Default: depends on the kind.", "float [m] or str", "--height", "Q"),
+]
+FontSize = Annotated[
+    "float | str | None",
+    Argument(
+        "Size of the type in points. Default: 8.",
+        "float",
+        "--font-size",
+        "POINTS",
+        help="Size of the type. Default: 8.",
+    ),
+]
+Title = Annotated[
+    "str | bool | None",
+    Argument(
+        "A text in place of the usual title, or False for none.",
+        "str or bool",
+        "--title",
+        "TEXT",
+        help="Title. Default: that of the study, and the operating point.",
+    ),
+]
+NoTitle = Annotated[
+    bool,
+    Argument("No title, and no headings of panels: for a picture with a caption.", option="--no-title", kind=Flag()),
+]
+Style = Annotated[
+    "PathLike | Mapping[str, Any] | None",
+    Argument(
+        "A style file of matplotlib, one of its styles, or a mapping of its settings. Changes of matplotlib's "
+        "``rcParams`` apply as well.",
+        "str, Path or mapping",
+        "--style",
+        "FILE",
+        help="Style file of matplotlib (.mplstyle), or the name of one of its styles.",
+    ),
+]
+SPEED_OF_FILM = Argument(
+    "Speed of the film, 1 for real time, 0.5 for half as fast.",
+    "float",
+    "--speed",
+    "FACTOR",
+    Number(),
+    "With --animate: speed of the film, 1 for real time (default), 0.5 for half as fast.",
+)
+SpeedOfFilm = Annotated[float, SPEED_OF_FILM]
+Pixels = Annotated[int, Argument("Pixels of the frame in a notebook.", "int")]
+
+# --- answers
+
+Everything = Annotated[
+    bool,
+    Argument(
+        "Every special point of branches, however many.",
+        "bool",
+        "--all",
+        kind=Flag(),
+        help="Print every special point of branches, however many.",
+    ),
+]
+Json = Annotated[bool, Argument("Print JSON.", option="--json", kind=Flag())]
+Model = Annotated[
+    "str | None",
+    Argument("Model of the string. Default: christoforou_yigit.", option="--model", metavar="NAME", kind=Text(models)),
+]
+Switch = Annotated[bool, Argument("", kind=Flag())]

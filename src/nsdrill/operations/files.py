@@ -1,0 +1,136 @@
+"""Operations on files."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from nsdrill.errors import InputError, Refusal
+from nsdrill.late import deferred
+from nsdrill.operations.arguments import AnyFile, HDF5Path, ManyResults, Overwrite, Saved, SavePath
+
+with deferred():
+    from nsdrill import store
+    from nsdrill.app import arguments, datasets, reading, saving
+    from nsdrill.app import combine as joining
+    from nsdrill.models import vocabulary
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from nsdrill.data import Results
+
+
+def combine(results: ManyResults, path: HDF5Path = None, overwrite: Overwrite = False) -> tuple[Results, str]:
+    """Combine results whose studies differ in one number, which becomes an axis.
+
+    The result equals that of a sweep of that axis, to the bit.
+
+    Returns
+    -------
+    Dataset
+
+    Raises
+    ------
+    InputError
+        Where they differ in anything else.
+
+    Examples
+    --------
+    >>> parts = [
+    ...     nsdrill.run("study.yaml", set={"operation.wob": wob}, progress=False)
+    ...     for wob in ("20 kN", "30 kN")
+    ... ]
+    >>> nsdrill.combine(parts).wob.values.tolist()
+    [20000.0, 30000.0]
+    """
+    if isinstance(results, str | os.PathLike) or datasets.is_dataset(results):
+        raise Refusal("results", "one of them", "a list of two or more")
+    if path is not None:
+        path = arguments.name_in(path, "path")
+        store.claim_file(path, overwrite)
+    parts = [
+        datasets.results_in(one, "combine", ("status", "response"))
+        if datasets.is_dataset(one)
+        else arguments.name_in(one)
+        for one in results
+    ]
+    whole, key = joining.combine(parts)
+    if path is not None:
+        saving.save(whole, path, overwrite=overwrite)
+    return whole, key
+
+
+def open_results(path: AnyFile) -> Dataset:
+    """Open a file as a Dataset: results, a trace, branches, or the points so far of an
+    unfinished run (``path.part``).
+
+    Results are read lazily: close the Dataset after use, or use ``with``.
+
+    Returns
+    -------
+    Dataset
+        With units and names on every variable, in SI.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+
+    Examples
+    --------
+    >>> with nsdrill.open_results("out.h5") as results:
+    ...     print(results.rotary_speed.attrs["units"], results.rotary_speed.values[0])
+    rad s-1 2.0
+    """
+    name = arguments.name_in(path, "path")
+    kind = store.kind_of(name) if os.path.lexists(name) else None
+    if kind == "results":
+        return store.open_results(name)
+    if kind == "branches":
+        return store.open_branches(name)
+    return store.to_dataset(reading.read_any(name))
+
+
+def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
+    """Write results, a trace, branches or a figure to a file, in one step.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    FileError
+        Where the file exists, unless ``overwrite``.
+    InputError
+        For other endings, or for a Dataset that lacks variables of its kind of file or has
+        further ones.
+
+    Examples
+    --------
+    >>> nsdrill.save(nsdrill.open_results("out.h5"), "table.csv")
+    >>> nsdrill.save(nsdrill.plot("out.h5"), "picture.pdf")
+    """
+    from nsdrill.plot import check_suffix
+    from nsdrill.plot import save as save_figure
+
+    path = arguments.name_in(path, "path")
+    if datasets.is_figure(data):
+        check_suffix(path)
+        store.claim_file(path, overwrite)
+        save_figure(data, path, overwrite=overwrite)
+        return
+    if not datasets.is_dataset(data):
+        raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
+    if data.attrs.get("nsdrill_kind") == "branches" or "branch" in data.dims:
+        store.claim_file(path, overwrite)
+        store.write_branches(path, data, overwrite=overwrite)
+        return
+    known = {*vocabulary.BY_NAME, *vocabulary.IN_TRACE}
+    if extra := [str(name) for name in data.data_vars if name not in known]:
+        raise InputError(
+            f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its "
+            f"own variables. Leave the others out with drop_vars, or write all with to_netcdf."
+        )
+    saving.save(datasets.validated(store.from_dataset(data)), path, overwrite=overwrite)

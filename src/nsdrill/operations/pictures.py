@@ -1,0 +1,330 @@
+"""Operations that draw."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+from nsdrill.errors import Refusal, RunWarning, option, printable
+from nsdrill.late import deferred
+from nsdrill.operations.arguments import (
+    Along,
+    AnyData,
+    AnyFile,
+    At,
+    ATrace,
+    Axes,
+    BranchesOver,
+    Confidence,
+    Depth,
+    Film,
+    FontSize,
+    Height,
+    KindOfChart,
+    KindOfPicture,
+    Over,
+    Overwrite,
+    Panel,
+    Pixels,
+    SettingsOfAStudy,
+    Severity,
+    Speed,
+    SpeedOfFilm,
+    Start,
+    States,
+    StudyLike,
+    Style,
+    Time,
+    Title,
+    Units,
+    Weight,
+    Width,
+    XLim,
+    YLim,
+)
+
+with deferred():
+    from nsdrill import data as forms
+    from nsdrill import store
+    from nsdrill.app import arguments, charts, datasets
+    from nsdrill.app import window as windows
+    from nsdrill.models import registry
+    from nsdrill.operations import answers
+    from nsdrill.study import study as studies
+    from nsdrill.web import notebook, server, session
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from nsdrill.data import Results, Trace
+    from nsdrill.web.notebook import View
+    from nsdrill.web.server import Explorer
+
+
+def plot(
+    data: AnyData,
+    kind: KindOfPicture = None,
+    *,
+    panel: Panel = None,
+    ax: Axes = None,
+    units: Units = None,
+    depth: Annotated[Depth, "Cut a sweep of several axes at this depth."] = None,
+    wob: Annotated[Weight, "Cut at this weight on bit."] = None,
+    rotary_speed: Annotated[Speed, "Cut at this rotary speed."] = None,
+    at: At = None,
+    start: Start = None,
+    states: States = None,
+    over: Over = None,
+    severity: Severity = None,
+    confidence: Confidence = None,
+    xlim: XLim = None,
+    ylim: YLim = None,
+    time: Time = None,
+    width: Width = None,
+    height: Height = None,
+    font_size: FontSize = None,
+    title: Title = None,
+    style: Style = None,
+) -> Figure:
+    """Draw results, an unfinished run, a trace or branches, or a :func:`chart` of a study.
+
+    A notebook shows the figure where it is the value of a cell; :func:`save` writes it to a
+    file. It is not registered with pyplot.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        With ``ax``, the figure of these axes.
+
+    Raises
+    ------
+    InputError
+        Where the kind, or an argument, does not fit the data.
+
+    Examples
+    --------
+    >>> figure = nsdrill.plot("out.h5", panel="bit_speed", ylim=("0 rpm", "90 rpm"))
+    >>> figure.axes[0].get_ylabel()
+    'Bit speed peaks [rad/s]'
+    """
+    from nsdrill.plot import draw, look_of
+    from nsdrill.plot.registry import is_study
+
+    chosen = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
+    looks: dict[str, Any] = {"width": width, "height": height, "font_size": font_size, "title": title, "style": style}
+    if is_study(data) or isinstance(data, studies.Study):
+        given = {"panel": panel, **chosen, "at": at, "start": start, "states": states, "over": over}
+        given |= {"severity": severity, "confidence": confidence, "xlim": xlim, "ylim": ylim, "time": time}
+        refuse_with_a_study(given)
+        return chart(data, kind, ax=ax, units=units, **looks)
+    answers.check_confidence(confidence)
+    units = datasets.units_for(units, data)
+    look = look_of(xlim=xlim, time=time, ylim=ylim, **looks)
+    values = arguments.values_in(at, None, **chosen)
+    start = arguments.number_in("start", start)
+    drawn, behind = _drawn(data, kind, values, start, panel, severity, over)
+    with datasets.missing_variable_errors("plot"):
+        figure = draw(
+            drawn,
+            kind,
+            units=units,
+            at=values or None,
+            start=start,
+            look=look,
+            panel=panel,
+            ax=ax,
+            over=behind,
+            states=states,
+            severity=severity,
+            confidence=confidence,
+        )
+    if missing := getattr(figure, "missing", ""):
+        text = f"The title has characters that no font here has: {printable(missing[:20])}. Install one that has them, "
+        warnings.warn(f"{text}Noto Sans CJK say, or give another title.", RunWarning, stacklevel=3)
+    return figure
+
+
+def refuse_with_a_study(given: dict[str, Any]) -> None:
+    """A Refusal of an argument for which a chart has no use."""
+    for name, value in given.items():
+        if value not in (None, [], False):
+            raise Refusal(name, "with a study", "with results", "set changes keys of the study.")
+
+
+def _drawn(
+    data: Any,
+    kind: str | None,
+    chosen: dict[str, float],
+    start: int | None,
+    panel: str | None,
+    severity: int | None,
+    over: Any,
+) -> tuple[Any, Any]:
+    """The data with what a picture is drawn of, and what is drawn behind it, or None."""
+    if (branches := datasets.branches_in(data)) is not None:
+        return branches, None if over is None else datasets.with_variables(
+            datasets.data_in(over, None), option("over"), ("status",)
+        )
+    outline = datasets.outline_in(data)
+    drawn: Any = outline
+    if isinstance(outline, forms.Results):
+        drawn = _sweep_to_draw(data, outline, kind, chosen, start, panel, severity)
+    if over is None:
+        return drawn, None
+    if (branches := datasets.branches_in(over)) is not None:
+        return drawn, branches
+    return drawn, datasets.results_in(over, option("over"), ("status", *registry.drawn_in(outline.attrs).peaks))
+
+
+def _sweep_to_draw(
+    data: Any,
+    outline: Results,
+    kind: str | None,
+    chosen: dict[str, float],
+    start: int | None,
+    panel: str | None,
+    severity: int | None,
+) -> Results:
+    """The results with what a picture is drawn of."""
+    from nsdrill.plot import needed
+
+    if severity is None:
+        found = cast("Results", datasets.data_in(data, needed(outline, kind, chosen, start, panel)))
+        return windows.with_passed_over(found) if kind == "window" else found
+    if kind != "window":
+        raise Refusal("severity", f"with kind={kind!r}", "with kind='window'")
+    return answers.results_for_window(data, severity)
+
+
+@dataclass(frozen=True)
+class Filmed:
+    """A film: its file, and how many ``frames`` show how many ``seconds`` of the trace."""
+
+    name: str
+    frames: int
+    seconds: float
+
+
+def animate(
+    trace: ATrace,
+    path: Film,
+    *,
+    time: Time = None,
+    speed: SpeedOfFilm = 1.0,
+    units: Units = None,
+    width: Width = None,
+    font_size: FontSize = None,
+    title: Title = None,
+    style: Style = None,
+    overwrite: Overwrite = False,
+) -> Filmed:
+    """Write a film of the collar in the hole, to scale, with bit and collar rotating.
+
+    Returns
+    -------
+    str
+        The name of the written file.
+
+    Raises
+    ------
+    FileError
+        Where the file exists, unless ``overwrite``.
+    InputError
+        Where the trace has no collar that moves in a hole, or the film would be too long.
+
+    Examples
+    --------
+    >>> trace = nsdrill.simulate("study.yaml", duration="1 s")
+    >>> nsdrill.animate(trace, "film.gif", time=("0.8 s", None), width="1.5 in")
+    'film.gif'
+    """
+    from nsdrill.plot import look_of
+    from nsdrill.plot.animation import animate, film_name
+
+    written = film_name(arguments.name_in(path, "path"))
+    data, units = datasets.outline_in(trace), datasets.units_for(units, trace)
+    if isinstance(speed, bool) or not isinstance(speed, int | float):
+        raise Refusal("speed", repr(speed), "a number")
+    store.claim_file(written, overwrite)
+    look = look_of(width=width, font_size=font_size, title=title, style=style, time=time)
+    with datasets.missing_variable_errors("animate"):
+        shown = animate(cast("Trace", data), written, units=units, look=look, speed=speed, overwrite=overwrite)
+    return Filmed(written, *shown)
+
+
+def chart(
+    study: StudyLike,
+    kind: KindOfChart = None,
+    *,
+    along: Along = None,
+    set: SettingsOfAStudy = None,
+    ax: Axes = None,
+    units: Units = None,
+    width: Width = None,
+    height: Height = None,
+    font_size: FontSize = None,
+    title: Title = None,
+    style: Style = None,
+) -> Figure:
+    """Draw a chart of a study, without a run.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        Where the kind is not known, or the study does not have what it shows.
+
+    Examples
+    --------
+    >>> figure = nsdrill.chart("study.yaml", "critical-speeds", units="field")
+    >>> figure.axes[0].get_ylabel()
+    'Rotary speed [rpm]'
+    """
+    from nsdrill.plot import look_of
+
+    loaded, look = arguments.study_in(study, set), look_of(width, height, font_size, title, style)
+    return charts.draw_chart(loaded, kind, along, units=units or loaded.units, look=look, ax=ax)
+
+
+def view(
+    path: AnyFile, *, over: BranchesOver = None, set: SettingsOfAStudy = None, units: Units = None, height: Pixels = 900
+) -> View:
+    """Explore a file in the browser, as ``nsdrill view`` does.
+
+    Returns
+    -------
+    View
+        It runs until its ``close()`` or the end of this process.
+
+    Raises
+    ------
+    FileError
+        Where the file is none of these.
+
+    Examples
+    --------
+    >>> with nsdrill.view("out.h5") as explorer:
+    ...     print(explorer.url.startswith("http://127.0.0.1:"))
+    True
+    """
+    if not arguments.is_whole(height) or not 100 <= height <= 10_000:
+        raise Refusal("height", repr(height), "100 to 10000 pixels")
+    return notebook.View(explorer(path, over=over, set=set, units=units), height)
+
+
+def explorer(path: Any, *, over: Any = None, set: Any = None, units: str | None = None, port: int = 0) -> Explorer:
+    """The explorer of a file, not yet started, on this ``port`` or any that is free."""
+    from nsdrill.plot.labels import check_units
+
+    if units is not None:
+        check_units(units)
+    if datasets.is_dataset(path):
+        allowed = "the name of a file, as the explorer reads one"
+        raise Refusal("path", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')
+    above = None if over is None else arguments.name_in(over, "over")
+    source = session.Session(arguments.name_in(path, "path"), units, arguments.texts_in(set, "set"), above)
+    return server.Explorer(source, port)

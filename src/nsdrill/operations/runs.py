@@ -1,0 +1,519 @@
+"""Operations that run a study, or points of results."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+from nsdrill.errors import Refusal, RunWarning, StudyError, option
+from nsdrill.late import deferred
+from nsdrill.operations.arguments import (
+    At,
+    Batch,
+    BranchesPath,
+    Depth,
+    Duration,
+    Engine,
+    Errors,
+    HDF5Path,
+    Ignore,
+    Large,
+    Lines,
+    Measurements,
+    MostRounds,
+    Orbit,
+    Overwrite,
+    PictureOfFit,
+    PointOfOrbit,
+    Procedure,
+    Rename,
+    Reported,
+    ResultsLike,
+    ResultsPath,
+    Resume,
+    RetryFailed,
+    Sample,
+    Samples,
+    Scheduler,
+    Seeds,
+    Settings,
+    Settle,
+    Shortest,
+    SkipGaps,
+    Speed,
+    Start,
+    StudyLike,
+    StudyPath,
+    Thresholds,
+    Units,
+    Weight,
+    Workers,
+)
+
+with deferred():
+    from nsdrill import progress as reports
+    from nsdrill import store
+    from nsdrill.app import arguments, cluster, continuing, datasets, measured, summary, trajectory
+    from nsdrill.app import fit as fitting
+    from nsdrill.app import orbit as orbits
+    from nsdrill.app import rounds as kept
+    from nsdrill.app import run as running
+    from nsdrill.models import registry
+
+if TYPE_CHECKING:
+    from nsdrill.app.continuing import ContinuationResult
+    from nsdrill.app.fit import Fit
+    from nsdrill.app.run import RunResult
+    from nsdrill.app.trajectory import Trajectory
+    from nsdrill.data import Results
+    from nsdrill.study.study import Study
+
+
+def load_study(study: StudyLike, set: Settings = None) -> Study:
+    """Read and check a study, and fill in its defaults.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    FileError
+        Where a file cannot be read.
+    StudyError
+        With all its faults, where the study is not valid.
+
+    Examples
+    --------
+    >>> study = nsdrill.load_study("study.yaml", {"operation.wob": "30 kN"})
+    >>> study.operation.wob
+    30000.0
+    """
+    return arguments.study_in(study, set)
+
+
+def run(
+    study: StudyLike,
+    path: ResultsPath = None,
+    *,
+    set: Settings = None,
+    workers: Workers = None,
+    engine: Engine = "threads",
+    scheduler: Scheduler = None,
+    resume: Resume = False,
+    retry_failed: RetryFailed = False,
+    overwrite: Overwrite = False,
+    large: Large = False,
+    progress: Reported = True,
+) -> RunResult | Results:
+    """Run a study and return its results; with ``path`` they are written there.
+
+    With a path, finished points are safe in ``path.part`` at all times: after a
+    KeyboardInterrupt the same call with ``resume=True`` runs what is missing. The numbers do
+    not depend on the workers, the engine, or an interruption.
+
+    Returns
+    -------
+    Dataset
+        Of one variable for each entry of a results file, in SI units, over procedure and
+        axes. With a path it is read lazily.
+
+    Raises
+    ------
+    InputError
+        Before anything runs: the study is not a sweep, an argument is invalid, or memory or
+        disk are too small. A RunWarning says how many points failed.
+
+    Examples
+    --------
+    >>> results = nsdrill.run("study.yaml", progress=False)
+    >>> results.stick_slip_index.attrs["units"], results.sizes["rotary_speed"]
+    ('percent', 5)
+    """
+    loaded = arguments.study_in(study, set)
+    running.checked_workers(workers)
+    executing = cluster.executor_of(engine, scheduler, workers)
+    _check_path(path, resume=resume, retry_failed=retry_failed, overwrite=overwrite)
+    running.check_sweep(loaded)
+    if path is not None:
+        path = arguments.name_in(path, "path")
+        arguments.check_other_file(study, path)
+        store.check_target(path)  # before a cluster is started
+    with executing as (executor, count), reports.reporting(progress) as watch:
+        if path is None:
+            return running.run_in_memory(loaded, workers=count, watch=watch, executor=executor, large=large)
+        return running.run_study(
+            loaded,
+            path,
+            workers=count,
+            resume=resume,
+            retry_failed=retry_failed,
+            overwrite=overwrite,
+            watch=watch,
+            executor=executor,
+            large=large,
+        )
+
+
+def _check_path(path: Any, **meant: bool) -> None:
+    """A Refusal where no file is written and something is said about one."""
+    if path is None:
+        for name, on in meant.items():
+            if on:
+                raise Refusal(name, f"without {option('path')}", "with the name of a file")
+
+
+def continue_branches(
+    study: StudyLike,
+    path: BranchesPath = None,
+    *,
+    seeds: Seeds = None,
+    set: Settings = None,
+    workers: Workers = None,
+    resume: Annotated[Resume, "Continue an interrupted run."] = False,
+    overwrite: Overwrite = False,
+    progress: Lines = False,
+) -> ContinuationResult:
+    """Follow the motions of a study, stable and unstable, along the number that its
+    section ``continue`` names.
+
+    Returns
+    -------
+    Dataset
+        With the dimension ``branch`` (``motion``, ``lobes``, ``parent``, ``end_reason``,
+        ``row_size``) and the dimension ``point``, branch after branch: the number continued,
+        ``state`` at the drive angle 0 in SI, ``period`` [s], ``multiplier_real`` and
+        ``multiplier_imag``, how many of them are ``unstable``, the ``label`` of special
+        points, and the features of results over one period.
+
+    Raises
+    ------
+    InputError
+        Where the study has no section ``continue``, or no motion to follow is found.
+
+    Examples
+    --------
+    >>> branches = nsdrill.continue_branches("branches.yaml")
+    >>> branches.motion.values.tolist()
+    ['equilibrium', 'limit_cycle']
+    """
+    loaded = arguments.study_in(study, set)
+    _check_path(path, resume=resume, overwrite=overwrite)
+    if path is not None:
+        path = arguments.name_in(path, "path")
+        arguments.check_other_file(study, path)
+    with _saying(progress) as say:
+        return continuing.continue_study(
+            loaded,
+            path,
+            seeds=None if seeds is None else arguments.name_in(seeds, "seeds"),
+            workers=workers,
+            overwrite=overwrite,
+            resume=resume,
+            say=say,
+        )
+
+
+@contextmanager
+def _saying(progress: bool | Callable[[str], object]) -> Iterator[Callable[[str], object]]:
+    """What is called with each line about a continuation; that on stderr also has one on
+    compiling."""
+    if callable(progress):
+        yield progress
+    elif not progress:
+        yield lambda text: None
+    else:
+
+        def show(text: str) -> None:
+            print(f"  {text}", file=sys.stderr)
+
+        with reports.telling_compiling(show) as compiled:
+
+            def say(text: str) -> None:
+                compiled()
+                show(text)
+
+            yield say
+
+
+def simulate(
+    study: StudyLike,
+    *,
+    depth: Annotated[Depth, "Depth. Default: operation.depth of the study, value or ramp."] = None,
+    wob: Annotated[Weight, "Weight on bit. Default: operation.wob."] = None,
+    rotary_speed: Annotated[Speed, "Rotary speed. Default: operation.rotary_speed."] = None,
+    at: At = None,
+    start: Start = None,
+    duration: Duration = None,
+    sample: Sample = None,
+    set: Settings = None,
+    orbit: Orbit = None,
+    point: PointOfOrbit = None,
+) -> Trajectory:
+    """Simulate one operating point of a study, or its ramps.
+
+    Returns
+    -------
+    Dataset
+        The trace: variables over ``time`` [s]. A RunWarning says that the run ended early;
+        the trace then ends there, and its attribute ``status`` says why.
+
+    Raises
+    ------
+    InputError
+        For values outside the model.
+
+    Examples
+    --------
+    >>> trace = nsdrill.simulate("study.yaml", rotary_speed="40 rpm", duration="2 s")
+    >>> trace.bit_speed.dims, trace.sizes["time"]
+    (('time',), 201)
+    """
+    loaded = arguments.study_in(study, set)
+    times = {"duration": duration, "sample": sample}
+    spans = {name: None if value is None else arguments.seconds_in(name, value) for name, value in times.items()}
+    if orbit is not None or point is not None:
+        chosen = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed, "at": at, "start": start}
+        return _orbit(loaded, orbit, point, chosen, spans)
+    values = arguments.values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    numbers = loaded.keys
+    changes = [  # other numbers of the study, checked as its keys
+        f"{key}={numbers.leaf(key, loaded.resolved).text(value)}"
+        for key, value in values.items()
+        if key not in ("depth", "wob", "rotary_speed", "sample")
+    ]
+    return trajectory.simulate(
+        arguments.study_in(loaded, changes),
+        at_sample=values.get("sample"),
+        depth=values.get("depth"),
+        wob=values.get("wob"),
+        rotary_speed=values.get("rotary_speed"),
+        start=arguments.number_in("start", start),
+        duration=spans["duration"],
+        sample=trajectory.DEFAULT_SAMPLE if spans["sample"] is None else spans["sample"],
+    )
+
+
+def _orbit(
+    study: Study, orbit: Any, point: Any, chosen: Mapping[str, Any], spans: Mapping[str, float | None]
+) -> Trajectory:
+    """The motion at a point of a file of branches."""
+    if orbit is None or point is None:
+        given, missing = ("point", "orbit") if orbit is None else ("orbit", "point")
+        raise Refusal(given, f"without {missing}", "with it")
+    for name, value in chosen.items():
+        if value is not None:
+            raise Refusal(name, "with an orbit, whose point has its own", "without an orbit")
+    number = arguments.number_in("point", point)
+    assert number is not None
+    return orbits.trace_of(study, lambda texts: arguments.study_in(study, texts), orbit, number, **spans)[0]
+
+
+def replay(
+    results: ResultsLike,
+    *,
+    depth: Annotated[Depth, "Depth of the point; the nearest one of the sweep is taken."] = None,
+    wob: Annotated[Weight, "Weight on bit of the point."] = None,
+    rotary_speed: Annotated[Speed, "Rotary speed of the point."] = None,
+    at: At = None,
+    procedure: Procedure = None,
+    start: Start = None,
+    sample: Sample = None,
+) -> Trajectory:
+    """Run one point of results again, from its stored initial state.
+
+    Returns
+    -------
+    Dataset
+        The trace over ``time`` [s]. Its attribute ``same_bits`` is 1 where the run ends in
+        the stored final state, bit for bit; else a RunWarning says what differs.
+
+    Raises
+    ------
+    InputError
+        For a point beyond the sweep, or one that has not been run.
+
+    Examples
+    --------
+    >>> trace = nsdrill.replay("out.h5", rotary_speed="3 rad/s", procedure="up")
+    >>> trace.attrs["same_bits"]
+    1
+    """
+    source: Any
+    if datasets.is_dataset(results):
+        names = ("status", "initial_state", "final_state")
+        source = datasets.with_variables(datasets.data_in(results, names), "replay", names)
+    else:
+        source = arguments.name_in(results)
+    if procedure not in (None, "same", "up", "down"):
+        raise Refusal("procedure", repr(procedure), "same, up, down")
+    return trajectory.replay(
+        source,
+        at=arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),
+        procedure=procedure,
+        start=arguments.number_in("start", start),
+        sample=trajectory.DEFAULT_SAMPLE if sample is None else arguments.seconds_in("sample", sample),
+    )
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """New labels: the results in memory, or the name of the file, and of a file how many
+    points changed, and of how many, by the name of the label."""
+
+    results: Results | str
+    changes: Mapping[str, tuple[int, int]]
+
+
+def classify(
+    results: ResultsLike, changes: Thresholds = None, path: HDF5Path = None, overwrite: Overwrite = False
+) -> Labelled:
+    """Label results again with other thresholds; nothing is run again.
+
+    Returns
+    -------
+    Dataset
+        The results with the new labels; the attribute ``history`` records the change.
+
+    Raises
+    ------
+    StudyError
+        Where a key or a value is not one of thresholds.
+
+    Examples
+    --------
+    >>> results = nsdrill.open_results("out.h5")
+    >>> strict = nsdrill.classify(results, {"classify.stick_slip.stick_slip_index": 1})
+    >>> bool(strict.nsdrill.sticking.sum() >= results.nsdrill.sticking.sum())
+    True
+    """
+    texts = arguments.texts_in(changes, "changes")
+    _check_path(path, overwrite=overwrite)
+    try:
+        if datasets.is_dataset(results):
+            if path is not None:
+                raise Refusal("path", "with a Dataset", "with the name of a file; nsdrill.save writes a Dataset")
+            variables = registry.model_in(results.attrs).variables
+            measured = [
+                v.name for v in variables if v.room in summary.MEASURED and v.only is None and v.room != "label"
+            ]
+            data = datasets.results_in(results, "classify", ("status", "response", *measured))
+            return Labelled(summary.relabelled(data, texts), {})
+        name = arguments.name_in(results)
+        if path is not None:
+            path = arguments.name_in(path, "path")
+            store.claim_file(path, overwrite)
+        return Labelled(path or name, summary.reclassify(name, texts, path, overwrite=overwrite or path is None))
+    except StudyError as error:
+        raise StudyError(option("changes"), error.faults) from None
+
+
+def fit(
+    study: StudyLike,
+    data: Measurements,
+    path: StudyPath = None,
+    *,
+    picture: PictureOfFit = None,
+    rename: Rename = None,
+    ignore: Ignore = (),
+    errors: Errors = None,
+    skip_gaps: SkipGaps = False,
+    shortest: Shortest = "120 s",
+    settle: Settle = "60 s",
+    batch: Batch = 128,
+    rounds: MostRounds = 8,
+    samples: Samples = 128,
+    workers: Workers = None,
+    set: Settings = None,
+    units: Units = None,
+    resume: Annotated[
+        Resume, "Continue the interrupted fit of the same output: only missing runs are made; rounds may differ."
+    ] = False,
+    large: Large = False,
+    overwrite: Overwrite = False,
+    progress: Reported = True,
+) -> Fit:
+    """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to
+    measurements.
+
+    With ``path`` every round is saved next to it: after a KeyboardInterrupt, or a power cut,
+    the same call with ``resume=True`` makes the missing runs, with the same bits as an
+    uninterrupted fit.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        Where the study has no unknown, or something in the file cannot be used.
+
+    Examples
+    --------
+    >>> found = nsdrill.fit("uncertain.yaml", "field.csv", batch=16, progress=False)
+    >>> list(found.samples)
+    ['bit.friction.static']
+    """
+    loaded = arguments.study_in(study, set)
+    units = units or loaded.units
+    _check_counts(batch, rounds, samples)
+    _check_path(path, resume=resume, overwrite=overwrite and picture is None)
+    _claim_picture(picture, overwrite)
+    times = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)
+    reading = measured.Reading(dict(rename or {}), tuple(ignore), dict(errors or {}), skip_gaps, *times)
+    table = measured.read_measured(arguments.name_in(data, "data"), loaded, reading)
+    for text in fitting.far_from_the_sweep(loaded, table, units):
+        warnings.warn(text, RunWarning, stacklevel=3)
+    calls = kept.Rounds()
+    if path is not None:
+        path = arguments.name_in(path, "path")
+        arguments.check_other_file(study, path)
+        arguments.check_other_file(data, path)
+        calls = kept.Rounds.beside(path, loaded, table, batch, overwrite=overwrite, resume=resume)
+    if resume and not calls.runs:
+        warnings.warn("There is no interrupted fit to resume: a new one starts.", RunWarning, stacklevel=3)
+    with calls.guarding():
+        with reports.reporting(progress) as watch:
+            found = fitting.fit(
+                loaded,
+                table,
+                batch=batch,
+                rounds=rounds,
+                samples=samples,
+                workers=workers,
+                watch=watch,
+                kept=calls,
+                large=large,
+            )
+        if picture is not None:  # before the study: then the rounds beside it are deleted
+            _save_picture(found, picture, units, overwrite)
+        if path is not None:
+            store.write_text(path, found.study, calls.recovery_text, overwrite=overwrite or resume)
+            calls.discard()
+    return found
+
+
+def _check_counts(batch: Any, rounds: Any, samples: Any) -> None:
+    for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
+        if not arguments.is_whole(number) or number < least:
+            raise Refusal(name, repr(number), f"a whole number, {least} or more")
+
+
+def _claim_picture(picture: Any, overwrite: bool) -> None:
+    """Check, before anything is run, that the picture may be written."""
+    from nsdrill.plot.saving import check_suffix
+
+    if picture is not None:
+        check_suffix(picture)
+        store.claim_file(picture, overwrite)
+
+
+def _save_picture(found: Fit, picture: Any, units: str, overwrite: bool) -> None:
+    from nsdrill.plot import save
+
+    save(found.picture(units), arguments.name_in(picture, "picture"), overwrite=overwrite)

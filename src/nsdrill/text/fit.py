@@ -1,0 +1,132 @@
+"""The result of a fit, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from nsdrill.quantity import find, shown_scale, sign
+from nsdrill.text.words import count
+
+MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
+
+
+def summary_in(summary: dict[str, Any], units: str) -> dict[str, Any]:
+    """The summary as plain data, with the values of unknowns and features in the system
+    ``units``."""
+    if units == "si":
+        return summary
+    converted = dict(summary)
+    for section, name, fields in (
+        ("unknowns", "key", ("prior", "posterior")),
+        ("features", "name", ("error", "spread")),
+    ):
+        converted[section] = []
+        for row in summary[section]:
+            converted_row = dict(row)
+            for field in fields:
+                values = row[field] if isinstance(row[field], list) else [row[field]]
+                shown, converted_row["units"] = _in_shown_unit(row[name], values, row["units"], units, signs=False)
+                converted_row[field] = shown if isinstance(row[field], list) else shown[0]
+            converted[section].append(converted_row)
+    return converted
+
+
+def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+    """The summary of a fit, in words."""
+
+    yield (
+        f"{summary['data']}: {count(summary['points'], 'operating point')}, "
+        f"{count(summary['values'], 'measured value')}."
+    )
+    for note in summary["notes"]:
+        yield f"  {note}"
+    failed = f", {summary['failed']} of them failed" if summary["failed"] else ""
+    yield (
+        f"{summary['samples']} samples in {count(summary['rounds'], 'round')}{failed}; effective "
+        f"number of samples {summary['effective']:.0f}."
+    )
+    yield ""
+    yield from _unknown_lines(summary, units)
+    yield ""
+    yield from _feature_lines(summary, units)
+    for verdict in verdicts(summary):
+        yield ""
+        yield verdict
+
+
+def _unknown_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+    width = max(len(row["key"]) for row in summary["unknowns"])
+    yield (f"{'':{width + 2}s} {'before, 5 to 95 %':>24s}   {'after, 5 to 95 %':>24s} {'median':>10s}")
+    for row in summary["unknowns"]:
+        numbers, unit = _in_shown_unit(row["key"], row["prior"] + row["posterior"], row["units"], units)
+        before, after = (f"{a:.4g} to {b:.4g}" for a, b in ((numbers[0], numbers[2]), (numbers[3], numbers[5])))
+        information = f"{100 * row['width']:.0f} % of the width before: {INFORMATION_WORDS[row['told']]}"
+        yield (f"  {row['key']:{width}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} {information}")
+
+
+INFORMATION_WORDS = {"well": "determined", "partly": "partly determined", "not": "NOT DETERMINED by these data"}
+
+
+def _feature_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+    width = max(len(row["name"]) for row in summary["features"])
+    yield f"{'':{width + 2}s} {'values':>6s} {'error':>10s} {'spread':>10s}"
+    for row in summary["features"]:
+        numbers, unit = _in_shown_unit(row["name"], [row["error"], row["spread"]], "", units)
+        yield (
+            f"  {row['name']:{width}s} {row['points']:6d} {numbers[0]:10.4g} {numbers[1]:10.4g} "
+            f"{unit:10s} off by "
+            f"{row['deviation']:.2g} deviations"
+        )
+
+
+def _in_shown_unit(name: str, values: list[float], si: str, units: str, signs: bool = True) -> tuple[list[float], str]:
+    """Values in the unit in which the quantity ``name`` is shown, and that unit: its
+    sign, or with ``signs`` False as a study writes it."""
+
+    known = find(name)
+    unit, base = (known.unit(units), known.units) if known is not None else (si, si)
+    scale = shown_scale(unit, base) if unit not in ("", "percent") else 1.0
+    return [value / scale for value in values], sign(unit) if signs else unit
+
+
+def verdicts(summary: dict[str, Any]) -> Iterator[str]:
+    """The conclusions from a fit, in sentences."""
+    undetermined = [row["key"] for row in summary["unknowns"] if row["told"] == "not"]
+    if len(undetermined) == len(summary["unknowns"]):
+        yield (
+            "THE DATA DETERMINE NONE of the unknowns: they are as uncertain as before. Measure at other "
+            "settings, or another quantity that the unknowns change."
+        )
+    elif undetermined:
+        yield (f"THE DATA DO NOT DETERMINE {', '.join(undetermined)}, which is as uncertain as before.")
+    for pair in summary["together"]:
+        direction = "together" if pair["correlation"] > 0 else "against each other"
+        yield (
+            f"{' and '.join(pair['keys'])} go {direction} (correlation "
+            f"{pair['correlation']:.2f}): the "
+            f"data determine a "
+            "combination of the two better than either. Use the joint samples of the written study."
+        )
+    for row in summary["unknowns"]:
+        if row["at_the_end"]:
+            yield (
+                f"{row['key']} is at the {row['at_the_end']} end of its distribution: the data agree best with "
+                "values beyond it. Widen the distribution, or doubt the data or the model."
+            )
+    if not summary["explained"]:
+        worst = max(summary["features"], key=lambda row: float(row["deviation"]))["name"]
+        yield (
+            f"THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is "
+            f"off by "
+            f"{summary['misfit'] ** 0.5:.2g} times the errors (probability "
+            f"{summary['chance']:.1g}), "
+            f"most in {worst}. The "
+            "intervals above then mean little. Doubt the errors, the other numbers of the study, "
+            "or the model."
+        )
+    if summary["beta"] < 1 or summary["effective"] < MIN_EFFECTIVE:
+        yield (
+            f"NOT FINISHED: only {summary['effective']:.0f} samples count; the intervals are rough"
+            f"{' and too wide' if summary['beta'] < 1 else ''}. Give more with --rounds or --batch."
+        )

@@ -1,0 +1,304 @@
+"""What is in a file of results, an unfinished run or a trace, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from nsdrill.errors import printable
+from nsdrill.quantity import quantity, sign
+from nsdrill.text.attractors import attractor_lines
+from nsdrill.text.branches import lines as branch_lines
+from nsdrill.text.words import count, in_words, knots_text, label_of, point_text, samples_text, value_text
+from nsdrill.units import from_si
+from nsdrill.variables import AXES
+
+MAX_FAILED = 20
+
+
+MAX_INTERVALS = 40
+
+
+MAX_CHANGED = 12
+
+
+MAX_POINTS = 24
+
+
+def lines(name: str, summary: dict[str, Any], units: str, everything: bool = False) -> Iterator[str]:
+    """A summary of the file or data called ``name``, in words."""
+    if summary["kind"] == "branches":
+        return branch_lines(name, summary, units, everything)
+    if summary["kind"] == "unfinished":
+        return _unfinished_lines(name, summary)
+    return (_trace_lines if summary["kind"] == "trace" else _result_lines)(name, summary, units)
+
+
+def _unfinished_lines(name: str, s: dict[str, Any]) -> Iterator[str]:
+    yield printable(f"{name}: an unfinished {s['what']}.")
+    yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
+    yield f"  model          {s['model']}"
+    yield f"  kept           {s['kept'] or 'nothing yet'}"
+    yield "  Go on with the command that began it and --resume."
+
+
+def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+
+    # A .part file may hold every point already, before the results file is written.
+    kind = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
+    yield printable(f"{file}: {kind}. {s['title']}".rstrip())
+    yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
+    yield from _override_lines(s["overrides"])
+    for name, axis in s["axes"].items():
+        label = label_of(name)
+        if "values" in axis:  # words
+            yield f"  {label:14s} {', '.join(axis['values'])}"
+            continue
+        text = value_text(name, axis["from"], units, both=axis["points"] == 1)
+        if axis["points"] > 1:
+            text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"
+        yield f"  {label:14s} {text}"
+    yield from _string_lines(s)
+    yield from _method_lines(s["method"])
+    status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
+    if starts := s.get("starts"):
+        origin = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
+        yield f"  starts         {starts} of every operating point, {origin}"
+    yield from _unknown_lines(s, units)
+    yield f"  points         {s['points']}: {status}; {s['settled']} settled"
+    if refinement := s.get("refinement"):
+        yield f"  refined        {refinement_text(refinement, units)}"
+    if trust := s.get("trust"):
+        yield from _trust_lines(trust)
+    if s["thresholds"]:
+        yield printable(f"  labels         with {', '.join(s['thresholds'])}")
+    for procedure in s["procedures"]:
+        counts = s["responses"][procedure]
+        total = sum(counts.values())
+        if total:
+            runs = s["points"] // len(s["procedures"])
+            known = f", of the {total} of {count(runs, 'point')} that are known" if total < runs else ""
+            yield f"\nResponses, {procedure}{known}:"
+        for word, number in counts.items():
+            yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
+        if kinds := s["whirl_kinds"].get(procedure):
+            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
+        if motions := s.get("motions", {}).get(procedure):
+            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
+        for name, grades in s["severities"][procedure].items():
+            if set(grades) - {"none"}:
+                response = in_words(name).removesuffix(" severity")
+                counts_text = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
+                yield f"  severity, {response}: {counts_text}"
+    if intervals := s.get("intervals"):
+        yield from _interval_lines(intervals, units)
+    if "probabilities" in s:
+        yield from _probability_lines(s, units)
+    if "operating_points" in s:
+        yield from attractor_lines(s, units)
+    if hysteresis := s.get("hysteresis"):
+        yield from _hysteresis_lines(
+            hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1], units
+        )
+    if s["ranges"]:
+        yield "\nLeast and greatest over all points:"
+        yield from _range_lines(s["ranges"], units)
+    if failed := s["failed"]:
+        yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
+        for point in failed[:MAX_FAILED]:
+            where = point_text({name: point[name] for name in s["axes"]}, units)
+            where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
+            yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
+        if len(failed) > MAX_FAILED:
+            yield f"  and {len(failed) - MAX_FAILED} more (all with --json)"
+
+
+def _unknown_lines(s: dict[str, Any], units: str) -> Iterator[str]:
+
+    if "unknowns" not in s:
+        return
+    yield (f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine in ten lie in")
+    for key, values in s["unknowns"].items():
+        low, high = (quantity(key).text(values[end], units, 4) for end in ("from", "to"))
+        yield f"    {label_of(key):26s} {low} to {high}"
+
+
+def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
+    """The probability of each answer at some of the operating points."""
+
+    rows = s["probabilities"]
+    histories = {row["history"]: None for row in rows}
+    swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
+    names = [name for name in rows[0] if isinstance(rows[0][name], dict)]
+    for history in histories:
+        history_rows = [row for row in rows if row["history"] == history]
+        condition = f", {history}" if history != "every" else ", whatever the history"
+        condition = condition if len(histories) > 1 else ""
+        yield (
+            f"\nProbability{condition}, in brackets its 95 % interval from "
+            f"{samples_text(s['counted'], s['effective'])}:"
+        )
+        yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
+        for row in _evenly_spaced(history_rows):
+            where = point_text({name: row[name] for name in swept}, units) or "the operating point"
+            yield f"  {where:30s}" + "".join(f"{_probability_text(row[name]):>22s}" for name in names)
+        if len(history_rows) > MAX_POINTS:
+            yield (
+                f"  ({MAX_POINTS} of {len(history_rows)} points; all with --json, or nsdrill plot --kind probability)"
+            )
+
+
+def _probability_text(estimate: dict[str, float]) -> str:
+    low, high = 100 * estimate["low"], 100 * estimate["high"]
+    return f"{100 * estimate['probability']:.1f} % ({low:.0f} to {high:.0f})"
+
+
+def _evenly_spaced(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """At most :data:`MAX_POINTS` of the ``rows``, evenly spaced, with the first and the
+    last."""
+    if len(rows) <= MAX_POINTS:
+        return rows
+    return [rows[round(i * (len(rows) - 1) / (MAX_POINTS - 1))] for i in range(MAX_POINTS)]
+
+
+def _override_lines(overrides: dict[str, str]) -> Iterator[str]:
+    if overrides:
+        yield f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}"
+
+
+def _string_lines(s: dict[str, Any]) -> Iterator[str]:
+    """The drive, unless it is ideal, and the frozen motions."""
+    if s["drive"] != "ideal":
+        yield f"  drive          {in_words(s['drive'])}"
+    if s["frozen"]:
+        yield f"  frozen         {' and '.join(s['frozen'])} motion"
+
+
+def _method_lines(method: str) -> Iterator[str]:
+    """How friction was integrated, unless explicitly."""
+    if method != "explicit":
+        yield (f"  friction       integrated {' and '.join(f'{word}ly' for word in method.split(' and '))}")
+
+
+CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
+
+
+def _trust_lines(trust: dict[str, Any]) -> Iterator[str]:
+
+    checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
+    failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
+    yield (
+        f"  checked        {count(checked, 'point')}: {trust['agree']} agree, "
+        f"{trust['features_differ']} keep "
+        "their response but not their numbers (chaotic, or not settled), "
+        f"{trust['response_differs']} change response{failed_checks}"
+    )
+    for check, failed in trust["failed_checks"].items():
+        if failed:
+            yield f"    {CHECKS[check]}: {failed} did not end well"
+    for row in trust["changed"][:MAX_CHANGED]:
+        change = f"{in_words(row['from'])} -> {in_words(row['to'])}"
+        yield f"    {CHECKS[row['check']]:18s}{row['points']:6d}  {change}"
+    if len(trust["changed"]) > MAX_CHANGED:
+        yield (f"    and {len(trust['changed']) - MAX_CHANGED} more kinds of change (all with --json)")
+
+
+def _interval_lines(intervals: list[dict[str, Any]], units: str) -> Iterator[str]:
+
+    yield "\nAlong the sweep:"
+    for row in intervals[:MAX_INTERVALS]:
+        name = row["axis"]
+        ends = value_text(name, row["from"], units)
+        if row["points"] > 1:
+            ends += f" to {value_text(name, row['to'], units)}"
+        points = count(row["points"], "point")
+        yield f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {in_words(row['response'])}"
+    if len(intervals) > MAX_INTERVALS:
+        yield f"  and {len(intervals) - MAX_INTERVALS} more (all with --json)"
+
+
+def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) -> Iterator[str]:
+
+    axis = rows[0]["axis"]
+    held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
+    yield f"\nWhere up and down differ, along the {label_of(axis)}:"
+    previous = None
+    for row in rows[:MAX_INTERVALS]:
+        place = ", ".join(
+            f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units) for name in held
+        )
+        if place and place != previous:
+            yield f"  at {place}"
+        previous = place
+        ends = value_text(axis, row["from"], units)
+        if row["points"] > 1:
+            ends += f" to {value_text(axis, row['to'], units)}"
+        points = count(row["points"], "point")
+        yield (
+            f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up "
+            f"{in_words(row['up'])}; "
+            f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}"
+        )
+    if len(rows) > MAX_INTERVALS:
+        yield f"  and {len(rows) - MAX_INTERVALS} more (all with --json)"
+    steps = [row["step"] for row in rows if row["step"] is not None]
+    if steps:
+        step = value_text(axis, max(steps), units)
+        yield f"  The true ends lie outside, within one step of the axis: up to {step}."
+    if any(row["open"] for row in rows):
+        yield "  An end is open where the sweep ended or a point failed: nothing bounds it there."
+
+
+def _range_lines(ranges: dict[str, Any], units: str) -> Iterator[str]:
+
+    for name, r in ranges.items():
+        shown = quantity(name)
+        unit = shown.unit(units)
+        scale = 100.0 if name.endswith("_fraction") else 1.0
+        # Adding zero turns -0 into 0.
+        low, high = (
+            scale * (from_si(r[end], unit) if unit not in ("", "percent") else r[end]) + 0.0 for end in ("min", "max")
+        )
+        # a terminal may know ASCII only
+        sign_shown = "%" if name.endswith("_fraction") else sign(unit).replace("²", "^2")
+        yield f"  {name:27s} {_digits(low):>9s} to {_digits(high):>9s} {sign_shown:8s} {r['meaning']}"
+
+
+def _digits(number: float) -> str:
+    """A number with four digits, or all before the point."""
+    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
+
+
+def _trace_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+
+    yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
+    yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
+    yield from _override_lines(s["overrides"])
+    for name in AXES:
+        label = label_of(name)
+        if name in s.get("ramps", {}):
+            ramp = s["ramps"][name]
+            yield f"  {label:14s} ramp: {knots_text(name, ramp['time'], ramp['value'], units)}"
+        elif name in s:
+            yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
+    for key, value in s.get("at", {}).items():
+        yield (f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}")
+    yield from _string_lines(s)
+    yield from _method_lines(s.get("method", "explicit"))
+    if "procedure" in s:
+        yield f"  procedure      {s['procedure']}"
+    yield (
+        f"  samples        {s['samples']} over {s['duration']:g} s; {s.get('steps', '?')} steps; "
+        f"ended {in_words(str(s.get('status', '')))}"
+    )
+    if s["ranges"]:
+        yield "\nLeast and greatest:"
+        yield from _range_lines(s["ranges"], units)
+
+
+def refinement_text(refinement: Mapping[str, Any], units: str = "si") -> str:
+    """ "1,204 of 3,721 points run, 68 % saved; borders known to 0.7 kN and 0.05 rad/s"."""
+    run, points = refinement["points_run"], refinement["points_run"] + refinement["points_inferred"]
+    steps = refinement["border_spacing"].items()
+    spacing = " and ".join(value_text(key, step, units) for key, step in steps)
+    return f"{run:,} of {points:,} points run, {100 * (points - run) / points:.0f} % saved; borders known to {spacing}"
