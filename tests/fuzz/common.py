@@ -1,4 +1,4 @@
-"""What both fuzzers need: the command line in this process, and finite JSON."""
+"""What the fuzzer needs: the command line in this process, and finite JSON."""
 
 from __future__ import annotations
 

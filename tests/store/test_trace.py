@@ -83,7 +83,7 @@ def test_a_trace_with_a_gap_is_the_callers_fault(path):
 def test_results_and_trace_are_not_mixed_up(path, tmp_path):
     write_trace(path, trace(3))
     make_results(tmp_path / "out.h5")
-    with pytest.raises(FileError, match="this is a trace file; a results file, which nsdrill run makes, is needed"):
+    with pytest.raises(FileError, match="this is a trace file; a results file is needed"):
         read_results(path)
     with pytest.raises(FileError, match="this is a results file; a trace file is needed"):
         read_trace(tmp_path / "out.h5")

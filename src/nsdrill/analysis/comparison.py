@@ -43,38 +43,30 @@ def compare_results(a: Results, b: Results) -> dict[str, Any]:
     axes, places = _axes(a, b, grid)
     coords = {name: a.coords[name][i] for name, (i, _) in places.items() if name in a.coords}
     shape = tuple(len(i) for i, _ in places.values())
-    probabilities = _probabilities(a, b, places)
-    if not np.prod(shape) or a.grid != b.grid:
-        return {
-            "axes": axes,
-            "points": 0,
-            "responses": None,
-            "probabilities": probabilities,
-            "variables": [],
-            **_only_in_one(a, b),
-        }
     selections = tuple(np.ix_(*(place[side] for place in places.values())) for side in (0, 1))
-    rows = []
+    is_comparable = bool(np.prod(shape)) and a.grid == b.grid
+    return {
+        "axes": axes,
+        "points": int(np.prod(shape)) if is_comparable else 0,
+        "responses": _responses(a, b, selections, coords) if is_comparable else None,
+        "probabilities": _probabilities(a, b, places),
+        "variables": [*_rows(a, b, selections, coords)] if is_comparable else [],
+        **_only_in_one(a, b),
+    }
+
+
+def _rows(a: Results, b: Results, selections: Sequence[Any], coords: dict[str, Array]) -> Iterator[dict[str, Any]]:
+    """The rows of the variables that both have, at their common points."""
     for name in a.variables:
         if name not in b.variables:
             continue
         left, right = a[name][selections[0]], b[name][selections[1]]
         if left.shape != right.shape:
             lengths = {"a": left.shape[-1], "b": right.shape[-1], "of": BY_NAME[name].dims[-1]}
-            rows.append({"name": name, "same": False, "points": None, "not_compared": lengths})
+            yield {"name": name, "same": False, "points": None, "not_compared": lengths}
             continue
-        rows += [
-            row | {"at": None if place is None else point_of(coords, place)}
-            for row, place in _variable(name, a, left, right, len(shape))
-        ]
-    return {
-        "axes": axes,
-        "points": int(np.prod(shape)),
-        "responses": _responses(a, b, selections, coords),
-        "probabilities": probabilities,
-        "variables": rows,
-        **_only_in_one(a, b),
-    }
+        for row, place in _variable(name, a, left, right, len(coords)):
+            yield row | {"at": None if place is None else point_of(coords, place)}
 
 
 def compare_traces(a: Trace, b: Trace) -> dict[str, Any]:

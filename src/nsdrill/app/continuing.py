@@ -7,7 +7,6 @@ import hashlib
 import os
 import time
 from collections import Counter
-from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
@@ -82,12 +81,11 @@ def continue_study(
     )
     with claim as part:
         begun, is_resumed = time.perf_counter(), part is not None and bool(part.kept)
-        branches: dict[Any, Branch] = {}
         try:
             with interrupt.interruptible():
-                data, found = _followed(setup, part, branches, seeds, workers or processors(), say)
+                data, found = _followed(setup, part, seeds, workers or processors(), say)
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(_interrupted(part, branches)) from None
+            raise KeyboardInterrupt(_interrupted(part)) from None
         if path is not None and part is not None:
             remedy = f"{part.kept} are safe in {part.path}. Go on with {option('resume')}."
             write_branches(path, data, lambda: remedy, overwrite=overwrite or is_resumed)
@@ -96,21 +94,15 @@ def continue_study(
 
 
 def _followed(
-    setup: ContinuationSetup,
-    part: Part | None,
-    branches: dict[Any, Branch],
-    source: str | os.PathLike[str] | None,
-    workers: int,
-    say: Say,
+    setup: ContinuationSetup, part: Part | None, source: str | os.PathLike[str] | None, workers: int, say: Say
 ) -> tuple[Any, Found]:
-    """The Dataset of branches, and what was found. The branches that have ended are put
-    into ``branches``, and saved in ``part``, which may have some already."""
+    """The Dataset of branches, and what was found. The branches that have ended are saved
+    in ``part``, which may have some already."""
     continuation = setup.continuation
     flow = setup.flow((continuation.along,), ((continuation.high - continuation.low) / RANGE_PARTS,), workers)
     seeds = seeds_of(setup, flow, source, say)
     digest = _digest(setup.study, seeds)
-    if part is not None and part.kept:
-        branches |= _load_branches(part, digest)
+    branches = _load_branches(part, digest) if part is not None and part.kept else {}
 
     def save(finished: dict[Any, Branch]) -> None:
         branches.update(finished)
@@ -159,13 +151,13 @@ def grazes_of(study: Study, flow: Flow) -> dict[int, Graze]:
     }
 
 
-def _interrupted(part: Part | None, branches: Mapping[Any, Branch]) -> str:
+def _interrupted(part: Part | None) -> str:
     """The text of an interrupt."""
     if part is None:
         return interrupt.NOTHING
-    if not branches:
+    if not part.kept:
         return "Interrupted before the first branches had ended: nothing is kept. The same command begins anew."
-    return f"Interrupted: {len(branches)} branches are safe in {part.path}. Go on with {option('resume')}."
+    return f"Interrupted: {part.kept} are safe in {part.path}. Go on with {option('resume')}."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:

@@ -31,10 +31,11 @@ from nsdrill.variables import FORMAT_VERSION, Variable
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 ZIP = b"PK\x03\x04"  # of numpy.savez
+# what is needed in place of another kind of file
 _NEEDED = {
-    "results": "a results file, which nsdrill run makes,",
-    "branches": "a file of branches, which nsdrill branches makes,",
-    "trace": "a trace file",
+    "results": "a results file is needed here, which nsdrill run makes",
+    "branches": "a file of branches is needed here, which nsdrill branches makes",
+    "trace": "a trace file is needed here",
 }
 _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
@@ -184,7 +185,7 @@ def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[Any]:
         with h5py.File(path, "r") as file:
             found = check_version(path, file.attrs)
             if kind and found != kind:
-                raise FileError(f"{path}: this is a {found} file; {_NEEDED[kind]} is needed here.")
+                raise FileError(f"{path}: this is a {found} file; {_NEEDED[kind]}.")
             if state is not None:
                 _checked.add(state)
             yield file
