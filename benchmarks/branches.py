@@ -20,7 +20,7 @@ from nsdrill.analysis.bifurcations import PERIODIC
 from nsdrill.app.branch_summary import summarize_branches
 from nsdrill.app.continuation_setup import continuation_setup
 from nsdrill.app.run import processors
-from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.flow import advance
 from nsdrill.orbit.newton import corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic, segment_starts
 from nsdrill.store import open_branches

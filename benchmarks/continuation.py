@@ -17,9 +17,8 @@ from scipy.integrate import solve_ivp
 
 import nsdrill
 from nsdrill.app.continuation_setup import continuation_setup
-from nsdrill.orbit.flow import DIFFERENCE_STEP, Legs
-from nsdrill.orbit.frame import rotated
-from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.flow import DIFFERENCE_STEP, Legs, advance
+from nsdrill.orbit.linear import rotated
 from nsdrill.orbit.newton import corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.compiler import native
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.module import Module
+from nsdrill.compiler.native import Module
 from nsdrill.generate import define
 
 _ARITHMETIC = r"= (?:f(?:add|sub|mul|div)|call) {} (?:@llvm\.(?:fma|sqrt)|%v|0x|<double)"

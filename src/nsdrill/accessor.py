@@ -15,7 +15,7 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 from nsdrill import api
 from nsdrill.analysis.probability import SEVERITIES
 from nsdrill.errors import InputError
-from nsdrill.observe.trust import CHECK_FAILED, RESPONSE_DIFFERS, verdict
+from nsdrill.observe.labels import CHECK_FAILED, RESPONSE_DIFFERS, verdict
 from nsdrill.variables import BIT_BOUNCE, INFERRED, OK, STICK_SLIP, TRUST, WHIRL
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import pytest
 
 import nsdrill
 from nsdrill.analysis.hysteresis import differences, disagreement, hysteresis, spans
-from nsdrill.analysis.outcome import known, outcome
+from nsdrill.analysis.probability import known, outcome
 from nsdrill.app.summary import summarize
 from nsdrill.store import read_results
 

@@ -15,8 +15,8 @@ import pytest
 
 import nsdrill
 from nsdrill import plot
-from nsdrill.app.overrides import overrides_of
-from nsdrill.app.reading import read_any as read
+from nsdrill.app.datasets import read_any as read
+from nsdrill.app.experiment import overrides_of
 from nsdrill.app.summary import reclassify
 from nsdrill.app.trajectory import replay
 from nsdrill.store import log_from_results, write_trace

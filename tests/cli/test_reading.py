@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from nsdrill.app.reading import outline
-from nsdrill.app.reading import read_any as read
+from nsdrill.app.datasets import outline
+from nsdrill.app.datasets import read_any as read
 from nsdrill.data import Results
 from nsdrill.plot import draw, kinds_for, needed
 from nsdrill.store import read_results

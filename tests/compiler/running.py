@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill import elementary
 from nsdrill.compiler import native
 from nsdrill.compiler.functions import LaneFunction
-from nsdrill.compiler.module import Module
+from nsdrill.compiler.native import Module
 
 LANES = (1, 8, 12, 16, 32)
 WIDTHS = (2, 4, 8, 16)

@@ -13,7 +13,7 @@ from machine_code import machine, text_of
 
 from nsdrill.compiler import native
 from nsdrill.compiler.functions import LaneFunction
-from nsdrill.compiler.module import Module
+from nsdrill.compiler.native import Module
 from nsdrill.kernel.loop import make_advance
 from nsdrill.observe import motion
 

@@ -12,7 +12,7 @@ import pytest
 
 from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS, compiled
 from nsdrill.compiler.language import LanguageError
-from nsdrill.compiler.module import Module
+from nsdrill.compiler.native import Module
 from nsdrill.compiler.words import bits_float, float_bits, fma, lowest_bit
 from nsdrill.generate import define
 

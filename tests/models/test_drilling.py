@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.models.drilling import drilled
+from nsdrill.models.numbers import drilled
 from nsdrill.models.sections import Cutting
 from nsdrill.units import from_si, to_si
 from nsdrill.variables import OK

@@ -13,8 +13,7 @@ from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, Parameters, Well
 from nsdrill.models.christoforou_yigit.variables import COMPARED
 from nsdrill.models.registry import model_named
-from nsdrill.observe.thresholds import Thresholds, Trust
-from nsdrill.observe.trust import (
+from nsdrill.observe.labels import (
     AGREES,
     CHECK_FAILED,
     FEATURES_DIFFER,
@@ -23,6 +22,7 @@ from nsdrill.observe.trust import (
     trust_labels,
     verdict,
 )
+from nsdrill.observe.thresholds import Thresholds, Trust
 from nsdrill.variables import BIT_BOUNCE, MODEL, OK, PENDING, STEP_LIMIT, STICK_SLIP, WHIRL
 
 

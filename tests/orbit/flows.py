@@ -10,8 +10,7 @@ from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs, unobserved
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry
-from nsdrill.orbit.flow import Equations, Flow
-from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.flow import Equations, Flow, advance
 from nsdrill.orbit.newton import corrected_at_parameter
 
 

@@ -15,7 +15,7 @@ from nsdrill.app.continuing import grazes_of
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.orbit.explore import Explorer, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs
-from nsdrill.orbit.frame import rotated
+from nsdrill.orbit.linear import rotated
 
 AT = {"operation": {"depth": "5000 m", "wob": "22.24 kN"}}
 SMOOTH = {**AT, "bit": {"surface_amplitude": "0 mm"}}

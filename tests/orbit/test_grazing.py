@@ -23,10 +23,9 @@ from nsdrill.models.operation import Operation
 from nsdrill.observe.touches import make_touches, touch_rows
 from nsdrill.orbit import special
 from nsdrill.orbit.arclength import Rules, follow
-from nsdrill.orbit.flow import Equations, Flow, Legs
+from nsdrill.orbit.flow import Equations, Flow, Legs, advance
 from nsdrill.orbit.labels import Graze, kink_predicate
 from nsdrill.orbit.labels import test_functions_of as functions_of
-from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.newton import Evaluation, Point
 from nsdrill.orbit.periodic import Periodic
 

@@ -8,11 +8,9 @@ from scipy.special import mathieu_a
 
 from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, PERIODIC
 from nsdrill.orbit.arclength import Rules, follow
-from nsdrill.orbit.cycle import Cycle
-from nsdrill.orbit.flow import Legs
+from nsdrill.orbit.flow import Legs, advance
 from nsdrill.orbit.labels import test_functions_of as functions_of
-from nsdrill.orbit.lockstep import advance
-from nsdrill.orbit.periodic import Periodic
+from nsdrill.orbit.periodic import Cycle, Periodic
 
 from .flows import at, duffing, flow_of, lorenz, mathieu, roessler, van_der_pol
 

@@ -11,7 +11,7 @@ import pytest
 from made_up import make_results, make_trace
 
 from nsdrill import plot
-from nsdrill.analysis.equations import other_string
+from nsdrill.analysis.comparison import other_string
 from nsdrill.plot.look import look_of
 from nsdrill.plot.page import freeze_layout, new_figure
 from nsdrill.plot.style import house_style

@@ -11,7 +11,7 @@ from seen import artists
 from nsdrill import plot
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.decimation import PARTS, count_upcrossings, envelope
+from nsdrill.plot.traces import PARTS, count_upcrossings, envelope
 
 
 def line(figure, gid: str):

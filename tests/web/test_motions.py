@@ -15,7 +15,7 @@ from nsdrill.app.motions import Motions
 from nsdrill.errors import InputError
 from nsdrill.store import read_results
 from nsdrill.study import parse_study
-from nsdrill.web.packet import packed
+from nsdrill.web.asked import packed
 from nsdrill.web.session import Session
 
 
@@ -49,7 +49,7 @@ def test_a_wrong_state_in_the_file_is_noticed(shared: Path) -> None:
     results = read_results(shared / "small.h5")
     results.variables["final_state"] = results["final_state"].copy()
     results.variables["final_state"][0, 0, 0, 2, 4] += 1e-16
-    from nsdrill.app.overrides import stored_experiment
+    from nsdrill.app.experiment import stored_experiment
 
     motions = Motions(stored_experiment("x", results), results)
     assert motions.replay((0, 0, 0, 2), 1.0, 0.01).same_bits is False

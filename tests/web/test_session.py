@@ -12,7 +12,7 @@ import pytest
 
 from nsdrill.app.experiment import prepare
 from nsdrill.errors import FileError, InputError
-from nsdrill.web.packet import packed
+from nsdrill.web.asked import packed
 from nsdrill.web.session import Session
 from nsdrill.web.shown import label_words, plain
 from nsdrill.web.sliders import start_state

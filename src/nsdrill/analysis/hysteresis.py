@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.outcome import outcome, text
+from nsdrill.analysis.probability import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.variables import dimension_of

@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.outcome import known, text
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.observe.trust import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
-from nsdrill.variables import INFERRED, OK, RESPONSES, SAMPLE
+from nsdrill.observe.labels import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
+from nsdrill.variables import INFERRED, OK, PENDING, RESPONSES, SAMPLE
 
 NORMAL_QUANTILE = 1.959963984540054  # of the two-sided 95 % interval
 SEVERITIES = ("stick_slip_severity", "bounce_severity", "whirl_severity")
@@ -198,3 +197,29 @@ def one_procedure(results: Results, number: int) -> Results:
     coords = {**results.coords, "procedure": results.coords["procedure"][number : number + 1]}
     variables: dict[str, Any] = {name: values[number : number + 1] for name, values in results.variables.items()}
     return Results(coords, variables, results.attrs, results.more, results.drawn)
+
+
+# The outcome of each point: its critical responses where they are known.
+
+
+PENDING_POINT, FAILED_POINT = -1, -2  # outcomes beside the response bits, which are never negative
+_KNOWN = (OK, INFERRED)
+
+
+def known(status: Array) -> Array:
+    """Whether the response of a point is known: it was run to its end, or inferred from
+    its neighbours."""
+    return np.isin(status, _KNOWN)
+
+
+def outcome(status: Array, response: Array) -> Array:
+    """The response bits where they are known, else :data:`PENDING_POINT` or
+    :data:`FAILED_POINT`."""
+    failed = np.where(status == PENDING, PENDING_POINT, FAILED_POINT)
+    return np.where(known(status), response.astype(int), failed)
+
+
+def text(value: object) -> str:
+    """A procedure name as a string, which HDF5 returns as bytes and numpy as a
+    scalar."""
+    return value.decode() if isinstance(value, bytes) else str(value)

@@ -20,16 +20,17 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.outcome import known, text
 from nsdrill.analysis.plane import largest_margin, regions, stretches
 from nsdrill.analysis.probability import (
     RunSafety,
     check_samples,
     effective_number,
     independent,
+    known,
     one_procedure,
     probabilities_of,
     run_safety,
+    text,
     window_state,
 )
 from nsdrill.analysis.reasons import reason

@@ -1,24 +1,41 @@
-"""Results and traces as arguments of Python functions: Datasets or names of files."""
+"""Results and traces as arguments of Python functions, Datasets or names of files; how files
+of any kind are read and saved."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nsdrill.app.arguments import name_in
-from nsdrill.app.overrides import overrides_of
-from nsdrill.app.reading import is_branches, outline, outline_of, read_any, units_in
+from nsdrill.app.experiment import overrides_of, with_overrides
+from nsdrill.app.table import table, write_rows
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
-from nsdrill.errors import InputError
+from nsdrill.errors import FileError, InputError, NsdrillError, option
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.store import kept_of, open_branches, recorded
-from nsdrill.variables import Variable
+from nsdrill.store import (
+    MemoryLog,
+    claim_file,
+    kept_of,
+    kind_of,
+    open_branches,
+    part_path,
+    read_attributes,
+    read_partial,
+    read_results,
+    read_trace,
+    recorded,
+    variables_in,
+    write_results,
+    write_trace,
+)
+from nsdrill.variables import COUNTED, Variable
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -150,3 +167,94 @@ def outline_in(data: Any) -> Results | Trace:
         return outline(name_in(data))
     found = data_in(data, ())
     return found if isinstance(found, Trace) else outline_of(found, [str(n) for n in data.data_vars if n in BY_NAME])
+
+
+# Reading files of nsdrill of any kind.
+
+
+def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -> Results | Trace:
+    """The results, trace or unfinished run in ``path``; of a sweep only the variables
+    ``names``, if given. The overrides are in its root attributes for all versions.
+    FileError if it cannot be read."""
+    part = part_path(path)
+    if not os.path.lexists(path) and part.exists():
+        kind_of(part)  # FileError for that of a fit or a continuation
+        raise FileError(f"{path}: there is no such file yet, but an unfinished run: {part} can be shown and drawn.")
+    kind = kind_of(path)
+    if kind == "branches":
+        raise FileError(
+            f"{path}: found a file of branches; allowed here: results of a sweep or a trace. "
+            f"show, plot and export "
+            f"take branches, and simulate {option('orbit')} runs one of their points."
+        )
+    if kind == "trace":
+        return with_overrides(read_trace(path))
+    return with_overrides(read_partial(path, names) if kind == "partial" else read_results(path, names))
+
+
+def units_in(path: str | os.PathLike[str]) -> str:
+    """The system of units in which the study in the file ``path`` wants answers: "si"
+    also where there is no such file, which others say."""
+    with suppress(NsdrillError):
+        if kind_of(path) == "partial":
+            return units_of(read_partial(path, ()).attrs)
+        return units_of(read_attributes(path))
+    return "si"
+
+
+def is_branches(path: str | os.PathLike[str]) -> bool:
+    """Whether ``path`` is a file of branches; FileError if it is not a file of
+    nsdrill."""
+    return os.path.lexists(path) and kind_of(path) == "branches"
+
+
+def outline(path: str | os.PathLike[str]) -> Results | Trace:
+    """As :func:`read_any`, but the variables of a sweep are zeros, which take no
+    memory; for the names and the shape."""
+    data = read_any(path, ())
+    return data if isinstance(data, Trace) else outline_of(data, (v.name for v in variables_in(path)))
+
+
+def outline_of(results: Results, names: Iterable[str]) -> Results:
+    """``results`` with the variables ``names`` as zeros, which take no memory."""
+    zeros = np.broadcast_to(np.int8(0), results.shape)
+    return replace(results, variables={name: zeros for name in names})
+
+
+# Saving results and traces to files.
+
+
+ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
+
+
+def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Write ``data`` to ``path``, in one step: HDF5 (``.h5``, ``.hdf5``), which is
+    netCDF-4 (``.nc``) as well, or a table (``.csv``). FileError where the file exists,
+    unless ``overwrite``; InputError where ``data`` is incomplete."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in ENDINGS:
+        raise InputError(f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: {', '.join(ENDINGS)}.")
+    claim_file(path, overwrite)
+    if isinstance(data, Results):
+        data = with_missing_features(data)
+        _check_whole(data)
+    if suffix == ".csv":
+        write_rows(table(data), path, overwrite)
+    elif isinstance(data, Trace):
+        write_trace(path, data, overwrite=overwrite)
+    else:
+        write_results(path, MemoryLog.of(data))
+
+
+def _check_whole(results: Results) -> None:
+    """InputError where a results file with these results would not be valid."""
+    if lacking := [v.name for v in variables_of(results) if v.name not in results.variables]:
+        few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
+        raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
+    for name in results.axes:
+        if not np.all(np.diff(results.coords[name]) > 0):
+            raise InputError(f"the Dataset: found values of {name} that do not ascend; allowed: sorted ones (sortby).")
+    for name in COUNTED:
+        values = results.coords.get(name, np.arange(0))
+        if not np.array_equal(values, np.arange(len(values))):
+            raise InputError(f"the Dataset: found a part of {name}; allowed: all of it, from 0 on.")

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from nsdrill.analysis.comparison import compare_results, compare_traces
-from nsdrill.app.reading import read_any
+from nsdrill.app.datasets import read_any
 from nsdrill.data import Results, Trace, resolved_study
 from nsdrill.errors import FileError
 from nsdrill.store.hdf5 import EDITED

@@ -3,17 +3,22 @@ record of each point and the method that integrates it. Imports no compiler."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
-from nsdrill.errors import InputError
+import numpy as np
+
+from nsdrill.data import OVERRIDES, Array, Results, Trace, json_text, overrides
+from nsdrill.errors import FileError, InputError, NsdrillError
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
 from nsdrill.models.starts import Starts
-from nsdrill.study.study import Study
-from nsdrill.sweep.method import Chosen
-from nsdrill.sweep.plan import Plan
+from nsdrill.study.study import Study, study_from_resolved
+from nsdrill.sweep.plan import Chosen, Plan
 
 
 @dataclass(frozen=True)
@@ -89,3 +94,102 @@ class Experiment:
 def prepare(study: Study) -> Experiment:
     """The experiment of a study, which everything that runs or explains it takes."""
     return Experiment(study, Plan(study.axes, study.procedure, study.along, study.initial.starts, study.drawn))
+
+
+# The study of a file as it was run, the experiment that it describes, and the changes by
+# ``--set`` in it, which for files that do not record them follow from the text of the
+# study.
+
+
+Data = TypeVar("Data", Results, Trace)
+
+
+def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
+    """The overrides ``key=value`` of a file with the root attributes ``attrs``.
+
+    Where they are not recorded, as in early replays, they are the keys in which the
+    study that was run differs from its text; empty where that text is not a study of
+    this version.
+    """
+    if found := overrides(attrs):
+        return [f"{key}={value}" for key, value in found.items()]
+    if OVERRIDES in attrs and "replay_of" not in attrs:
+        return []
+    # late: the parser is slow to import, and most files do not need it
+    from nsdrill.study import parse_study
+    from nsdrill.study.write import changes
+
+    try:
+        resolved = json.loads(attrs["study_resolved"])
+        return [
+            f"{key}={value}"
+            for key, _, value in changes(parse_study(attrs["study"]).resolved, resolved)
+            if value is not None
+        ]  # None: a key that the version of the file lacks
+    except (NsdrillError, KeyError, TypeError, ValueError, AttributeError):
+        return []
+
+
+def with_overrides(data: Data) -> Data:
+    """``data`` with the overrides set in its root attributes."""
+    data.attrs[OVERRIDES] = json_text(overrides_of(data.attrs))
+    return data
+
+
+def study_of(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> str:
+    """The study of the file ``path`` with the root attributes ``attrs`` as a study
+    file: every key, with the overrides applied. FileError where the file has no
+    study that this version can use."""
+    if "study_resolved" not in attrs:
+        raise FileError(f"{path}: found no study in the file; allowed: an output of nsdrill run, simulate or replay.")
+    from nsdrill.study.write import study_text
+
+    study = study_from_resolved(json.loads(attrs["study_resolved"]), source=str(path))
+    head = [f"The study as nsdrill {attrs.get('nsdrill_version', '')} ran it on {attrs.get('created', '')}: every key."]
+    if found := overrides_of(attrs):
+        head.append(f"Changed by --set: {'; '.join(found)}")
+    return study_text(study.resolved, head)
+
+
+def stored_experiment(path: str | os.PathLike[str], results: Results) -> Experiment:
+    """The experiment of the study in the ``results`` of the file ``path``, or of
+    :data:`nsdrill.data.IN_MEMORY`, with their samples. FileError where there is no study,
+    or where its points are not theirs."""
+    attrs, coords = results.attrs, results.coords
+    if "study_resolved" not in attrs:
+        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
+    resolved, text = json.loads(attrs["study_resolved"]), attrs.get("study", "")
+    study = study_from_resolved(resolved, text, str(path), overrides_of(attrs))
+    samples = {unknown.short: values for unknown, values in results.drawn.items()}
+    if set(samples) == set(study.drawn):  # another version of SciPy may draw other samples
+        study = replace(study, drawn={key: samples[key] for key in study.drawn})
+    experiment = prepare(study)
+    if other := _coordinate_differences(experiment.plan, coords):
+        raise FileError(
+            f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study "
+            f"numbers "
+            "these, and labels and replays are made from the study. Take the whole results and "
+            "select afterwards; of a "
+            "file that was edited, make it again."
+        )
+    return experiment
+
+
+def _coordinate_differences(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
+    """The differences, in words, between ``coords`` and the ``plan`` of their study."""
+    differences = []
+    if tuple(coords["procedure"]) != plan.procedures:
+        differences.append(
+            f"procedure {' and '.join(coords['procedure'])}, of {' and '.join(plan.procedures)} in its study"
+        )
+    if (starts := len(coords.get("start", ()))) != plan.starts:
+        differences.append(f"{starts or 'no'} starts, of {plan.starts or 'none'} in its study")
+    if (samples := len(coords.get("sample", ()))) != plan.samples:
+        differences.append(f"{samples or 'no'} samples, of {plan.samples or 'none'} in its study")
+    for name, values in plan.dimensions.items():
+        in_file = coords.get(name, np.empty(0))
+        if len(in_file) != len(values):
+            differences.append(f"{len(in_file)} values of {name}, of {len(values)} in its study")
+        elif not np.array_equal(values, in_file):
+            differences.append(f"other values of {name} than in its study")
+    return differences

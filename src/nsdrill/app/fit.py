@@ -40,7 +40,7 @@ from nsdrill.study.study import Study
 from nsdrill.study.uncertain import HOW
 from nsdrill.study.write import study_text
 from nsdrill.sweep.engine import Engine, Progress
-from nsdrill.sweep.rows import Rows
+from nsdrill.sweep.plan import Rows
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.units import plain_units
 from nsdrill.variables import OK

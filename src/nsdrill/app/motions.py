@@ -33,8 +33,7 @@ from nsdrill.study import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.write import study_text
 from nsdrill.sweep.engine import Engine
-from nsdrill.sweep.method import Chosen
-from nsdrill.sweep.plan import Plan
+from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import INFERRED, PENDING
 

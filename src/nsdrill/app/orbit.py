@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.equations import string_differences
+from nsdrill.analysis.comparison import string_differences
 from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.data import resolved_study
 from nsdrill.errors import FileError, Refusal

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.equations import string_differences
+from nsdrill.analysis.comparison import string_differences
 from nsdrill.app.continuation_setup import ContinuationSetup, number_of
 from nsdrill.app.following import Following, Say
 from nsdrill.data import Array, Results, resolved_study

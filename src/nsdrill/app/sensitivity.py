@@ -8,7 +8,7 @@ from typing import Any
 from nsdrill.analysis.probability import check_samples
 from nsdrill.analysis.sensitivity import needed
 from nsdrill.analysis.sensitivity import sensitivity as analysis
-from nsdrill.app.overrides import with_overrides
+from nsdrill.app.experiment import with_overrides
 from nsdrill.data import Results
 from nsdrill.store import read_results
 from nsdrill.variables import TRUST

@@ -22,7 +22,7 @@ from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import in_words, values_in_parts, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
-from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
+from nsdrill.observe.labels import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
@@ -328,7 +328,7 @@ def new_labels(
     for their history, and the root attributes with the thresholds. InputError where a
     refined sweep would need further runs."""
     from nsdrill.app.attractors import labels_of
-    from nsdrill.app.overrides import stored_experiment
+    from nsdrill.app.experiment import stored_experiment
     from nsdrill.app.refinement import reinfer
     from nsdrill.study import change_thresholds
 

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.app.experiment import Experiment, prepare, stored_experiment
 from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_variables, schedule_of, select_states
-from nsdrill.app.overrides import stored_experiment
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, option, printable

@@ -15,9 +15,9 @@ from nsdrill.app.stages import RunStages
 from nsdrill.data import Array
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.observe.trust import trust_labels
+from nsdrill.observe.labels import trust_labels
 from nsdrill.store import Source, columns
-from nsdrill.sweep.rerun import Rerun
+from nsdrill.sweep.refine import Rerun
 from nsdrill.sweep.work import Work
 from nsdrill.variables import CHECKS, OK, PENDING, has_failed
 

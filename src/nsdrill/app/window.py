@@ -10,7 +10,7 @@ from typing import Any
 from nsdrill.analysis.probability import needed
 from nsdrill.analysis.window import USES, find_window
 from nsdrill.app.check import passed_over
-from nsdrill.app.overrides import with_overrides
+from nsdrill.app.experiment import with_overrides
 from nsdrill.data import IN_MEMORY, PASSED_OVER, Results, json_text, resolved_study
 from nsdrill.errors import FileError, InputError, NsdrillError
 from nsdrill.store import read_results

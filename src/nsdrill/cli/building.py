@@ -32,7 +32,7 @@ from nsdrill.operations.argument import (
 
 with deferred():
     from nsdrill import data, files, variables
-    from nsdrill.app import reading
+    from nsdrill.app import datasets
     from nsdrill.models import registry
     from nsdrill.study import load as loading
     from nsdrill.study import read as texts
@@ -217,7 +217,7 @@ def _units_of_input(study: Any, values: dict[str, Any], taken: dict[str, Argumen
     inputs = _inputs(values, taken)
     if not inputs or inputs[0].lower().endswith((".yaml", ".yml")):
         return None
-    return reading.units_in(inputs[0])
+    return datasets.units_in(inputs[0])
 
 
 def load(study: str, overrides: Sequence[str], notes: bool = True) -> Study:
@@ -258,7 +258,7 @@ def write(output: str | None, text: str, overwrite: bool) -> None:
 
 def claim_picture(output: str | None, overwrite: bool) -> None:
     """Check, before anything is computed, that a picture may be written."""
-    from nsdrill.plot.saving import check_suffix
+    from nsdrill.plot.drawing import check_suffix
     from nsdrill.store import claim_file
 
     if output is not None:

@@ -15,7 +15,7 @@ from nsdrill.operations.arguments import Overwrite, ResultsLike, Stream, Switch,
 
 with deferred():
     from nsdrill import store
-    from nsdrill.app import reading
+    from nsdrill.app import datasets
     from nsdrill.app import table as tables
     from nsdrill.text import branches
 
@@ -52,7 +52,7 @@ def command(
     csv_options = [option for option, on in (("--peaks", peaks), ("--section", section), ("--states", states)) if on]
     if suffix == ".nc" and csv_options:
         raise InputError(f"{csv_options[0]}: found with netCDF, which holds everything; allowed: with .csv.")
-    found = "branches" if reading.is_branches(results) else ""
+    found = "branches" if datasets.is_branches(results) else ""
     if not found and os.path.lexists(results) and store.kind_of(results) == "trace":
         found = "a trace"
     if csv_options and found:

@@ -29,7 +29,7 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import data as forms
     from nsdrill import store
-    from nsdrill.app import measured, reading
+    from nsdrill.app import datasets, measured
     from nsdrill.study import study as studies
     from nsdrill.text import pictures as text
     from nsdrill.text import words
@@ -129,7 +129,7 @@ def _cut(file: str, given: Given) -> Any:
     """What is in the file, without its numbers, at the chosen values."""
     from nsdrill.plot import cut
 
-    data = store.open_branches(file) if reading.is_branches(file) else reading.outline(file)
+    data = store.open_branches(file) if datasets.is_branches(file) else datasets.outline(file)
     return cut(data, requested_values(given), given.get("start"))
 
 

@@ -15,7 +15,7 @@ from nsdrill.operations.arguments import Confidence, ManyResults, Output, Overwr
 with deferred():
     from nsdrill import files, store
     from nsdrill.analysis import probability
-    from nsdrill.app import reading, summary
+    from nsdrill.app import datasets, summary
     from nsdrill.app import window as windows
     from nsdrill.text import show as text
     from nsdrill.text import window as window_text
@@ -48,7 +48,7 @@ def command(
     if not output.lower().endswith((".html", ".htm")):
         raise InputError(f"{output}: found another ending; allowed: .html.")
     store.claim_file(output, overwrite)
-    branches = [file for file in results if reading.is_branches(file)]
+    branches = [file for file in results if datasets.is_branches(file)]
     # drawn over the sweeps along the same number
     over = branches[0] if len(branches) == 1 else None
     opened = [_session(file, units, None if file in branches else over) for file in results]

@@ -14,7 +14,7 @@ from nsdrill.operations.arguments import AnyData, Json, Switch
 
 with deferred():
     from nsdrill import store
-    from nsdrill.app import overrides, reading
+    from nsdrill.app import datasets, experiment
 
 
 @command_of(
@@ -38,8 +38,8 @@ def command(
     if study and json:
         raise InputError("--study: found with --json; allowed: one of the two.")
     if study:
-        attrs = store.read_attributes(data) if reading.is_branches(data) else reading.read_any(data, ()).attrs
-        click.echo(overrides.study_of(data, attrs), nl=False)
+        attrs = store.read_attributes(data) if datasets.is_branches(data) else datasets.read_any(data, ()).attrs
+        click.echo(experiment.study_of(data, attrs), nl=False)
         return 0
     found = answers.show(**given)
     if json:

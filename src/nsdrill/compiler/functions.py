@@ -152,7 +152,7 @@ class LaneFunction:
 
     @property
     def address(self) -> int:
-        """Of the entry with C's calling convention (:mod:`nsdrill.compiler.module`)."""
+        """Of the entry with C's calling convention (:mod:`nsdrill.compiler.native`)."""
         if not self._address:
             self._address = _address(self)
         return self._address
@@ -197,7 +197,7 @@ def _address(function: LaneFunction) -> int:
 def _made(function: LaneFunction, symbol: str) -> bytes:
     """The object file of the function, under the name ``symbol``."""
     from nsdrill.compiler import native
-    from nsdrill.compiler.module import Module
+    from nsdrill.compiler.native import Module
 
     text = Module(native.WIDTH).text(function.py_func, function.kinds, symbol)
     return native.object_code(text)

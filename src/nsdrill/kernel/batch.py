@@ -22,6 +22,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.abi import MARKER, OBSERVER, Rows, aligned_zeros
 from nsdrill.compiler.functions import compiled, route
+from nsdrill.data import Array
 from nsdrill.errors import InputError
 from nsdrill.kernel.loop import (
     COUNTERS,
@@ -38,7 +39,6 @@ from nsdrill.kernel.loop import (
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, Stepper
 
-Array = np.ndarray[Any, np.dtype[Any]]
 STEPS_PER_CALL = 20_000  # packed steps between two checks of the clock: some 20 ms
 FEW = 24  # chains up to which one vector register per row is faster than two
 DEFAULT_LANES, WIDE_LANES = 16, 32  # with two and with four vector registers per row

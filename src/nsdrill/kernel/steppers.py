@@ -12,10 +12,9 @@ from nsdrill.compiler.functions import compiled
 from nsdrill.compiler.words import fma
 from nsdrill.generate import define
 from nsdrill.kernel.controller import decide
-from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
 from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
 from nsdrill.kernel.step import Pair, private_rows, step_text
-from nsdrill.kernel.tableau import TSITOURAS
+from nsdrill.kernel.tableau import DORMAND_PRINCE, TSITOURAS
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import Values
 from nsdrill.models.ramp import Ramps
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from nsdrill.kernel.batch import Runs
     from nsdrill.observe.channels import Declaration, Names
 
-Array = np.ndarray[Any, np.dtype[Any]]
 Variant = tuple[int, ...]
 
 

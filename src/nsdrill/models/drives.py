@@ -29,9 +29,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from nsdrill.errors import Fault, InputError
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import Reads, Values
 from nsdrill.models.numbers import DriveCard, FormatValue
-from nsdrill.models.reads import Reads
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
 DIGITS = 9  # of numbers that come from LAPACK, whose last digits depend on the processor

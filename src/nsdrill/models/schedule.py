@@ -5,13 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models.operation import Operation
 
-Array = np.ndarray[Any, np.dtype[Any]]
 PIECES = 256  # segments of a leg along which a value doubles, and the most of any leg
 
 

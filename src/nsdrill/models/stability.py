@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models.drives import Gains
 from nsdrill.models.numbers import DerivedQuantity
 
-Array = np.ndarray[Any, np.dtype[Any]]
 BISECTIONS = 60
 
 

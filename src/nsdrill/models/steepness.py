@@ -10,14 +10,14 @@ that a string with the default smoothing is explicit under usual loads.
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values
 
-Array = np.ndarray[Any, np.dtype[Any]]
 STEEP = 6000.0  # 1/s
 # in the order of the values of the variable ``method``
 METHODS: tuple[Literal["explicit", "implicit"], ...] = ("explicit", "implicit")

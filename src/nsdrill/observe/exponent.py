@@ -32,9 +32,9 @@ import numpy as np
 from nsdrill.abi import CLOSES, MARKER, OBSERVER, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled, inlined
 from nsdrill.compiler.words import lowest_bit, packed
+from nsdrill.data import Array
 from nsdrill.elementary import sincos
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 LEAST_RENORMALISATIONS = 20
 # seconds between renormalisations: within this time a deviation that grows a
 # hundredfold in 10 ms does not overflow

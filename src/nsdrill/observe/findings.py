@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import CACHE_LINE, aligned_zeros
+from nsdrill.data import Array
 from nsdrill.observe.channels import (
     HALF_DIFFERENCE,
     NATURAL,
@@ -29,7 +30,6 @@ from nsdrill.observe.channels import (
     scale_of,
 )
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 # The store begins with the numbers of peaks and of returns that are kept, and the number
 # of parts into which the section divides its spacing. Then come the
 # rings of peaks of each lane, then the ring of returns of each. A ring begins with the

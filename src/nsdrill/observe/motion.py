@@ -17,10 +17,10 @@ import numpy as np
 
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, compiled, inlined
 from nsdrill.compiler.words import packed
+from nsdrill.data import Array
 from nsdrill.observe.thresholds import Motion
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
 
-Array = np.ndarray[Any, np.dtype[Any]]
 LEAST_REPEATS = 3  # of a period among the returns
 # The greatest scatter of returns that count as the same, as a fraction of that of all
 # returns, for a period of two or more.

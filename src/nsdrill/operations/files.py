@@ -11,8 +11,10 @@ from nsdrill.operations.arguments import AnyFile, HDF5Path, ManyResults, Overwri
 
 with deferred():
     from nsdrill import store
-    from nsdrill.app import arguments, datasets, reading, saving
+    from nsdrill.app import arguments, datasets
     from nsdrill.app import combine as joining
+    from nsdrill.app import datasets as reading
+    from nsdrill.app import datasets as saving
     from nsdrill.models import vocabulary
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.orbit.lockstep import Task, gather
+from nsdrill.orbit.flow import Task, gather
 from nsdrill.orbit.newton import Point, Problem, corrected, orientation_of, parameter_normal, tangent_of
 from nsdrill.orbit.special import (
     LOCATION_TOLERANCE,

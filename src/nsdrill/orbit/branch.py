@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, FAILED
+from nsdrill.data import Array
 from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch
 from nsdrill.orbit.newton import Point
 from nsdrill.orbit.shooting import Orbit
 from nsdrill.orbit.special import LabelledPoint
 
-Array = np.ndarray[Any, np.dtype[Any]]
 Key = tuple[int, ...]  # of a branch, by where it sets out
 _PARTS = 10  # arrays of one point that are stored
 _NUMBERS = 8  # scalars of one point that are stored

@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.base import Symmetry
-from nsdrill.orbit.flow import Flow, Legs
-from nsdrill.orbit.frame import rotated, rotation_derivative
-from nsdrill.orbit.lockstep import Task
+from nsdrill.orbit.flow import Flow, Legs, Task
+from nsdrill.orbit.linear import rotated, rotation_derivative
 from nsdrill.orbit.newton import Evaluation, Point
 from nsdrill.orbit.shooting import Array, Orbit, Shooting, map_angle
 

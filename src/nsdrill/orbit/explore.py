@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, HOPF
 from nsdrill.orbit.arclength import HalfBranch
 from nsdrill.orbit.branch import Branch, Key, assembled
-from nsdrill.orbit.flow import Flow
-from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.flow import Flow, advance
 from nsdrill.orbit.seeds import (
     RETURN_TOLERANCE,
     Candidate,

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from nsdrill.data import Array
+from nsdrill.models.base import Symmetry
+
 DENSE = 100  # unknowns up to which OpenBLAS uses one thread
 
 
@@ -52,3 +54,30 @@ def _factors(matrix: Array) -> Any:
 def _parity(permutation: np.ndarray[Any, np.dtype[Any]]) -> float:
     """1 for an even permutation, -1 for an odd one: by its pairs in falling order."""
     return -1.0 if np.triu(np.greater.outer(permutation, permutation)).sum() % 2 else 1.0
+
+
+# The rotating frame of the drive, in which motions repeat.
+
+
+def rotated(symmetry: Symmetry, state: Array, angle: Any) -> Array:
+    """States (..., states) rotated by ``angle`` [rad], a number or an array over all
+    but the last dimension."""
+    rotated_state = np.array(state, dtype=float)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    for x, y in symmetry.turned:
+        rotated_state[..., x] = cosine * state[..., x] - sine * state[..., y]
+        rotated_state[..., y] = sine * state[..., x] + cosine * state[..., y]
+    return rotated_state
+
+
+def rotation_matrices(symmetry: Symmetry, states: int, angles: Array) -> Array:
+    """The matrices [n, states, states] of :func:`rotated` for ``angles`` [n]."""
+    return np.swapaxes(rotated(symmetry, np.tile(np.eye(states), (len(angles), 1, 1)), angles[:, None]), 1, 2)
+
+
+def rotation_derivative(symmetry: Symmetry, state: Array) -> Array:
+    """The derivative of :func:`rotated` by the angle, at the angle 0."""
+    derivative = np.zeros_like(state)
+    for x, y in symmetry.turned:
+        derivative[..., x], derivative[..., y] = -state[..., y], state[..., x]
+    return derivative

@@ -4,7 +4,7 @@ A problem has m equations in m + 1 unknowns, all in natural scales; the last unk
 the continuation parameter. Evaluating it takes pieces of trajectories: the functions
 here are generators that yield legs and are sent their ends, so that many branches
 advance side by side and the legs of one round run in one batch
-(:func:`nsdrill.orbit.lockstep.advance`). Nothing here depends on what the legs stand
+(:func:`nsdrill.orbit.flow.advance`). Nothing here depends on what the legs stand
 for.
 """
 
@@ -16,10 +16,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from nsdrill.data import Array
+from nsdrill.orbit.flow import Task
 from nsdrill.orbit.linear import sign_of_determinant, solve
-from nsdrill.orbit.lockstep import Task
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 MAX_ITERATIONS = 9
 # lengths of steps of Newton's method, in natural scales
 NEWTON_TOLERANCE, STALLED_TOLERANCE, MAX_NEWTON_STEP = 1e-8, 1e-5, 3000.0

@@ -1,4 +1,4 @@
-"""Periodic orbits as fixed points of the lobe map. Steady drilling and bounces are such
+"""Periodic orbits as fixed points of the lobe map, and limit cycles. Steady drilling and bounces are such
 fixed points.
 
 The lobe map P_m is the flow over m folds of a revolution of the drive, followed by the
@@ -9,14 +9,14 @@ of the map over any angle is an equilibrium in the frame of the drive.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nsdrill.orbit.flow import DIFFERENCE_STEP, Ends, Flow, Legs
-from nsdrill.orbit.frame import rotated
-from nsdrill.orbit.lockstep import Task
+from nsdrill.orbit.flow import DIFFERENCE_STEP, Ends, Flow, Legs, Task
+from nsdrill.orbit.linear import rotated, rotation_derivative
 from nsdrill.orbit.newton import Evaluation
 from nsdrill.orbit.shooting import Array, Orbit, Shooting, map_angle, shooting_jacobian
 
@@ -104,3 +104,139 @@ def segment_starts(problem: Periodic, state: Array, values: Array) -> Task[Array
             return None
         starts.append(ends.state[0])
     return np.stack(starts)
+
+
+# Limit cycles of models whose equations are the same at every drive angle, by multiple
+# shooting in the frame of the drive.
+# The period is an unknown, and the phase condition of Poincaré is its equation: the start
+# lies in the plane through a reference state, that of the previous point, normal to the
+# flow there. One multiplier is 1, along the flow.
+
+
+SEGMENTS = 6  # of a cycle, unless more are given
+
+
+def corotating_rates(flow: Flow, state: Array, values: Array) -> Array:
+    """The time derivatives of states (n, states) in the frame of the drive, at
+    ``values`` [parameters], shape (n, states)."""
+    all_values = np.tile(values, (len(state), 1))
+    phase_rate = flow.phase_rate(np.atleast_2d(values))[0]
+    return flow.state_rates(state, all_values) - phase_rate * rotation_derivative(flow.symmetry, state)
+
+
+@dataclass(frozen=True)
+class Cycle(Shooting):
+    """Limit cycles. The further unknowns are the period over ``time_scale`` [s] and the
+    continuation parameter. ``reference`` and ``normal`` [free], in natural scales,
+    define the plane of the phase condition."""
+
+    time_scale: float
+    reference: Array
+    normal: Array
+    lobes = 1
+    trivial = 1
+
+    @classmethod
+    def at(cls, flow: Flow, period: float, values: Array, state: Array, segments: int = SEGMENTS) -> Cycle:
+        """The problem near the cycle of this ``period`` [s] through ``state``
+        [states]."""
+        scales = flow.state_scales(values)[0][list(flow.symmetry.free)]
+        zeros = np.zeros(len(scales))
+        problem = cls(flow, segments, scales, np.array(values), state.copy(), period, zeros, zeros)
+        return problem.with_phase_condition(state, values)
+
+    def with_phase_condition(self, state: Array, values: Array) -> Cycle:
+        return self.with_normal(
+            state, corotating_rates(self.flow, state[None], values)[0][self.free] / self.state_scales
+        )
+
+    def with_normal(self, state: Array, normal: Array) -> Cycle:
+        """The same problem with the plane of its phase condition through ``state``
+        [states]; ``normal`` [free] has any length."""
+        reference = state[self.free] / self.state_scales
+        return replace(self, reference=reference, normal=normal / max(float(np.linalg.norm(normal)), 1e-300))
+
+    def unknowns(self, states: Array, period: float, parameter: float) -> Array:
+        """``x`` from the states at the starts of the segments [segments, states], the
+        period [s] and the continuation parameter."""
+        return self.packed(states, period / self.time_scale, parameter / self.flow.scales[-1])
+
+    def legs(self, states: Array, values: Array, periods: Array, tangent: Sequence[bool] | Array) -> Legs:
+        """The segments of several cases: ``states`` [cases, segments, states], ``values``
+        [cases, parameters], ``periods`` [cases] [s], and whether their monodromies are
+        computed, ``tangent`` [cases]."""
+        J = self.segments
+        all_values, durations = np.repeat(values, J, axis=0), np.repeat(periods / J, J)
+        return Legs(states.reshape(len(all_values), -1), 0.0, durations, all_values, np.repeat(tangent, J))
+
+    def shots(self, ends: Ends, values: Array, periods: Array) -> tuple[Array, Array]:
+        """The ends and monodromies of :meth:`legs` in the frame of the drive, as of
+        :meth:`.Shooting.rotated_back`."""
+        return self.rotated_back(ends, np.repeat(self.flow.phase_rate(values) * periods / self.segments, self.segments))
+
+    def evaluate(self, x: Array) -> Task[Evaluation | None]:
+        J, free, scale, states = self.segments, self.free, self.scale, self.states(x)
+        period, values = float(x[-2] * self.time_scale), self.values_around(x, DIFFERENCE_STEP)
+        if not period > 0.0:
+            return None
+        periods = np.full(3, period)
+        ends = yield self.legs(np.stack([states] * 3), values, periods, (True, False, False))
+        if not ends.ok.all():
+            return None
+        end, monodromies = self.shots(ends, values, periods)
+        blocks = monodromies[0] * self.ratios
+        by_period = corotating_rates(self.flow, end[0], values[0])[:, free] / scale * (self.time_scale / J)
+        parameter_scale = self.flow.scales[-1]
+        per_step = parameter_scale / (2.0 * (DIFFERENCE_STEP * parameter_scale))
+        by_parameter = (end[1] - end[2])[:, free] / scale * per_step
+        phase_error, phase_row = self.phase_condition(states)
+        jacobian = np.zeros((len(x) - 1, len(x)))
+        jacobian[:-1] = np.column_stack([shooting_jacobian(blocks), by_period.ravel(), by_parameter.ravel()])
+        jacobian[-1, : len(free)] = phase_row
+        if not np.isfinite(jacobian).all():
+            return None
+        residual = np.concatenate([self.misses(end[0], states), phase_error])
+        found = states, values[0], period, blocks, ends.touches[:J]
+        return Evaluation(residual, jacobian, lambda: self.orbit(*found))
+
+    def phase_condition(self, states: Array) -> tuple[Array, Array]:
+        """The residual [1] and the derivative by the first segment [1, free] of the
+        phase condition."""
+        error = self.normal @ (states[0][self.free] / self.state_scales - self.reference)
+        return np.array([error]), self.normal[None] * math.sqrt(self.segments)
+
+    def critical_matrix(self, multiplier: float, monodromy: Array, state: Array, values: Array) -> Array:
+        """The matrix that is singular where a cycle through ``state`` has this
+        multiplier beside the trivial one: the shifted monodromy bordered by the flow and
+        by the normal of the phase condition [free + 1, free + 1]."""
+        rates = corotating_rates(self.flow, state[None], values)[0][self.free] / self.state_scales
+        shifted = monodromy - multiplier * np.eye(len(monodromy))
+        corner = [[shifted, rates[:, None] * self.time_scale], [self.normal[None], np.zeros((1, 1))]]
+        return np.block(corner)
+
+
+def sampled_cycle(
+    flow: Flow, state: Array, values: Array, interval: float, max_samples: int
+) -> Task[tuple[Array, float] | None]:
+    """The states at the starts of the ``SEGMENTS`` [segments, states] and the period [s]
+    of a settled motion through ``state`` [states], sampled every ``interval`` [s]. None
+    where it does not return to its start within ``max_samples``, or stands still."""
+    free = list(flow.symmetry.free)
+    state_scales = flow.state_scales(values)[0][free]
+    phase_rate = float(flow.phase_rate(values)[0])
+    samples, distances, has_left = [state], [0.0], False
+    for k in range(1, max_samples + 1):
+        ends = yield Legs(samples[-1][None], 0.0, interval, values)
+        if not ends.ok[0]:
+            return None
+        samples.append(rotated(flow.symmetry, ends.state, -phase_rate * interval)[0])
+        distances.append(float(np.linalg.norm((samples[-1] - state)[free] / state_scales)))
+        has_left = has_left or distances[-1] > 0.5 * max(distances) > 1e-3
+        before, least, after = distances[-3:] if k > 3 else (0.0, 0.0, 0.0)
+        if has_left and least < before and least <= after and least < 0.1 * max(distances):
+            closest = samples[-2]
+            rate = corotating_rates(flow, closest[None], values)[0][free] / state_scales
+            overshoot = float(((closest - state)[free] / state_scales) @ rate) / float(rate @ rate)
+            starts = [samples[round(j * (k - 1) / SEGMENTS)] for j in range(SEGMENTS)]
+            return np.stack(starts), (k - 1) * interval - overshoot
+    return None

@@ -14,10 +14,10 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.orbit.flow import Ends, Flow
-from nsdrill.orbit.frame import rotated, rotation_matrices
+from nsdrill.orbit.linear import rotated, rotation_matrices
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 # folds of a revolution in the map of an equilibrium, where every drive angle is alike
 EQUILIBRIUM_FOLDS = 8
 UNSTABLE_TOLERANCE = 1e-9  # of the modulus of a multiplier on the unit circle

@@ -12,14 +12,12 @@ from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, PERIODIC
 from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch, Rules, follow
 from nsdrill.orbit.branch import Branch, Key
 from nsdrill.orbit.circle import Circle, circle_stop
-from nsdrill.orbit.flow import Flow
+from nsdrill.orbit.flow import Flow, Task
 from nsdrill.orbit.labels import kink_predicate, stability_of, test_functions_of, with_located_touches
-from nsdrill.orbit.lockstep import Task
 from nsdrill.orbit.newton import Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic, lobe_starts, segment_starts
-from nsdrill.orbit.seeds import Candidate, Orders
+from nsdrill.orbit.seeds import Candidate, Kind, Orders, passes_near, signatures
 from nsdrill.orbit.shooting import Array, Orbit
-from nsdrill.orbit.signatures import Kind, passes_near, signatures
 
 NEAR_PARENT = 6  # points of a branch that may lie near the branch it emanates from
 MAX_MULTIPLIER = 1e3  # over one fold, of a motion that can still be followed

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.orbit.lockstep import Task
+from nsdrill.orbit.flow import Task
 from nsdrill.orbit.newton import Array, Point, Problem, corrected_between
 
 LOCATION_TOLERANCE = 1e-8  # of the arclength of a special point

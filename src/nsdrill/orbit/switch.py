@@ -9,15 +9,12 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import BRANCH, CYCLE, DOUBLING, EQUILIBRIUM, HOPF, PERIODIC
 from nsdrill.orbit.branch import Branch, Key
-from nsdrill.orbit.cycle import SEGMENTS, Cycle
-from nsdrill.orbit.flow import Flow
+from nsdrill.orbit.flow import Flow, Task, gather
 from nsdrill.orbit.labels import critical_vector
-from nsdrill.orbit.lockstep import Task, gather
 from nsdrill.orbit.newton import Point, Problem, corrected
-from nsdrill.orbit.periodic import Periodic, segment_starts
-from nsdrill.orbit.seeds import Candidate, Orders
+from nsdrill.orbit.periodic import SEGMENTS, Cycle, Periodic, segment_starts
+from nsdrill.orbit.seeds import Candidate, Orders, signatures
 from nsdrill.orbit.shooting import Array, Orbit
-from nsdrill.orbit.signatures import signatures
 from nsdrill.orbit.special import LabelledPoint
 
 STEP_LENGTHS = (0.05, 0.2, 0.01)  # from the bifurcation, in natural scales, in order of trial

@@ -21,11 +21,11 @@ from matplotlib.figure import Figure
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from nsdrill.analysis.hysteresis import disagreement
-from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
+from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
-from nsdrill.observe.trust import verdict
+from nsdrill.observe.labels import verdict
 from nsdrill.plot.cells import (
     PALE_GREY,
     RATE_OF_PENETRATION,

@@ -19,11 +19,10 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
 from nsdrill.analysis.hysteresis import differences, spans
-from nsdrill.analysis.outcome import FAILED_POINT
+from nsdrill.analysis.probability import FAILED_POINT
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.plot.cells import overlay_verdicts, verdict_handles
-from nsdrill.plot.decimation import envelope, one_per_pixel
 from nsdrill.plot.labels import quantity, sweep_title
 from nsdrill.plot.page import area_entry, finish, line_entry, marker_entry, name_panel, new_figure, response_entries
 from nsdrill.plot.registry import longest
@@ -40,6 +39,7 @@ from nsdrill.plot.style import (
     font_size,
     page_width,
 )
+from nsdrill.plot.traces import envelope, one_per_pixel
 from nsdrill.variables import INFERRED, OK
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure

@@ -9,11 +9,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from nsdrill.analysis.outcome import outcome, text
+from nsdrill.analysis.probability import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
-from nsdrill.observe.trust import verdict
+from nsdrill.observe.labels import verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
 from nsdrill.units import WithUnit

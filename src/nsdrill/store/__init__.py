@@ -13,7 +13,6 @@ from nsdrill.late import late
 
 if TYPE_CHECKING:
     from nsdrill.files import write_text
-    from nsdrill.store.branches import open_branches, write_branches
     from nsdrill.store.claims import check_target, claim, claim_file
     from nsdrill.store.dataset import from_dataset, open_results, to_dataset
     from nsdrill.store.hdf5 import to_netcdf
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
         variables_in,
     )
     from nsdrill.store.records import pending_records, record_dtype, recorded
-    from nsdrill.store.results import columns, points_in_block, write_results
+    from nsdrill.store.results import columns, open_branches, points_in_block, write_branches, write_results
     from nsdrill.store.rewrite import rewrite_log
     from nsdrill.store.sink import Sink, Source
     from nsdrill.store.trace import read_trace, write_trace
@@ -90,7 +89,7 @@ __getattr__ = late(
         "kept_of": "nsdrill.store.read",
         "kind_of": "nsdrill.store.read",
         "log_from_results": "nsdrill.store.read",
-        "open_branches": "nsdrill.store.branches",
+        "open_branches": "nsdrill.store.results",
         "open_results": "nsdrill.store.dataset",
         "part_path": "nsdrill.store.log",
         "pending_records": "nsdrill.store.records",
@@ -107,7 +106,7 @@ __getattr__ = late(
         "to_dataset": "nsdrill.store.dataset",
         "to_netcdf": "nsdrill.store.hdf5",
         "variables_in": "nsdrill.store.read",
-        "write_branches": "nsdrill.store.branches",
+        "write_branches": "nsdrill.store.results",
         "write_results": "nsdrill.store.results",
         "write_text": "nsdrill.files",
         "write_trace": "nsdrill.store.trace",

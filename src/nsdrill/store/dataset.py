@@ -15,11 +15,12 @@ from nsdrill.errors import FileError
 from nsdrill.files import reason
 from nsdrill.models.registry import model_in
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import plain_attribute, plain_attributes
 from nsdrill.store.layout import (
     Stored,
     coordinate_attributes,
     file_order,
+    plain_attribute,
+    plain_attributes,
     root_attributes,
     stored_attributes,
     stored_coordinates,

@@ -22,8 +22,7 @@ import numpy as np
 
 from nsdrill.errors import FileError, option
 from nsdrill.files import MAKE_ROOM, reason, replacing
-from nsdrill.store.attributes import plain_attribute
-from nsdrill.store.layout import stored_attributes, variable_attributes
+from nsdrill.store.layout import plain_attribute, stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
 from nsdrill.variables import FORMAT_VERSION, Variable

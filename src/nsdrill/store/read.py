@@ -23,8 +23,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import LARGEST, plain_attribute, plain_attributes
-from nsdrill.store.layout import to_file, to_memory
+from nsdrill.store.layout import LARGEST, plain_attribute, plain_attributes, to_file, to_memory
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded

@@ -11,8 +11,7 @@ from nsdrill.data import Trace
 from nsdrill.errors import FileError
 from nsdrill.models.registry import model_in
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import plain_attributes
-from nsdrill.store.layout import coordinate_attributes, root_attributes
+from nsdrill.store.layout import coordinate_attributes, plain_attributes, root_attributes
 from nsdrill.store.read import Arrays, PathLike, coordinate, real_values
 from nsdrill.variables import SCHEDULED, Variable
 

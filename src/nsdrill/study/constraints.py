@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
@@ -25,7 +26,6 @@ from nsdrill.study.study import axis_values, refined_axes
 from nsdrill.units import USUAL
 from nsdrill.variables import AXES, long_key, short_key
 
-Array = np.ndarray[Any, np.dtype[Any]]
 MAX_POINTS = 10**8
 MAX_STARTS = 10**5  # of one operating point: they are compared with each other
 

@@ -18,8 +18,8 @@ from nsdrill import units as si
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
-from nsdrill.models.meanings import MEANINGS as OF_MODELS
 from nsdrill.models.registry import NAMES, described, of_all
+from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text

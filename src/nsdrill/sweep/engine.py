@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.data import Array
 from nsdrill.errors import NsdrillError, again
 from nsdrill.kernel.batch import Batch
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, advance
 from nsdrill.variables import OK
 
-Array = np.ndarray[Any, np.dtype[Any]]
 SEGMENT = 64  # points of a chain added to a batch at once
 QUANTUM = 0.25  # seconds for which a batch is advanced at once in a thread
 REMOTE_QUANTUM = 1.0  # in another process: a batch is then a message of some megabytes

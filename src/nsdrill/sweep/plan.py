@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from nsdrill.data import Array
+from nsdrill.models.description import Description
+from nsdrill.models.leaves import values_in_parts
+from nsdrill.models.starts import Starts
+from nsdrill.models.steepness import implicit
 from nsdrill.variables import dimension_of
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @dataclass(frozen=True)
@@ -141,3 +144,64 @@ class Plan:
         index = (self.procedures.index(procedure), *nearest, *([sample] if self.samples else []))
         number = int(np.ravel_multi_index(index, self.shape)) * max(self.starts, 1) + start
         return number, point_values
+
+
+# Points that do not form a grid, such as measurements: each has its own values.
+
+
+@dataclass(frozen=True)
+class Rows(Plan):
+    """One point for each row of a table: ``axes`` has the values of each key, including
+    those of the operation, arrays [rows]. The rows are in order of ascending speed: the
+    engine begins with the last ones, and fast rotation takes the most steps."""
+
+    @classmethod
+    def of(cls, table: dict[str, Array]) -> tuple[Self, Array]:
+        """The rows of ``table``, and the index of each in it: [rows]."""
+        order = np.argsort(table["rotary_speed"], kind="stable")
+        others = {key: table[key][order] for key in table if key != "rotary_speed"}
+        return cls({**others, "rotary_speed": table["rotary_speed"][order]}, "same", None), order
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return (*[1] * len(self.axes), len(self.axes["rotary_speed"]))
+
+    def values(self, points: Array) -> dict[str, Array]:
+        return {key: values[points] for key, values in self.axes.items()}
+
+
+# Which points of a sweep are integrated implicitly. Imports no compiler.
+
+
+_BLOCK = 1 << 16  # points decided at once
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The choice of the method for the points of a plan, by the key
+    ``simulation.method`` of a study of this model."""
+
+    plan: Plan
+    parameters: Any
+    initial: Starts
+    model: Description
+    method: str
+
+    def points(self, points: Array) -> Array:
+        """Whether each of these points is integrated implicitly, shape (n,): by the
+        study's method or, with ``auto``, where friction is steep."""
+        points = np.asarray(points)
+        values, is_implicit = self.plan.values(points), np.zeros(np.shape(points), dtype=bool)
+        for at, part in values_in_parts(self.model, self.parameters, self.initial, values):
+            is_implicit[part] = implicit(self.method, self.model, at)
+        return is_implicit
+
+    def words(self) -> tuple[str, ...]:
+        """The methods that the whole plan uses: explicit, implicit, or both."""
+        if self.method == "explicit":
+            return ("explicit",)
+        choices: set[bool] = set()
+        for first in range(0, self.plan.points, _BLOCK):
+            block = np.arange(first, min(first + _BLOCK, self.plan.points))
+            choices |= set(self.points(block).tolist())
+        return tuple(word for word, value in (("explicit", False), ("implicit", True)) if value in choices)

@@ -12,6 +12,7 @@ import numpy as np
 
 from nsdrill.abi import MARKER, OBSERVER, RATES, Rows
 from nsdrill.compiler.functions import address, compiled
+from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
@@ -43,11 +44,9 @@ from nsdrill.observe.exponent import (
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one
 from nsdrill.observe.thresholds import Record, Thresholds
-from nsdrill.sweep.method import Chosen
-from nsdrill.sweep.plan import Plan
+from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import OK
 
-Array = np.ndarray[Any, np.dtype[Any]]
 OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section a batch has fewer slots
 FEWEST_SLOTS = 256
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.app.contrast import contrast, moved_rows, onset_rows, sentence
-from nsdrill.app.reading import read_any
+from nsdrill.app.datasets import read_any
 from nsdrill.errors import InputError
 from nsdrill.quantity import amount, find
 from nsdrill.text.window import WIDTH

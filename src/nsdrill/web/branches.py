@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR, meanings_of
-from nsdrill.analysis.equations import other_string
+from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.registry import drawn_in, model_in

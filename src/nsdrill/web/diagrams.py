@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
-from nsdrill.analysis.outcome import outcome, text
+from nsdrill.analysis.probability import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in

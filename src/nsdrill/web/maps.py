@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.outcome import outcome
 from nsdrill.analysis.plane import largest_margin
-from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of
+from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, outcome, probabilities_of
 from nsdrill.analysis.window import CRITICAL, HISTORY_DEPENDENT, USUAL_CONFIDENCE, Classes, axes_of, classes
 from nsdrill.analysis.window import SAFE as SAFE_STATE
 from nsdrill.data import Array, Results

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsdrill.analysis.outcome import outcome
+from nsdrill.analysis.probability import outcome
 from nsdrill.app.motions import Motion
 from nsdrill.app.provenance import unlike
 from nsdrill.data import Array, Trace

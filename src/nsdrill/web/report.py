@@ -2,7 +2,7 @@
 print. The answer stands first, then what it rests on; at the end how it was made.
 
 Text and tables are plain HTML. The scripts of the explorer draw diagrams and motions in
-the browser, from the same bodies (:mod:`nsdrill.web.packet`), which the page holds in
+the browser, from the same bodies (:mod:`nsdrill.web.asked`), which the page holds in
 base64.
 """
 
@@ -28,11 +28,20 @@ from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import evenly_spaced
 from nsdrill.variables import INFERRED, OK, SAMPLE
-from nsdrill.web.answers import LIMITS, comparison, escaped, file_answer, paragraph, picture, table
+from nsdrill.web.answers import (
+    LIMITS,
+    comparison,
+    escaped,
+    file_answer,
+    origin_rows,
+    paragraph,
+    picture,
+    study_details,
+    table,
+)
+from nsdrill.web.asked import packed
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import Reply, member_dimension
-from nsdrill.web.origin import origin_rows, study_details
-from nsdrill.web.packet import packed
 from nsdrill.web.server import static
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, response_styles

@@ -35,7 +35,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.data import json_text
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
-from nsdrill.web.packet import packed
+from nsdrill.web.asked import packed
 from nsdrill.web.session import Session
 
 ADDRESS = "127.0.0.1"

@@ -21,10 +21,9 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.app.datasets import is_branches, read_any
+from nsdrill.app.experiment import Experiment, prepare, stored_experiment
 from nsdrill.app.motions import Motions
-from nsdrill.app.overrides import stored_experiment
-from nsdrill.app.reading import is_branches, read_any
 from nsdrill.data import Array, Results, Trace, frozen_modes, json_text, overrides
 from nsdrill.errors import FileError, InputError, option
 from nsdrill.models.registry import drawn_in

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT
+from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot import style
 from nsdrill.plot.labels import Shown, quantity
@@ -71,7 +71,7 @@ def response_styles() -> list[dict[str, str]]:
 
 
 def outcome_words(code: int) -> str:
-    """The outcome of a point (:mod:`nsdrill.analysis.outcome`) in words."""
+    """The outcome of a point (:mod:`nsdrill.analysis.probability`) in words."""
     return {PENDING_POINT: "not run yet", FAILED_POINT: "failed"}.get(code) or RESPONSES[code].name
 
 

@@ -12,6 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models import friction
 from nsdrill.models.beam.options import Options, options_of, unbalanced_modes
 from nsdrill.models.beam.parameters import Beam, Initial, Parameters
@@ -22,7 +23,6 @@ from nsdrill.models.leaves import Values
 
 NO_WALL = 1e6  # m, the gap of a station without one
 
-Array = np.ndarray[Any, np.dtype[Any]]
 # Auxiliary outputs for the observer: cosine and sine of the bit angle and torque of the
 # rock; the number of stations on the wall, and the sum of their slips; of each station,
 # its radius, and that times the radial velocity.

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models.beam.columns import as_lumped, shape, watched
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit import forces as lumped
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 State = Mapping[str, Array]
 
 

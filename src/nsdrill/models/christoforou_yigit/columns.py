@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models import friction
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
@@ -25,7 +26,6 @@ from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 
-Array = np.ndarray[Any, np.dtype[Any]]
 STATES = STATE_NAMES[:-1]  # of string and bit
 # Auxiliary outputs, which the observer reads: cosine and sine of the bit angle, the
 # smoothed direction of the bit speed, the factor by which its friction falls, and the

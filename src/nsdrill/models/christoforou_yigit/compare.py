@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[Any]]
-
+from nsdrill.data import Array
 
 # Weights of the scaled features, in their order, when attractors of neighbouring
 # operating points are matched. Three features change much along one branch: the contact

@@ -9,14 +9,13 @@ from typing import Any
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
-from nsdrill.models.christoforou_yigit.options import is_used
+from nsdrill.models.christoforou_yigit.options import friction_rates, is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.christoforou_yigit.steepness import friction_rates
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
-from nsdrill.models.drilling import DRILLED
 from nsdrill.models.friction import LAWS, laws_that_read
 from nsdrill.models.leaves import values_at
-from nsdrill.models.meanings import MEANINGS
+from nsdrill.models.numbers import DRILLED
+from nsdrill.models.sections import MEANINGS
 from nsdrill.variables import MODEL
 
 

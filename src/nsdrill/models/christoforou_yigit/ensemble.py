@@ -41,13 +41,13 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.laws import running_arm, static_arm
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import Values
 from nsdrill.models.starts import in_the_disc
 
-Array = np.ndarray[Any, np.dtype[Any]]
 WIND_UP = 1.5  # times the wind-up under the torque at rest
 AXIAL_REACH = 2.0  # times static penetration and lobe amplitude together
 LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.equations.graph import Node
 from nsdrill.equations.plain import values
 from nsdrill.equations.trace import traced
@@ -19,7 +20,6 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import History
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 LOADS = ("bit_force", "bit_torque", "wall_force", "wall_friction")
 
 

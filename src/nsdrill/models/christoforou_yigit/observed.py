@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.compiler.words import fma
+from nsdrill.data import Array
 from nsdrill.models.christoforou_yigit.columns import aux_of, columns_of, states_of
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.options import Options
@@ -36,7 +37,6 @@ from nsdrill.observe.channels import (
     Winding,
 )
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 LEAST_HOLD = 1.0  # least c f', stage length over the time constant of friction, of a held bit
 CREEP_RANGE = 20.0  # of eps |v|; at lower speeds friction has not reached its full size
 REVOLUTION = 2.0 * math.pi

@@ -8,7 +8,7 @@ from typing import Any
 
 from nsdrill.models.drives import kinds
 from nsdrill.models.friction import LAWS
-from nsdrill.models.reads import Reads
+from nsdrill.models.leaves import Reads
 
 # The keys of the drive that each kind reads.
 _LQR = ("inertia", "shaft_damping", "on_at", "torque_limit", "state_weight", "torque_weight")

@@ -8,9 +8,8 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
-from nsdrill.models.drives import LAWS, inertia_faults
+from nsdrill.models.drives import LAWS, inertia_faults, kinds
 from nsdrill.models.sections import WIDEST_BORE
-from nsdrill.models.segments.reads import DRIVE
 
 ORDERS = (
     Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
@@ -75,3 +74,11 @@ def _drive(check: Any) -> Iterator[Fault]:
     """There is no value and no axis that the kind of drive does not read."""
     if check.sound("drive"):
         yield from DRIVE.faults(check)
+
+
+# Which keys of a study a string of segments reads, by the kind of its drive.
+
+
+_MOTOR = ("inductance", "resistance", "torque_constant", "gear", "motor_inertia", "table_inertia", "table_damping")
+_WEIGHTS = ("control_weight", "lag_weight", "drive_speed_weight", "current_weight", "twist_weight", "bit_speed_weight")
+DRIVE = kinds(("inertia", "on_at"), dc_motor=(*_MOTOR, "gains", "on_at"), lqr=(*_MOTOR, *_WEIGHTS, "on_at"))

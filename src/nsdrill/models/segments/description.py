@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.description import Description, Drawn, Panel
-from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import DRILLED
 from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.constraints import ORDERS, constraints
 from nsdrill.models.segments.parameters import MAX_SEGMENTS, Initial, Parameters, SegmentsOperation

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models.drives import Circuit, Gains
 from nsdrill.models.operation import Operation
 from nsdrill.models.segments.drive import first_frequency, gains_of, law_of
@@ -23,8 +24,6 @@ from nsdrill.models.stability import growing, steepest_fall
 
 SPEEDS = np.geomspace(0.05, 1000.0, 400)  # rad/s, searched for the onset
 STEP = 1e-5  # of the bit speed, in the slope of the torque
-
-Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def torsional_matrix(parameters: Parameters, string: String) -> Array:

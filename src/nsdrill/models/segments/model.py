@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.base import Array, Model, Variant
-from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import drilled
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
 from nsdrill.models.segments.drive import lag_of

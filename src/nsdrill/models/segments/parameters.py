@@ -16,7 +16,7 @@ from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import LAWS, Kind, check_inertia
 from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Collars, Cutting, Fluid, Hole, Lobes, Pipe, Steel, Tubular, check_bore
-from nsdrill.models.segments.reads import DRIVE
+from nsdrill.models.segments.constraints import DRIVE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, defaults, given, like, parameter
 

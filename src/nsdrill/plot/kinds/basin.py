@@ -22,14 +22,13 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.plot.dark import light_of
 from nsdrill.plot.kinds.starts import ATTRACTOR_VARIABLES, UNGROUPED, attractor_label, by_operating_point, has_starts
 from nsdrill.plot.labels import quantity, sweep_title
 from nsdrill.plot.page import area_entry, finish, marker_entry, new_figure
 from nsdrill.plot.panels import draw_codes
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import RESPONSES, page_width
+from nsdrill.plot.style import RESPONSES, light_of, page_width
 from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4

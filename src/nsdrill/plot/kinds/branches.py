@@ -24,7 +24,7 @@ from nsdrill.analysis.bifurcations import (
     TORUS,
     meanings_of,
 )
-from nsdrill.analysis.equations import other_string
+from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.description import Panel

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nsdrill.analysis.outcome import text
+from nsdrill.analysis.probability import text
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in

@@ -15,7 +15,6 @@ from matplotlib.ticker import MaxNLocator
 
 from nsdrill.data import Array, Trace, resolved_study
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.decimation import binned_statistics, count_upcrossings, envelope
 from nsdrill.plot.kinds.hole import draw_orbit, has_orbit
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import between
@@ -25,7 +24,10 @@ from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.style import BLUE, DASHED, MANY_MARKERS, REFERENCE, SKY, font_size, halo, page_width
 from nsdrill.plot.traces import (
     HISTORY_HEIGHT,
+    binned_statistics,
     check_length,
+    count_upcrossings,
+    envelope,
     extra_height,
     is_chosen,
     moving_values,

@@ -8,7 +8,7 @@ window.nsdrill = (() => {
   const MAX_MARKERS = 20000; // above, markers are drawn as squares
   const ratio = () => window.devicePixelRatio || 1;
 
-  // Decode a reply (nsdrill/web/packet.py): the head, and the columns as arrays with a shape.
+  // Decode a reply (nsdrill/web/asked.py): the head, and the columns as arrays with a shape.
   function unpack(buffer) {
     const size = new DataView(buffer).getUint32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
