@@ -227,6 +227,7 @@ MOTION_LABELS = {
     "period": "Period\n[returns]",
 }
 STANDARD_ERRORS = 2  # half the length of an error bar
+WIDE = 30.0  # the largest exponent over the usual one, beyond which the axis is logarithmic
 
 
 def draw_motion(results: Results, units: str = "si") -> Figure:
@@ -249,19 +250,31 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
         if first:
             axes.set_ylabel(MOTION_LABELS.get(name, "Motion"))
     if panels := page.panels("lyapunov_exponent"):
-        bar_ends = [
-            _values_to_draw(line, "lyapunov_exponent") + sign * STANDARD_ERRORS * line["lyapunov_error"]
-            for line in lines
-            for sign in (-1, 0, 1)
-        ]
-        low, high = robust_limits(np.concatenate([values.ravel() for values in bar_ends]))
-        margin = 0.08 * (high - low)
-        panels[0].set_ylim(min(low, 0.0) - margin, max(high, 0.0) + margin)
+        _scale_exponents(panels[0], lines)
     kinds = [
         area_entry(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present
     ]
     directions = direction_entries(lines[0].procedures) if names else []
     return page.finish([*kinds, *directions, *outcome_handles(lines, markers=False)])
+
+
+def _scale_exponents(axes: Axes, lines: Sequence[Line]) -> None:
+    """Limits that show the bars of all exponents; where chaos makes most of them look
+    like zero, logarithmic on either side of it."""
+    exponents = [_values_to_draw(line, "lyapunov_exponent") for line in lines]
+    errors = [STANDARD_ERRORS * line["lyapunov_error"] for line in lines]
+    bars = [values + sign * error for values, error in zip(exponents, errors, strict=True) for sign in (-1, 0, 1)]
+    low, high = robust_limits(np.concatenate([values.ravel() for values in bars]))
+    low, high = min(low, 0.0), max(high, 0.0)
+    sizes = np.abs(np.concatenate([values.ravel() for values in exponents]))
+    sizes = sizes[sizes > 0.0]
+    usual = 10.0 ** np.floor(np.log10(np.median(sizes))) if sizes.size else 0.0
+    if 0.0 < WIDE * usual < max(high, -low):
+        axes.set_yscale("symlog", linthresh=usual)
+        axes.set_ylim(1.6 * low - 0.3 * usual, 1.6 * high + 0.3 * usual)
+    else:
+        margin = 0.08 * (high - low)
+        axes.set_ylim(low - margin, high + margin)
 
 
 def _values_to_draw(line: Line, name: str) -> Array:
