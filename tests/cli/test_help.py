@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -137,3 +138,14 @@ def test_no_command_prints_the_help(call: Call) -> None:
     answer = call()
     assert answer.code == 2
     assert "\nRun:\n" in answer.err
+
+
+def test_the_options_of_a_picture_stand_in_groups(call: Call) -> None:
+    """Every one once, under one heading."""
+    text = call("plot", "--help").out
+    headings = [line for line in text.splitlines() if line.endswith(":") and not line.startswith(" ")]
+    assert headings[0] == "Options:"
+    assert len(headings) > 4
+    listed = re.findall(r"^  (?:-\w, )?(--[a-z-]+)", text, re.MULTILINE)
+    assert len(listed) == len(set(listed))
+    assert {"--kind", "--wob", "--over", "--animate", "--set", "--width"} <= set(listed)

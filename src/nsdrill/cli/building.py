@@ -6,7 +6,7 @@ import functools
 import inspect
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -51,11 +51,13 @@ def command_of(
     before: str = "",
     less: Iterable[str] = (),
     notes: bool = True,
+    groups: Mapping[str, Sequence[str]] | None = None,
 ) -> Callable[[Callable[..., int]], click.Command]:
     """The command that a function is called by. It has the arguments of the
     ``operations``, but for those in ``less``, and those of the function itself, which is
-    given the first ones together. ``before`` stands above the ``examples`` in its help;
-    with ``notes`` those of a study are printed."""
+    given the first ones together. ``before`` stands above the ``examples`` in its help,
+    which lists the options of each of the ``groups`` by themselves; with ``notes`` those
+    of a study are printed."""
 
     def decorate(function: Callable[..., int]) -> click.Command:
         own = arguments_of(function)
@@ -83,8 +85,9 @@ def command_of(
             return function(given, **{name: values[name] for name in own})
 
         lines = "\b\nExamples:\n" + "\n".join(f"  nsdrill {line}" for line in examples)
-        return click.Command(
+        return Command(
             function.__module__.rpartition(".")[2],
+            groups or {},
             callback=call,
             params=_parameters(taken, defaults, passed),
             help=inspect.getdoc(function),
@@ -92,6 +95,24 @@ def command_of(
         )
 
     return decorate
+
+
+class Command(click.Command):
+    """A command whose help lists the options of ``groups``, given by their names, below
+    the others."""
+
+    def __init__(self, name: str, groups: Mapping[str, Sequence[str]], **given: Any) -> None:
+        super().__init__(name, **given)
+        self.groups = groups
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        options = [one for one in self.get_params(ctx) if isinstance(one, click.Option)]
+        lines = {one.name: line for one in options if (line := one.get_help_record(ctx)) is not None}
+        of_groups = {name for names in self.groups.values() for name in names}
+        listed = {"Options": [name for name in lines if name not in of_groups], **self.groups}
+        for title, names in listed.items():
+            with formatter.section(title):
+                formatter.write_dl([lines[name] for name in names])
 
 
 def _parameters(taken: dict[str, Argument], defaults: dict[str, Any], passed: set[str]) -> list[click.Parameter]:

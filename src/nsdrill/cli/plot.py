@@ -57,6 +57,13 @@ if TYPE_CHECKING:
         "plot study.yaml --kind critical-speeds -o speeds.png",
         "plot study.yaml --kind drive-tuning --set drive.kind=soft_torque -o tuning.png",
     ),
+    groups={
+        "Which part of a sweep": ("depth", "wob", "rotary_speed", "at", "start", "states", "confidence"),
+        "What is drawn over it": ("over", "field"),
+        "A trace": ("begin", "end", "animate", "speed"),
+        "A study": ("along", "set"),
+        "How it looks": ("xlim", "ylim", "width", "height", "font_size", "title", "no_title", "style"),
+    },
 )
 def command(
     given: Given,
