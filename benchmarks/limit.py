@@ -37,10 +37,10 @@ def filippov(depth: float = DEPTH, wob: float = WOB, speed: float = SPEED) -> di
     parameters = Parameters()
     k = derive(parameters, depth, wob, speed)
     law, damping = bit_numbers(parameters, k), parameters.drillstring.torsional_damping
-    rest = wob * float(law.bit_rise + law.bit_dynamic)
+    rest = wob * float(law.rise + law.dynamic)
 
     def slip(_: float, y: np.ndarray) -> list[float]:
-        friction = wob * (law.bit_rise / (1 + law.bit_decay * abs(y[1])) + law.bit_dynamic)
+        friction = wob * (law.rise / (1 + law.decay * abs(y[1])) + law.dynamic)
         return [y[1] - speed, float(-k.k_t * y[0] - damping * y[1] - friction) / float(k.J)]
 
     def stands(_: float, y: np.ndarray) -> float:

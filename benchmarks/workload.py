@@ -20,6 +20,7 @@ from nsdrill.kernel.batch import Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.registry import described
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.engine import Engine, Progress
 from nsdrill.sweep.plan import Plan
@@ -111,7 +112,9 @@ def grid(
     state."""
     plan = Plan({"depth": depths, "wob": np.array([wob]), "rotary_speed": speeds}, "same", None)
     simulation = Simulation(transient, observe, rtol)
-    return Started(plan, parameters or Parameters(), Initial(), simulation, Thresholds(), Record())
+    return Started(
+        plan, parameters or Parameters(), Initial(), simulation, Thresholds(), Record(), described("christoforou_yigit")
+    )
 
 
 def mixed(depths: int, speeds: int, transient: float, observe: float, rtol: float = 1e-6) -> Started:

@@ -52,7 +52,7 @@ def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds: Results) -> None:
 def test_kind_that_does_not_fit_says_what_would(plane: Results, kind: str) -> None:
     with pytest.raises(InputError, match=r"does not fit a sweep over depth .* and rotary_speed") as caught:
         plot.draw(plane, kind)
-    assert "--panel NAME" in str(caught.value)
+    assert "panel='NAME'" in str(caught.value) or "panel NAME" in str(caught.value)
 
 
 def test_a_cut_of_a_map_is_a_bifurcation_diagram(plane: Results) -> None:

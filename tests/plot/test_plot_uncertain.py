@@ -110,7 +110,7 @@ def test_a_sample_is_drawn_as_a_sweep_of_its_own(both: Results) -> None:
     plot.draw(both, "map", at={"sample": 3})
     with pytest.raises(InputError, match=r"(?s)draws one sample .* 'map' with at={'sample': \.\.\.}, 0 to 15"):
         plot.draw(both, "map")
-    with pytest.raises(InputError, match=r"sample: found 16; allowed: 0 to 15"):
+    with pytest.raises(InputError, match=r"at\['sample'\]: found 16; allowed: 0 to 15"):
         plot.draw(both, "map", at={"sample": 16})
     with pytest.raises(InputError, match="it needs samples of uncertain numbers"):
         plot.draw(plot.cut(both, {"sample": 3}), "tornado")

@@ -14,6 +14,7 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import Values
+from nsdrill.models.registry import described
 from nsdrill.models.segments.parameters import Initial
 from nsdrill.models.steepness import implicit
 from nsdrill.observe.thresholds import Thresholds
@@ -106,7 +107,7 @@ def test_the_default_study_is_implicit() -> None:
     a low speed."""
     study = parse_study("model: segments\n")
     chosen = [
-        bool(implicit("auto", "segments", Values(study.parameters, study.initial, (DEPTH, wob, SPEED))))
+        bool(implicit("auto", described("segments"), Values(study.parameters, study.initial, (DEPTH, wob, SPEED))))
         for wob in (10e3, 100e3, 200e3)
     ]
     assert chosen == [False, True, True]

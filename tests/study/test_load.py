@@ -4,7 +4,7 @@ what is allowed."""
 import numpy as np
 import pytest
 
-from nsdrill.errors import Fault, StudyError
+from nsdrill.errors import Fault, StudyError, naming_options
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters, Well
 from nsdrill.models.sections import Friction, Pipe
 from nsdrill.observe.thresholds import Thresholds
@@ -234,7 +234,8 @@ def test_overrides() -> None:
     ],
 )
 def test_a_bad_override_is_named(override: str, key: str, says: str) -> None:
-    (fault,) = faults(SWEEP, override)
+    with naming_options():
+        (fault,) = faults(SWEEP, override)
     assert (fault.key, fault.line) == (key, None)
     assert f"--set {override}" in fault.found
     assert says in f"{fault.found} {fault.allowed} {fault.suggestion}"

@@ -232,13 +232,13 @@ def _same_file(source: str, output: str) -> bool:
 
 def _units_of_input(study: Any, values: dict[str, Any], taken: dict[str, Argument]) -> str | None:
     """The units of the study, or of the study in the first file that is read; None of a
-    study that is not read yet."""
+    study that is not read yet, by a command that takes one."""
     if study is not None and not isinstance(study, str):
         return str(study.units)
     inputs = _inputs(values, taken)
-    if not inputs or inputs[0].lower().endswith((".yaml", ".yml")):
-        return None
-    return datasets.units_in(inputs[0])
+    if inputs and inputs[0].lower().endswith((".yaml", ".yml")):
+        return None if "set" in taken else "si"
+    return datasets.units_in(inputs[0]) if inputs else None
 
 
 def load(study: str, overrides: Sequence[str], notes: bool = True) -> Study:
@@ -279,7 +279,7 @@ def write(output: str | None, text: str, overwrite: bool) -> None:
 
 def claim_picture(output: str | None, overwrite: bool) -> None:
     """Check, before anything is computed, that a picture may be written."""
-    from nsdrill.plot.drawing import check_suffix
+    from nsdrill.plot.saving import check_suffix
     from nsdrill.store import claim_file
 
     if output is not None:

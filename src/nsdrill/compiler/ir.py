@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-
-import llvmlite.binding as llvm
+from functools import cache
 
 TYPE = {"d": "double", "i": "i64", "b": "i1"}
-TYPED_POINTERS = llvm.llvm_version_info[0] < 16  # llvmlite before 0.44
 
 
 @dataclass(slots=True)
@@ -37,8 +35,16 @@ def type_of(kind: str, lanes: int) -> str:
     return f"<{lanes} x {TYPE[kind]}>" if lanes else TYPE[kind]
 
 
+@cache
+def typed_pointers() -> bool:
+    """Whether LLVM is one whose pointers have types (llvmlite before 0.44)."""
+    import llvmlite.binding as llvm  # late: a study is read without it
+
+    return bool(llvm.llvm_version_info[0] < 16)
+
+
 def pointer_to(of: str) -> str:
-    return f"{of}*" if TYPED_POINTERS else "ptr"
+    return f"{of}*" if typed_pointers() else "ptr"
 
 
 def _constant(number: float, kind: str) -> str:
@@ -162,7 +168,7 @@ class Text:
         return Pointer(where.ref, t)
 
     def _place(self, pointer: Pointer, t: str) -> str:
-        if TYPED_POINTERS and pointer.of != t:
+        if typed_pointers() and pointer.of != t:
             pointer = Pointer(self.emit(f"bitcast {pointer.of}* {pointer.ref} to {t}*", "p").ref, t)
         return f"{pointer_to(t)} {pointer.ref}"
 

@@ -18,7 +18,7 @@ import llvmlite
 import llvmlite.binding as llvm
 
 from nsdrill.compiler.functions import BUFFERS, FLOAT, FUNCTION, INTEGER
-from nsdrill.compiler.ir import TYPE, TYPED_POINTERS, Text, Value, pointer_to
+from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to, typed_pointers
 from nsdrill.compiler.language import Array, FunctionArgument
 from nsdrill.compiler.statements import Body
 
@@ -78,7 +78,7 @@ def _optimise(module: Any, machine: Any) -> None:
     options = llvm.create_pipeline_tuning_options(1)
     options.loop_vectorization = options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
-    if TYPED_POINTERS or not hasattr(llvm.ModulePassManager, "add_sroa_pass"):
+    if typed_pointers() or not hasattr(llvm.ModulePassManager, "add_sroa_pass"):
         manager = builder.getModulePassManager()
     else:
         manager = llvm.create_new_module_pass_manager()

@@ -506,7 +506,7 @@ def _check_counts(batch: Any, rounds: Any, samples: Any) -> None:
 
 def _claim_picture(picture: Any, overwrite: bool) -> None:
     """Check, before anything is run, that the picture may be written."""
-    from nsdrill.plot.drawing import check_suffix
+    from nsdrill.plot.saving import check_suffix
 
     if picture is not None:
         check_suffix(picture)

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.registry import model_in
-from nsdrill.plot.drawing import FORMATS, check_suffix, save
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
 from nsdrill.plot.look import Look, look_of
 from nsdrill.plot.registry import all_kinds, check_options, choose_kind, describe, is_branches, kinds_for, variables_for
+from nsdrill.plot.saving import FORMATS, check_suffix, save
 from nsdrill.variables import AXES
 
 if TYPE_CHECKING:

@@ -31,10 +31,10 @@ from nsdrill.plot.answer import (
     percent,
     warnings,
 )
-from nsdrill.plot.drawing import svg
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look
+from nsdrill.plot.saving import svg
 from nsdrill.variables import AXES, SAMPLE
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension
