@@ -110,39 +110,65 @@ def command(folder: Path, path: str, *words: str) -> subprocess.CompletedProcess
     )
 
 
+SEVERAL = """\
+import sys
+from nsdrill.__main__ import main
+for line in sys.argv[1:]:
+    sys.argv = ["nsdrill", *line.split("|")]
+    print("$", line, flush=True)
+    try:
+        main()
+    except SystemExit as end:
+        if end.code:
+            raise
+"""
+
+
+def commands(folder: Path, path: str, *lines: str) -> dict[str, str]:
+    """What commands print, all of them in one process: their words separated by |."""
+    made = subprocess.run(
+        [sys.executable, "-c", SEVERAL, *lines],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert made.returncode == 0, made.stdout
+    return {line: said for line, _, said in (part.partition("\n") for part in made.stdout.split("$ ")[1:])}
+
+
 def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path], tmp_path: Path) -> None:
-    """Installed as the page says, with an entry point: each command in a process of its
-    own finds it."""
+    """Installed as the page says, with an entry point: another process finds it in what
+    the first has written."""
     path = installed(tmp_path / "installed", blocks[3].read_text())
-
-    def nsdrill(*words: str) -> str:
-        made = command(tmp_path, path, *words)
-        assert made.returncode == 0, made.stderr
-        return made.stdout + made.stderr
-
     (tmp_path / "study.yaml").write_text(STUDY)
-    assert "stiffness: " in nsdrill("new", "--model", "spring")
-    nsdrill("run", "study.yaml", "-o", "out.h5")
-    shown = nsdrill("show", "out.h5")
+    new, *_ = commands(
+        tmp_path,
+        path,
+        "new|--model|spring",
+        "run|study.yaml|-o|out.h5",
+        "run|study.yaml|--set|sweep.spring.stiffness=[150 N*m/rad, 197 N*m/rad]"
+        "|--set|sweep.along=rotary_speed|-o|map.h5",
+        "run|study.yaml|--set|record.exponent=true|-o|exponent.h5",
+    ).values()
+    shown, replayed, *_, differs = commands(
+        tmp_path,
+        path,
+        "show|out.h5",
+        "replay|out.h5|--rotary-speed|3rad/s|--procedure|down|-o|r.h5",
+        "plot|out.h5|-o|out.png",
+        "plot|r.h5|-o|r.png",
+        "window|out.h5",
+        "export|out.h5|-o|out.csv",
+        "diff|out.h5|map.h5",
+    ).values()
+    assert "stiffness: " in new
     assert "stick-slip" in shown
     assert "whirl" not in shown
-    assert "bit for bit" in nsdrill("replay", "out.h5", "--rotary-speed", "3rad/s", "--procedure", "down", "-o", "r.h5")
-    nsdrill(
-        "run",
-        "study.yaml",
-        "--set",
-        "sweep.spring.stiffness=[150 N*m/rad, 197 N*m/rad]",
-        "--set",
-        "sweep.along=rotary_speed",
-        "-o",
-        "map.h5",
-    )
-    nsdrill("run", "study.yaml", "--set", "record.exponent=true", "-o", "exponent.h5")
-    nsdrill("plot", "out.h5", "-o", "out.png")
-    nsdrill("plot", "r.h5", "-o", "r.png")
-    nsdrill("window", "out.h5")
-    nsdrill("export", "out.h5", "-o", "out.csv")
-    assert "spring.stiffness" in nsdrill("diff", "out.h5", "map.h5")
+    assert "bit for bit" in replayed
+    assert "spring.stiffness" in differs
 
 
 def test_other_slopes_of_a_model_are_another_version(blocks: list[Path], tmp_path: Path) -> None:
@@ -218,17 +244,17 @@ def test_a_faulty_model_of_another_package_touches_no_other(tmp_path: Path, shar
         (tmp_path / f"spoiled_{name}.py").write_text(text)
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     results = str(shared / "small.h5")
-    for words in (
-        ("run", str(shared / "small.yaml"), "-o", "out.h5"),
-        ("show", results),
-        ("plot", results, "-o", "out.png"),
-        ("report", results, "-o", "out.html", "--motions", "0"),
-        ("export", results, "-o", "out.csv"),
-        ("check", str(shared / "small.yaml"), "--set", "model=torsion"),
-    ):
-        made = command(tmp_path, path, *words)
-        assert made.returncode == 0, made.stderr
-        assert "spoiled" not in made.stderr
+    said = commands(
+        tmp_path,
+        path,
+        f"run|{shared / 'small.yaml'}|-o|out.h5",
+        f"show|{results}",
+        f"plot|{results}|-o|out.png",
+        f"report|{results}|-o|out.html|--motions|0",
+        f"export|{results}|-o|out.csv",
+        f"check|{shared / 'small.yaml'}|--set|model=torsion",
+    )
+    assert "spoiled" not in "".join(said.values())
     for name, (_, words_said) in FAULTY.items():
         if words_said is not None:
             made = command(tmp_path, path, "check", str(shared / "small.yaml"), "--set", f"model={name}")
@@ -274,9 +300,7 @@ def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path:
     (tmp_path / "study.yaml").write_text(STUDY)
     model = extended(blocks)
     path = installed(tmp_path / "installed", model)
-    for words in (("run", "study.yaml"), ("plot", "out.h5", "-o", "out.svg"), ("export", "out.h5", "-o", "out.csv")):
-        made = command(tmp_path, path, *words, *(["-o", "out.h5"] if words[0] == "run" else []))
-        assert made.returncode == 0, made.stderr
+    commands(tmp_path, path, "run|study.yaml|-o|out.h5", "plot|out.h5|-o|out.svg", "export|out.h5|-o|out.csv")
     assert "Last local maxima of the twist [rad]" in (tmp_path / "out.svg").read_text()
     with open(tmp_path / "out.csv", newline="") as file:
         rows = list(csv.DictReader(file))
