@@ -195,17 +195,6 @@ def test_a_failed_run_leaves_a_point_unknown(up: str, down: str, word: str) -> N
     assert {"failed" if word == "unknown" else word, "edge"} == {side["why"] for side in limits}
 
 
-def test_a_failed_start_beside_a_safe_and_a_critical_one_is_on_the_rim() -> None:
-    """Whatever the third would have done: the point depends on the history."""
-    data = grid({"same": ["...."]}, [1, 2, 3, 4])
-    data.coords["start"] = np.arange(3)
-    data.variables = {name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()}
-    data["response"][0, 0, 0, 1, 1] = 1
-    data["status"][0, 0, 0, 1, 2] = DIVERGED
-    note = find_window(data)
-    assert (note["safe"], note["rim"], note["unknown"], note["failed_points"]) == (3, 1, 0, 1)
-
-
 def test_a_map_that_failed_throughout_is_unknown() -> None:
     note = find_window(grid({"same": [["xx", "xx"]]}, [1, 2], [10e3, 20e3]))
     assert note["share"] == {"safe": 0.0, "rim": 0.0, "critical": 0.0, "unknown": 1.0}
@@ -260,15 +249,29 @@ def test_by_severity_an_inferred_point_is_unknown() -> None:
     assert find_window(data)["safe"] == 3
 
 
-def test_all_starts_of_an_ensemble_must_be_safe() -> None:
+def of_three_starts() -> Results:
     data = grid({"same": ["...."]}, [1, 2, 3, 4])
     data.coords["start"] = np.arange(3)
     data.variables = {name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()}
+    return data
+
+
+def test_all_starts_of_an_ensemble_must_be_safe() -> None:
+    data = of_three_starts()
     data["response"][0, 0, 0, 1, 2] = 1
     data["response"][0, 0, 0, 3] = 1
     note = find_window(data)
     assert (note["safe"], note["rim"], note["critical"], note["histories"]) == (2, 1, 1, 3)
     assert note["history_examined"]
+
+
+def test_a_failed_start_beside_a_safe_and_a_critical_one_is_on_the_rim() -> None:
+    """Whatever the third would have done: the point depends on the history."""
+    data = of_three_starts()
+    data["response"][0, 0, 0, 1, 1] = 1
+    data["status"][0, 0, 0, 1, 2] = DIVERGED
+    note = find_window(data)
+    assert (note["safe"], note["rim"], note["unknown"], note["failed_points"]) == (3, 1, 0, 1)
 
 
 def test_one_axis_has_intervals() -> None:

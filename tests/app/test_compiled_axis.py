@@ -29,11 +29,25 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-def test_each_value_has_the_bits_of_a_study_of_its_own(path: Path) -> None:
-    both = nsdrill.open_results(path)
+BEAM = """
+model: beam
+beam: {modes: 2, stations: [{at: 0.1}, {at: 0.9}]}
+operation: {depth: 2000 m}
+sweep: {bit.lobes: [1, 2]}
+simulation: {transient: 1 s, observe: 1 s}
+"""
+
+
+@pytest.mark.parametrize(
+    ("study", "changes"),
+    [(STUDY, {}), (STUDY, {"sweep.procedure": "up", "sweep.along": "rotary_speed"}), (BEAM, {})],
+    ids=["each by itself", "chains of their own", "elastic collar"],
+)
+def test_each_value_has_the_bits_of_a_study_of_its_own(study: str, changes: dict[str, str]) -> None:
+    both = nsdrill.run(study, set=changes)
     assert both.sizes["bit_lobes"] == 2
-    for lobes in (1, 3):
-        alone = nsdrill.run(STUDY, set={"sweep.bit.lobes": lobes})
+    for lobes in both.bit_lobes.values:
+        alone = nsdrill.run(study, set={**changes, "sweep.bit.lobes": int(lobes)})
         for name in alone.data_vars:
             one = both[name].sel(bit_lobes=lobes)
             assert np.array_equal(one.values, alone[name].values, equal_nan=True), (name, lobes)
@@ -43,16 +57,6 @@ def test_its_points_are_replayed_bit_for_bit_and_checked(path: Path) -> None:
     assert replay(path, rotary_speed=5.0, at={"bit.lobes": 1.0}).same_bits
     checked = nsdrill.run(STUDY, set={"simulation.verify": True})
     assert np.all(checked.tight_status == 1)
-
-
-def test_numbers_of_lobes_are_chains_of_their_own() -> None:
-    carried = {"sweep.procedure": "up", "sweep.along": "rotary_speed"}
-    both = nsdrill.run(STUDY, set=carried)
-    for lobes in both.bit_lobes.values:
-        alone = nsdrill.run(STUDY, set={**carried, "sweep.bit.lobes": int(lobes)})
-        for name in alone.data_vars:
-            one = both[name].sel(bit_lobes=lobes)
-            assert np.array_equal(one.values, alone[name].values, equal_nan=True), (lobes, name)
 
 
 def test_what_no_axis_of_this_kind_may_be_is_told() -> None:
@@ -66,19 +70,3 @@ def test_what_no_axis_of_this_kind_may_be_is_told() -> None:
         with pytest.raises(StudyError) as error:
             nsdrill.load_study(STUDY, change)
         assert words in str(error.value)
-
-
-def test_the_elastic_collar_has_the_axis_too() -> None:
-    study = """
-model: beam
-beam: {modes: 2, stations: [{at: 0.1}, {at: 0.9}]}
-operation: {depth: 2000 m}
-sweep: {bit.lobes: [1, 2]}
-simulation: {transient: 1 s, observe: 1 s}
-"""
-    both = nsdrill.run(study)
-    for lobes in (1, 2):
-        alone = nsdrill.run(study, set={"sweep.bit.lobes": lobes})
-        for name in alone.data_vars:
-            one = both[name].sel(bit_lobes=lobes)
-            assert np.array_equal(one.values, alone[name].values, equal_nan=True), (name, lobes)

@@ -264,22 +264,32 @@ PLACING = Drive(
 )
 
 
-@pytest.mark.parametrize(
-    ("drive", "case", "seconds"),
-    [
-        (PLACING, Case(wob=10e3, speed=4.0), 3.0),
-        (Drive("stiff", torque_limit=2500.0), Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), 10.0),
-    ],
+WEAK_MOTOR = Drive(
+    "dc_motor", table_inertia=500.0, motor_inertia=0.0, gear=1.0, torque_constant=4.0, resistance=0.02, inductance=0.006
 )
-def test_the_deviation_is_the_derivative_of_the_motion(drive: Drive, case: Case, seconds: float) -> None:
-    """Against two neighbouring runs, over some seconds of bouncing; and of stick-slip
-    with a motor that reaches both limits."""
+SLOW = Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0)
+
+
+@pytest.mark.parametrize(
+    ("drive", "case", "seconds", "states"),
+    [
+        (PLACING, Case(wob=10e3, speed=4.0), 3.0, [8, 9]),
+        (Drive("stiff", torque_limit=2500.0), SLOW, 10.0, [8, 9]),
+        (WEAK_MOTOR, SLOW, 5.0, [8, 9, 11]),
+        (replace(WEAK_MOTOR, gains=(0.01, 2.0, 0.5, -1.0, 0.7)), SLOW, 5.0, [8, 9, 11]),
+    ],
+    ids=["placing", "limited", "motor", "regulated motor"],
+)
+def test_the_deviation_is_the_derivative_of_the_motion(
+    drive: Drive, case: Case, seconds: float, states: list[int]
+) -> None:
+    """Against two neighbouring runs, over some seconds of bouncing; of stick-slip with a
+    motor that reaches both limits; and of motors with their own current."""
     simulation = Simulation(transient=0.0, observe=seconds, rtol=1e-8)
     work = work_for(case, simulation)
     work = replace(work, parameters=replace(work.parameters, drive=drive), record=Record(exponent=True))
-
     followed, quotient = followed_and_quotient(work)
-    assert np.all(np.abs(quotient[8:]) > 1e-3)  # the drive has its part in it
+    assert np.all(np.abs(quotient[states]) > 1e-3)  # the drive has its part in it
     assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
 
 
@@ -554,27 +564,6 @@ def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
     parse_study(f"drive: {{kind: dc_motor, gains: {list(GAINS)}}}\nrecord: {{poincare: 20}}")
     with pytest.raises(nsdrill.StudyError, match=r"drive\.gains: found 2 of them; allowed: five"):
         parse_study("drive: {kind: dc_motor, gains: [1, 2]}")
-
-
-@pytest.mark.parametrize("gains", [None, (0.01, 2.0, 0.5, -1.0, 0.7)], ids=["constant", "regulated"])
-def test_the_deviation_follows_the_motor(gains: tuple | None) -> None:
-    simulation = Simulation(transient=0.0, observe=5.0, rtol=1e-8)
-    work = work_for(Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), simulation)
-    weak = Drive(
-        "dc_motor",
-        table_inertia=500.0,
-        motor_inertia=0.0,
-        gear=1.0,
-        torque_constant=4.0,
-        resistance=0.02,
-        inductance=0.006,
-        gains=gains,
-    )
-    work = replace(work, parameters=replace(work.parameters, drive=weak), record=Record(exponent=True))
-
-    followed, quotient = followed_and_quotient(work)
-    assert np.all(np.abs(quotient[[8, 9, 11]]) > 1e-3)
-    assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
 
 
 def test_a_drive_is_switched_on() -> None:
