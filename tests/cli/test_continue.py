@@ -210,6 +210,8 @@ def test_nothing_is_left_of_a_finished_file(made: Path, call: Call) -> None:
         "continue", made / "study.yaml", "-o", made / "b.h5", "--resume", "--set", "continue.points=200", code=2
     )
     assert "finished, and made from another study (continue.points: 300 there, 200 here)" in other.err
+    unasked = call("continue", made / "study.yaml", "-o", made / "b.h5", code=2)
+    assert "b.h5: the file exists. Choose another name" in unasked.err
     assert (made / "b.h5").read_bytes() == before
 
 
