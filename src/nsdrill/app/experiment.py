@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from nsdrill.data import OVERRIDES, Array, Results, Trace, json_text, overrides
+from nsdrill.data import OVERRIDES, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, InputError, NsdrillError
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
@@ -104,7 +104,7 @@ def prepare(study: Study) -> Experiment:
 Data = TypeVar("Data", Results, Trace)
 
 
-def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
+def overrides_of(attrs: Attributes) -> list[str]:
     """The overrides ``key=value`` of a file with the root attributes ``attrs``.
 
     Where they are not recorded, as in early replays, they are the keys in which the
@@ -136,7 +136,7 @@ def with_overrides(data: Data) -> Data:
     return data
 
 
-def study_of(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> str:
+def study_of(path: str | os.PathLike[str], attrs: Attributes) -> str:
     """The study of the file ``path`` with the root attributes ``attrs`` as a study
     file: every key, with the overrides applied. FileError where the file has no
     study that this version can use."""

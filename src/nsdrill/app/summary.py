@@ -9,7 +9,6 @@ import json
 import os
 from dataclasses import asdict
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent
 from nsdrill.app.probability import rows
-from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
+from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import in_words, values_in_parts, words_along
 from nsdrill.models.registry import model_in
@@ -39,7 +38,7 @@ def needed(path: str | os.PathLike[str] | None = None) -> tuple[str, ...]:
     return tuple(variable.name for variable in known if variable.dims == POINT)
 
 
-def summarize(data: Results | Trace) -> dict[str, Any]:
+def summarize(data: Results | Trace) -> Answer:
     """The summary that ``show`` prints, as plain data: kind of file, axes, counts of
     responses, ranges, failed points. For a sweep it uses the variables
     :func:`needed`."""
@@ -50,9 +49,9 @@ def summarize(data: Results | Trace) -> dict[str, Any]:
     return dict(in_words(summary)) if has_words else summary
 
 
-def _summarize_results(results: Results) -> dict[str, Any]:
+def _summarize_results(results: Results) -> Answer:
     status = results["status"]
-    summary: dict[str, Any] = {
+    summary: Answer = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
         "overrides": overrides(results.attrs),
@@ -100,7 +99,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     return summary
 
 
-def _labels(results: Results) -> dict[str, Any]:
+def _labels(results: Results) -> Answer:
     """The counts of the labels of each procedure."""
     status, names = results["status"], model_in(results.attrs).severities
     ok, procedures = status == OK, [str(name) for name in results.coords["procedure"]]
@@ -120,7 +119,7 @@ def _labels(results: Results) -> dict[str, Any]:
     }
 
 
-def _ranges(results: Results) -> dict[str, dict[str, Any]]:
+def _ranges(results: Results) -> dict[str, Answer]:
     """The least and the greatest value of each feature that is shown."""
     ranges = {}
     for name in (*model_in(results.attrs).shown, *EXPONENT):
@@ -132,11 +131,11 @@ def _ranges(results: Results) -> dict[str, dict[str, Any]]:
     return ranges
 
 
-def _uncertain(results: Results) -> dict[str, Any]:
+def _uncertain(results: Results) -> Answer:
     """The summary of samples: their number, the unknowns (each with the median
     ``value`` and the 5 % and 95 % quantiles ``from`` and ``to``), and the probability
     of each outcome."""
-    unknowns: dict[str, Any] = {}
+    unknowns: Answer = {}
     counted = len(results.coords[SAMPLE][independent(results)])
     for unknown, values in results.drawn.items():
         least, low, middle, high, most = np.quantile(values, [0.0, 0.05, 0.5, 0.95, 1.0])
@@ -157,7 +156,7 @@ def _uncertain(results: Results) -> dict[str, Any]:
     }
 
 
-def refinement_of(results: Results) -> dict[str, Any]:
+def refinement_of(results: Results) -> Answer:
     """The root attributes of a refined sweep."""
     refinement = {name: results.attrs[name] for name in ("refine", "points_run", "points_inferred", "border_spacing")}
     if isinstance(refinement["border_spacing"], str):  # as stored in a file
@@ -165,7 +164,7 @@ def refinement_of(results: Results) -> dict[str, Any]:
     return refinement
 
 
-def trust_of(results: Results) -> dict[str, Any]:
+def trust_of(results: Results) -> Answer:
     """The results of the checks: points by verdict, failed checks, and the changes of
     the response."""
     codes = {
@@ -196,7 +195,7 @@ def trust_of(results: Results) -> dict[str, Any]:
     return {**counts, "failed_checks": failed, "changed": sorted(changed, key=lambda row: -row["points"])}
 
 
-def _axis(results: Results, name: str) -> dict[str, Any]:
+def _axis(results: Results, name: str) -> Answer:
     values = results.coords[name]
     if words_along(name):
         return {"values": values.tolist(), "points": len(values)}
@@ -208,7 +207,7 @@ def _counts(name: str, values: np.ndarray) -> dict[str, int]:
     return {BY_NAME[name].words(int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
 
 
-def intervals(results: Results) -> list[dict[str, Any]]:
+def intervals(results: Results) -> list[Answer]:
     """Runs of neighbouring points with one response along the swept axis of a one-axis
     sweep."""
     axis = results.swept[0]
@@ -243,7 +242,7 @@ def intervals(results: Results) -> list[dict[str, Any]]:
     return rows
 
 
-def _summarize_trace(trace: Trace) -> dict[str, Any]:
+def _summarize_trace(trace: Trace) -> Answer:
     wanted = ("title", "created", "nsdrill_version", *AXES, "procedure", "status", "steps", "rejected", "method")
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))

@@ -17,7 +17,7 @@ from typing import Any, Self
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.data import Array, json_text
+from nsdrill.data import Answer, Array, json_text
 from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
 from nsdrill.store import check_target, part_path
@@ -208,7 +208,7 @@ class Part:
         self.close()
 
 
-def summary(path: str | os.PathLike[str]) -> dict[str, Any] | None:
+def summary(path: str | os.PathLike[str]) -> Answer | None:
     """What is in the part file ``path``, as plain data; None where it is another
     file."""
     try:
@@ -220,7 +220,7 @@ def summary(path: str | os.PathLike[str]) -> dict[str, Any] | None:
     return {"kind": "unfinished", "what": what, **{name: head[name] for name in names}}
 
 
-def _head(path: str | os.PathLike[str]) -> dict[str, Any]:
+def _head(path: str | os.PathLike[str]) -> Answer:
     """The plain data at the beginning of a part file; one of ``_UNREADABLE`` where it is
     another file, or damaged."""
     if not os.path.isfile(path):  # opening a pipe would block

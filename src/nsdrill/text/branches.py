@@ -5,16 +5,21 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import meanings_of
+from nsdrill.data import Answer
 from nsdrill.errors import printable
 from nsdrill.models.registry import model_in
 from nsdrill.quantity import find, sign, unit_in
 from nsdrill.text.words import label_of, point_text, value_text
 from nsdrill.units import from_si, plain_units
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
 
 MAX_SPECIAL = 40
 MAX_LINES = 36  # of paragraphs; longer ones become a line for each branch
@@ -23,7 +28,7 @@ MAX_ROWS, MAX_PARTS = 20, 4  # lines, and stable parts named in each
 END_WORDS = {"bifurcation": "", "branch": " (end of the branch)", "point": " (its last point)"}
 
 
-def lines(file: str, s: dict[str, Any], units: str, everything: bool = False) -> Iterator[str]:
+def lines(file: str, s: Answer, units: str, everything: bool = False) -> Iterator[str]:
     """The summary of a file of branches, in words: a paragraph for each, with a sentence
     on every special point, where that is short or ``everything`` is wanted; else a line
     for each."""
@@ -35,7 +40,7 @@ def lines(file: str, s: dict[str, Any], units: str, everything: bool = False) ->
     yield from _curve_lines(s, units)
 
 
-def _head(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+def _head(file: str, s: Answer, units: str) -> Iterator[str]:
 
     along = s["along"]
 
@@ -55,7 +60,7 @@ def _head(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"  seeds          {number}: {word}"
 
 
-def _rows(s: dict[str, Any], units: str) -> Iterator[str]:
+def _rows(s: Answer, units: str) -> Iterator[str]:
     """A line for each branch: its motion, where it is stable, its special points; and
     what these mean."""
 
@@ -88,7 +93,7 @@ def _rows(s: dict[str, Any], units: str) -> Iterator[str]:
     yield "  Every special point, and why each branch ends: --all, or --json."
 
 
-def _paragraphs(s: dict[str, Any], units: str) -> Iterator[str]:
+def _paragraphs(s: Answer, units: str) -> Iterator[str]:
 
     def text(value: float) -> str:
         return value_text(s["along"], value, units)
@@ -115,7 +120,7 @@ def _paragraphs(s: dict[str, Any], units: str) -> Iterator[str]:
             yield f"  ... {more} more; --json has all"
 
 
-def _curve_lines(s: dict[str, Any], units: str) -> Iterator[str]:
+def _curve_lines(s: Answer, units: str) -> Iterator[str]:
 
     along = s["along"]
     for curve in s["curves"]:
@@ -141,7 +146,7 @@ def _change(before: int | None, after: int | None) -> str:
     return f"; {before} and {after} unstable directions to its sides"
 
 
-def table(data: Any, units: str) -> str:
+def table(data: Dataset, units: str) -> str:
     """One row per point as CSV: its branch, motion, coordinates, label in words,
     multipliers, features, states."""
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
+from nsdrill.data import Answer
 from nsdrill.quantity import quantity
 from nsdrill.text.words import count, in_words, label_of, point_text
 
 MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its own
 
 
-def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+def lines(summary: Answer, units: str) -> Iterator[str]:
     """The summary in words."""
 
     where = point_text(summary["at"], units)
@@ -68,7 +68,7 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
         yield f"Total: {reason}; with uncertain.design: saltelli it is estimated."
 
 
-def _undecided(summary: dict[str, Any]) -> str:
+def _undecided(summary: Answer) -> str:
     """Why no unknown is to be measured first: the indices are within the error of so
     few samples, or no unknown has an effect of its own."""
 
@@ -88,7 +88,7 @@ def _index(value: float, error: float) -> str:
     return f"{value:.2f} +- {error:.2f}"
 
 
-def _total(row: dict[str, Any]) -> str:
+def _total(row: Answer) -> str:
     if row["total"] is not None:
         return _index(row["total"], row["total_error"])
     if row["total_least"] is None:

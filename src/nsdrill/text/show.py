@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
+from nsdrill.data import Answer
 from nsdrill.errors import printable
 from nsdrill.quantity import quantity, sign
 from nsdrill.text.attractors import attractor_lines
@@ -25,7 +25,7 @@ MAX_CHANGED = 12
 MAX_POINTS = 24
 
 
-def lines(name: str, summary: dict[str, Any], units: str, everything: bool = False) -> Iterator[str]:
+def lines(name: str, summary: Answer, units: str, everything: bool = False) -> Iterator[str]:
     """A summary of the file or data called ``name``, in words."""
     if summary["kind"] == "branches":
         return branch_lines(name, summary, units, everything)
@@ -34,7 +34,7 @@ def lines(name: str, summary: dict[str, Any], units: str, everything: bool = Fal
     return (_trace_lines if summary["kind"] == "trace" else _result_lines)(name, summary, units)
 
 
-def _unfinished_lines(name: str, s: dict[str, Any]) -> Iterator[str]:
+def _unfinished_lines(name: str, s: Answer) -> Iterator[str]:
     yield printable(f"{name}: an unfinished {s['what']}.")
     yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
     yield f"  model          {s['model']}"
@@ -42,7 +42,7 @@ def _unfinished_lines(name: str, s: dict[str, Any]) -> Iterator[str]:
     yield "  Go on with the command that began it and --resume."
 
 
-def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+def _result_lines(file: str, s: Answer, units: str) -> Iterator[str]:
 
     # A .part file may hold every point already, before the results file is written.
     kind = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
@@ -113,7 +113,7 @@ def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             yield f"  and {len(failed) - MAX_FAILED} more (all with --json)"
 
 
-def _unknown_lines(s: dict[str, Any], units: str) -> Iterator[str]:
+def _unknown_lines(s: Answer, units: str) -> Iterator[str]:
 
     if "unknowns" not in s:
         return
@@ -123,7 +123,7 @@ def _unknown_lines(s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"    {label_of(key):26s} {low} to {high}"
 
 
-def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
+def _probability_lines(s: Answer, units: str) -> Iterator[str]:
     """The probability of each answer at some of the operating points."""
 
     rows = s["probabilities"]
@@ -153,7 +153,7 @@ def _probability_text(estimate: dict[str, float]) -> str:
     return f"{100 * estimate['probability']:.1f} % ({low:.0f} to {high:.0f})"
 
 
-def _evenly_spaced(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _evenly_spaced(rows: list[Answer]) -> list[Answer]:
     """At most :data:`MAX_POINTS` of the ``rows``, evenly spaced, with the first and the
     last."""
     if len(rows) <= MAX_POINTS:
@@ -166,7 +166,7 @@ def _override_lines(overrides: dict[str, str]) -> Iterator[str]:
         yield f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}"
 
 
-def _string_lines(s: dict[str, Any]) -> Iterator[str]:
+def _string_lines(s: Answer) -> Iterator[str]:
     """The drive, unless it is ideal, and the frozen motions."""
     if s["drive"] != "ideal":
         yield f"  drive          {in_words(s['drive'])}"
@@ -183,7 +183,7 @@ def _method_lines(method: str) -> Iterator[str]:
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
-def _trust_lines(trust: dict[str, Any]) -> Iterator[str]:
+def _trust_lines(trust: Answer) -> Iterator[str]:
 
     checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
     failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
@@ -203,7 +203,7 @@ def _trust_lines(trust: dict[str, Any]) -> Iterator[str]:
         yield (f"    and {len(trust['changed']) - MAX_CHANGED} more kinds of change (all with --json)")
 
 
-def _interval_lines(intervals: list[dict[str, Any]], units: str) -> Iterator[str]:
+def _interval_lines(intervals: list[Answer], units: str) -> Iterator[str]:
 
     yield "\nAlong the sweep:"
     for row in intervals[:MAX_INTERVALS]:
@@ -217,7 +217,7 @@ def _interval_lines(intervals: list[dict[str, Any]], units: str) -> Iterator[str
         yield f"  and {len(intervals) - MAX_INTERVALS} more (all with --json)"
 
 
-def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) -> Iterator[str]:
+def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Iterator[str]:
 
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
@@ -249,7 +249,7 @@ def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) 
         yield "  An end is open where the sweep ended or a point failed: nothing bounds it there."
 
 
-def _range_lines(ranges: dict[str, Any], units: str) -> Iterator[str]:
+def _range_lines(ranges: Answer, units: str) -> Iterator[str]:
 
     for name, r in ranges.items():
         shown = quantity(name)
@@ -269,7 +269,7 @@ def _digits(number: float) -> str:
     return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
 
 
-def _trace_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
 
     yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
@@ -296,7 +296,7 @@ def _trace_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield from _range_lines(s["ranges"], units)
 
 
-def refinement_text(refinement: Mapping[str, Any], units: str = "si") -> str:
+def refinement_text(refinement: Answer, units: str = "si") -> str:
     """ "1,204 of 3,721 points run, 68 % saved; borders known to 0.7 kN and 0.05 rad/s"."""
     run, points = refinement["points_run"], refinement["points_run"] + refinement["points_inferred"]
     steps = refinement["border_spacing"].items()

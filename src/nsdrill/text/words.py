@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from nsdrill.data import Answer
 from nsdrill.quantity import SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, from_si
 from nsdrill.variables import AXES
@@ -100,7 +101,7 @@ def cell(value: float, units: str, system: str) -> tuple[float, str]:
     return number, "" if unit == "1" else sign(unit)
 
 
-def in_units(data: dict[str, Any], system: str) -> dict[str, Any]:
+def in_units(data: Answer, system: str) -> Answer:
     """Plain ``data`` in SI units, unchanged or, where ``system`` is "field", with every
     value in field units: the keys are the same, and every ``units`` has the new unit.
     Another key ``units`` has the units of the values that have none beside them."""
@@ -130,7 +131,7 @@ def _converted(node: Any, key: str | None, name: str | None, units: dict[str, st
     return number
 
 
-def _with_unit(node: dict[str, Any], name: str | None, units: dict[str, str]) -> dict[str, Any]:
+def _with_unit(node: Answer, name: str | None, units: dict[str, str]) -> Answer:
     """The mapping ``node``, whose ``units`` are those of its values, in field units."""
     unit = _in_field(0.0, node["units"], name)[1]
     return {
