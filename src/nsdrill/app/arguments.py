@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -21,10 +21,6 @@ from nsdrill.study.study import Study
 from nsdrill.study.write import study_text
 from nsdrill.units import QuantityError, WithUnit, parse_with_unit, to_si
 from nsdrill.variables import dimension_of, short_key
-
-if TYPE_CHECKING:
-    pass
-
 
 THE_STUDY = "the study"  # the name in messages of a study that is not a file
 
@@ -165,7 +161,7 @@ def _float(value: Any) -> float | None:
     return None
 
 
-def is_whole(value: object) -> bool:
+def is_whole(value: object) -> TypeGuard[int]:
     """Whether ``value`` is a whole number."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 

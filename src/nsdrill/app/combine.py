@@ -12,7 +12,6 @@ import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,10 +27,6 @@ from nsdrill.study.keys import Keys, keys_named
 from nsdrill.study.study import IN_WORDS_ONLY, Study, axis_values, refined_axes, study_from_resolved
 from nsdrill.study.write import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of, short_key
-
-if TYPE_CHECKING:
-    pass
-
 
 # Sections that must agree, as points depend on others of the same file, and why.
 _MUST_AGREE = {

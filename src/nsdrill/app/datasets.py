@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
@@ -38,10 +38,11 @@ from nsdrill.store import (
 from nsdrill.variables import COUNTED, Variable
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from xarray import Dataset
 
 
-def is_dataset(data: Any) -> bool:
+def is_dataset(data: object) -> TypeGuard[Dataset]:
     """Whether ``data`` is a Dataset. xarray is imported only where it may be one."""
     if isinstance(data, str | os.PathLike):
         return False
@@ -50,7 +51,7 @@ def is_dataset(data: Any) -> bool:
     return isinstance(data, Dataset)
 
 
-def units_for(units: Any, data: Any) -> str:
+def units_for(units: object, data: Any) -> str:
     """``units``, "si" or "field"; where it is None those that the study in a Dataset or
     file asks for. InputError for others."""
     if units is None:
@@ -60,14 +61,14 @@ def units_for(units: Any, data: Any) -> str:
     return str(units)
 
 
-def is_figure(data: Any) -> bool:
+def is_figure(data: object) -> TypeGuard[Figure]:
     """Whether ``data`` is a figure of matplotlib."""
     from matplotlib.figure import Figure
 
     return isinstance(data, Figure)
 
 
-def _with_variables_only(data: Any, names: Iterable[str]) -> Dataset:
+def _with_variables_only(data: Dataset, names: Iterable[str]) -> Dataset:
     """The Dataset ``data`` with only the variables ``names``, and all coordinates."""
     wanted = {*names}
     kept: Dataset = data.drop_vars([name for name in data.data_vars if name not in wanted])
@@ -151,7 +152,7 @@ def missing_variable_errors(name: str) -> Iterator[None]:
         raise InputError(f"{name}: found results without {error.args[0]}; allowed: results that have it.") from error
 
 
-def branches_in(data: Any) -> Any:
+def branches_in(data: Any) -> Dataset | None:
     """The Dataset of branches where ``data`` is one, or the name of a file of branches;
     else None."""
     if is_dataset(data):

@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from nsdrill.analysis.comparison import compare_results, compare_traces
 from nsdrill.app.datasets import read_any
@@ -15,10 +14,6 @@ from nsdrill.errors import FileError
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.write import changes
-
-if TYPE_CHECKING:
-    pass
-
 
 MAKER_ATTRIBUTES = (
     "study_sha256",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
@@ -36,6 +36,7 @@ with deferred():
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from xarray import Dataset
 
 
 @command_of(
@@ -115,7 +116,7 @@ def command(
     return 0
 
 
-def refuse_others(given: Given, operation: Callable[..., Any], file: str) -> None:
+def refuse_others(given: Given, operation: Callable[..., object], file: str) -> None:
     """A Refusal of an option that the operation for this file does not take."""
     taken = arguments_of(operation)
     for name, value in given.items():
@@ -132,7 +133,7 @@ def refuse_others(given: Given, operation: Callable[..., Any], file: str) -> Non
         raise Refusal(name, "with --animate", "without it")
 
 
-def _cut(file: str, given: Given) -> Any:
+def _cut(file: str, given: Given) -> Dataset | forms.Results | forms.Trace:
     """What is in the file, without its numbers, at the chosen values."""
     from nsdrill.plot import cut
 

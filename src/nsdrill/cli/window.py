@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
@@ -19,6 +19,8 @@ with deferred():
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from nsdrill.data import Answer, Results
 
 
 @command_of(
@@ -58,7 +60,7 @@ def command(
     chosen = {"severity": given.get("severity"), "confidence": given.get("confidence")}
     names = [results] if other is None else [results, other]
     data = [answers.results_for_window(name, **chosen) for name in names]
-    found: dict[str, Any]
+    found: Answer
     if other is None:
         found = windows.window_of(data[0], **chosen)
         title = printable(f"{results}: operating window. {found['title']}".rstrip())
@@ -79,7 +81,7 @@ def command(
     return 0
 
 
-def _drawn(data: list[Any], names: list[str], units: str, chosen: dict[str, Any]) -> Figure:
+def _drawn(data: list[Results], names: list[str], units: str, chosen: Given) -> Figure:
     """The picture of one window, or of two side by side."""
     from nsdrill.plot import draw
     from nsdrill.plot.kinds.window import draw_two

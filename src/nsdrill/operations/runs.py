@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import Refusal, RunWarning, StudyError, option
 from nsdrill.late import deferred
@@ -27,6 +27,7 @@ from nsdrill.operations.arguments import (
     MostRounds,
     Orbit,
     Overwrite,
+    PathLike,
     PictureOfFit,
     PointOfOrbit,
     Procedure,
@@ -159,7 +160,7 @@ def run(
         )
 
 
-def _check_path(path: Any, **meant: bool) -> None:
+def _check_path(path: object, **meant: bool) -> None:
     """A Refusal where no file is written and something is said about one."""
     if path is None:
         for name, on in meant.items():
@@ -299,7 +300,11 @@ def simulate(
 
 
 def _orbit(
-    study: Study, orbit: Any, point: Any, chosen: Mapping[str, Any], spans: Mapping[str, float | None]
+    study: Study,
+    orbit: PathLike | None,
+    point: int | None,
+    chosen: Mapping[str, object],
+    spans: Mapping[str, float | None],
 ) -> Trajectory:
     """The motion at a point of a file of branches."""
     if orbit is None or point is None:
@@ -343,7 +348,7 @@ def replay(
     >>> trace.attrs["same_bits"]
     1
     """
-    source: Any
+    source: Results | str
     if datasets.is_dataset(results):
         names = ("status", "initial_state", "final_state")
         source = datasets.with_variables(datasets.data_in(results, names), "replay", names)
@@ -498,13 +503,13 @@ def fit(
     return found
 
 
-def _check_counts(batch: Any, rounds: Any, samples: Any) -> None:
+def _check_counts(batch: int, rounds: int, samples: int) -> None:
     for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
         if not arguments.is_whole(number) or number < least:
             raise Refusal(name, repr(number), f"a whole number, {least} or more")
 
 
-def _claim_picture(picture: Any, overwrite: bool) -> None:
+def _claim_picture(picture: PathLike | None, overwrite: bool) -> None:
     """Check, before anything is run, that the picture may be written."""
     from nsdrill.plot.saving import check_suffix
 
@@ -513,7 +518,7 @@ def _claim_picture(picture: Any, overwrite: bool) -> None:
         store.claim_file(picture, overwrite)
 
 
-def _save_picture(found: Fit, picture: Any, units: str, overwrite: bool) -> None:
+def _save_picture(found: Fit, picture: PathLike | None, units: str, overwrite: bool) -> None:
     from nsdrill.plot import save
 
     save(found.picture(units), arguments.name_in(picture, "picture"), overwrite=overwrite)

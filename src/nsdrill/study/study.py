@@ -26,7 +26,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
-from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_named
+from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, Value, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
 

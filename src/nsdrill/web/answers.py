@@ -6,7 +6,7 @@ from __future__ import annotations
 import base64
 import html
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -40,10 +40,6 @@ from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, quantity_data
-
-if TYPE_CHECKING:
-    pass
-
 
 MAX_ROWS = 40  # of a table of the comparison
 
