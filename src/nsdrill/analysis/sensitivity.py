@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nsdrill.analysis import probability
 from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, independent, run_safety
 from nsdrill.data import Answer, Array, Results, overrides, resolved_study
 from nsdrill.errors import InputError
@@ -52,9 +53,7 @@ class Indices:
 
 def needed(results: Results, severity: int | None) -> tuple[str, ...]:
     """The variables that :func:`sensitivity` uses of results with these attributes."""
-    from nsdrill.analysis.probability import needed as of_probability
-
-    return (*of_probability(severity), *model_in(results.attrs).check_features)
+    return (*probability.needed(severity), *model_in(results.attrs).check_features)
 
 
 def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:

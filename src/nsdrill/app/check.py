@@ -16,12 +16,16 @@ import numpy as np
 from nsdrill.app.experiment import Experiment, prepare
 from nsdrill.app.size import disk, memory
 from nsdrill.data import Answer
+from nsdrill.late import deferred
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
+
+with deferred():  # it imports the compiler
+    from nsdrill.app import trust
 
 LEAST_REVOLUTIONS = 20
 LARGE = 2e9  # bytes of results, above which a warning says so
@@ -190,10 +194,7 @@ def _amount_text(value: float, si: str, shown: str, units: str) -> str:
 def _verify_cost(study: Study) -> str | None:
     if not study.simulation.verify:
         return None
-    # late: it imports the compiler
-    from nsdrill.app.trust import checks
-
-    tight, _ = checks(study.simulation)
+    tight, _ = trust.checks(study.simulation)
     return (
         f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and "
         f"continued for another "

@@ -17,11 +17,13 @@ from nsdrill.app.experiment import overrides_of, with_overrides
 from nsdrill.app.table import table, write_rows
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
+from nsdrill.late import deferred
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import (
     MemoryLog,
     claim_file,
+    from_dataset,
     kept_of,
     kind_of,
     open_branches,
@@ -36,6 +38,9 @@ from nsdrill.store import (
     write_trace,
 )
 from nsdrill.variables import COUNTED, Variable
+
+with deferred():  # it imports the compiled sources, of which show needs none
+    from nsdrill.app import provenance
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,8 +83,6 @@ def _with_variables_only(data: Dataset, names: Iterable[str]) -> Dataset:
 def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
     """The results or trace in a Dataset or file; of results only the variables
     ``names``, if given."""
-    from nsdrill.store.dataset import from_dataset
-
     if not is_dataset(data):
         return read_any(name_in(data), names)
     found = validated(from_dataset(data if names is None or "time" in data.dims else _with_variables_only(data, names)))
@@ -102,9 +105,7 @@ def validated(data: Results | Trace) -> Results | Trace:
 
 def with_missing_features(results: Results) -> Results:
     """``results`` with NaN for the features that their version of nsdrill lacked."""
-    from nsdrill.app.provenance import model_digest  # late: the compiled sources, of which show needs none
-
-    if results.attrs.get("model_digest") == model_digest(model_in(results.attrs).name):
+    if results.attrs.get("model_digest") == provenance.model_digest(model_in(results.attrs).name):
         return results
     unknown = np.full(results.shape, np.nan)
     later = {v.name: unknown for v in variables_of(results) if v.room == "feature"}

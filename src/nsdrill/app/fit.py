@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import ndtr
 from scipy.stats import chi2
 
 from nsdrill.analysis.fitting import (
@@ -280,16 +281,12 @@ class _Simulator:
 def _unknown_values(keys: dict[str, Numbers], z: Array) -> dict[str, Array]:
     """The values [n] of the unknowns by key, at samples ``z`` [n, unknowns] (standard
     normal)."""
-    from scipy.special import ndtr
-
     u = np.clip(ndtr(z), 2.0**-54, 1 - 2.0**-54)
     return {key: rounded(quantile(numbers, u[:, i])) for i, (key, numbers) in enumerate(keys.items())}
 
 
 def _unknown_summaries(study: Study, keys: dict[str, Numbers], fitted: Posterior) -> list[Answer]:
     """What the data tell of each unknown."""
-    from scipy.special import ndtr
-
     quantiles = ndtr(fitted.z)
     order = np.argsort(fitted.z, axis=0)
     widths = fitted.widths

@@ -18,6 +18,7 @@ from nsdrill.analysis.probability import effective_number, independent
 from nsdrill.app.probability import rows
 from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, option
+from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
@@ -25,6 +26,12 @@ from nsdrill.observe.labels import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPON
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
+
+with deferred():  # they run the model, and the parser is slow to import
+    from nsdrill.app import attractors as grouping
+    from nsdrill.app import experiment as experiments
+    from nsdrill.app import refinement as refining
+    from nsdrill.study import load as loading
 
 # the rooms of the variables that decide labels
 MEASURED = ("feature", "label", "section", "trust")
@@ -85,11 +92,8 @@ def _summarize_results(results: Results) -> Answer:
     if SAMPLE in results.coords:
         summary |= _uncertain(results)
     elif "start" in results.coords:
-        # late: it groups starts with the equations of the model
-        from nsdrill.app.attractors import attractors
-
         starts = {"starts": len(results.coords["start"]), "slice": results.slice}
-        return summary | starts | {"operating_points": attractors(results)}
+        return summary | starts | {"operating_points": grouping.attractors(results)}
     else:
         summary["hysteresis"] = hysteresis(results)
         if len(results.swept) == 1:
@@ -326,26 +330,21 @@ def new_labels(
     """The labels of ``results``, read from ``path``, with changed thresholds; the line
     for their history, and the root attributes with the thresholds. InputError where a
     refined sweep would need further runs."""
-    from nsdrill.app.attractors import labels_of
-    from nsdrill.app.experiment import stored_experiment
-    from nsdrill.app.refinement import reinfer
-    from nsdrill.study import change_thresholds
-
-    experiment = stored_experiment(path, results)
+    experiment = experiments.stored_experiment(path, results)
     study = experiment.study
-    thresholds = change_thresholds(study.thresholds, overrides)
+    thresholds = loading.change_thresholds(study.thresholds, overrides)
     scales = _state_scales(study, results)
     model = study.model.dynamics
     try:
         labels = model.classify(results.variables, results["status"], thresholds, scales)
         if "start" in results.coords:
-            labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
+            labels["attractor"] = grouping.labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     except KeyError as error:
         raise InputError(f"{path}: found results without {error.args[0]}; allowed: results that have it.") from error
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
-        labels["response"], missing = reinfer(experiment, results["status"], labels["response"])
+        labels["response"], missing = refining.reinfer(experiment, results["status"], labels["response"])
         if missing:
             raise InputError(
                 f"{path}: with these thresholds the responses differ between neighbours where the "

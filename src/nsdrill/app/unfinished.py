@@ -20,9 +20,13 @@ from nsdrill import interrupt
 from nsdrill.data import Answer, Array, json_text
 from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
+from nsdrill.late import deferred
 from nsdrill.store import check_target, part_path
 from nsdrill.store.hdf5 import ZIP
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
+
+with deferred():  # it imports the compiled sources, of which show needs none
+    from nsdrill.app import provenance
 
 _MAGIC = "nsdrill unfinished "
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
@@ -124,8 +128,6 @@ class Part:
 
     def _replace(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
         # late: it imports the compiler
-        from nsdrill.app.provenance import processor, versions  # late: show needs no compiled sources
-
         head = {
             "magic": _MAGIC + self.what,
             "digest": digest,
@@ -133,8 +135,8 @@ class Part:
             "kept": kept,
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
             "model": self.model,
-            **versions(self.model),
-            "processor": processor(),
+            **provenance.versions(self.model),
+            "processor": provenance.processor(),
         }
         members: dict[str, Any] = {"head": np.frombuffer(json_text(head).encode(), np.uint8), **arrays}
         try:
@@ -170,9 +172,7 @@ class Part:
                 f"{self.path}: made from {inputs}. Go on with what it was made from, or start "
                 f"anew by {option('overwrite')}."
             )
-        from nsdrill.app.provenance import unlike
-
-        if differing := unlike(head):
+        if differing := provenance.unlike(head):
             raise FileError(
                 f"{self.path}: made with other versions, whose numbers may differ "
                 f"({'; '.join(differing)}). Finish it with "

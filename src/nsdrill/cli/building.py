@@ -32,7 +32,7 @@ from nsdrill.operations.argument import (
 )
 
 with deferred():
-    from nsdrill import data, files, variables
+    from nsdrill import data, files, store, variables
     from nsdrill.app import datasets
     from nsdrill.models import registry
     from nsdrill.study import load as loading
@@ -272,21 +272,9 @@ def write(output: str | None, text: str, overwrite: bool) -> None:
     if output in (None, "-"):
         click.echo(text, nl=False)
         return
-    from nsdrill.store import claim_file
-
     assert output is not None
-    claim_file(output, overwrite)
+    store.claim_file(output, overwrite)
     files.write_text(output, text, overwrite=overwrite)
-
-
-def claim_picture(output: str | None, overwrite: bool) -> None:
-    """Check, before anything is computed, that a picture may be written."""
-    from nsdrill.plot.saving import check_suffix
-    from nsdrill.store import claim_file
-
-    if output is not None:
-        check_suffix(output)
-        claim_file(output, overwrite)
 
 
 def model_name(name: str | None) -> str:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from nsdrill.cli.building import Given, claim_picture, command_of, load, say
+from nsdrill.cli.building import Given, command_of, load, say
 from nsdrill.cli.simulate import requested_values
 from nsdrill.errors import Refusal
 from nsdrill.late import deferred
-from nsdrill.operations import pictures
+from nsdrill.operations import files, pictures
 from nsdrill.operations.argument import arguments_of
 from nsdrill.operations.arguments import (
     OUTPUT,
@@ -81,7 +81,6 @@ def command(
 ) -> int:
     """Draw FILE: a results file, the .part file of a run that goes on, a trace, or
     branches; or a chart of a study (.yaml), which is not run."""
-    from nsdrill.plot import save
     from nsdrill.plot.registry import is_study
 
     if no_title and "title" in given:
@@ -101,7 +100,7 @@ def command(
         raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
     if animate:
         return _film(file, output, given, overwrite)
-    claim_picture(output, overwrite)
+    files.claim_picture(output, overwrite)
     if of_study:
         given["study"] = load(file, given.pop("set", ()))
         figure = pictures.chart(**given)
@@ -111,7 +110,7 @@ def command(
             say(f"At {nearest}, the nearest of the sweep.")
     if field is not None:
         say(_overlaid(figure, field, file, given))
-    save(figure, output, overwrite=overwrite)
+    files.save(figure, output, overwrite=overwrite)
     say(f"{output}: drawn.")
     return 0
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from nsdrill.cli.building import Given, claim_picture, command_of, print_json, say
+from nsdrill.cli.building import Given, command_of, print_json, say
 from nsdrill.errors import printable
 from nsdrill.late import deferred
-from nsdrill.operations import answers
+from nsdrill.operations import answers, files
 from nsdrill.operations.arguments import Json, Other, Overwrite, Picture, ResultsLike, Units
 
 with deferred():
@@ -56,7 +56,8 @@ def command(
     penetration.
     """
     assert units is not None
-    claim_picture(picture, overwrite)
+    if picture is not None:
+        files.claim_picture(picture, overwrite)
     chosen = {"severity": given.get("severity"), "confidence": given.get("confidence")}
     names = [results] if other is None else [results, other]
     data = [answers.results_for_window(name, **chosen) for name in names]
@@ -74,9 +75,7 @@ def command(
     else:
         click.echo("\n".join(lines))
     if picture is not None:
-        from nsdrill.plot import save
-
-        save(_drawn(data, names, units, chosen), picture, overwrite=overwrite)
+        files.save(_drawn(data, names, units, chosen), picture, overwrite=overwrite)
         say(f"{picture}: drawn.")
     return 0
 

@@ -12,7 +12,7 @@ from nsdrill.operations.argument import Units as System
 
 with deferred():
     from nsdrill.models import registry
-    from nsdrill.study import keys
+    from nsdrill.study import keys, write
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as AxesOfMatplotlib
@@ -57,9 +57,7 @@ def kinds() -> Iterable[str]:
 
 
 def examples() -> Iterable[str]:
-    from nsdrill.study.write import examples
-
-    return examples()
+    return write.examples()
 
 
 def _assignments(leaves: Mapping[str, Leaf]) -> Iterator[str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import Refusal, RunWarning, StudyError, option
 from nsdrill.late import deferred
+from nsdrill.operations import files
 from nsdrill.operations.arguments import (
     At,
     Batch,
@@ -468,7 +469,8 @@ def fit(
     units = units or loaded.units
     _check_counts(batch, rounds, samples)
     _check_path(path, resume=resume, overwrite=overwrite and picture is None)
-    _claim_picture(picture, overwrite)
+    if picture is not None:
+        files.claim_picture(picture, overwrite)
     times = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)
     reading = measured.Reading(dict(rename or {}), tuple(ignore), dict(errors or {}), skip_gaps, *times)
     table = measured.read_measured(arguments.name_in(data, "data"), loaded, reading)
@@ -496,7 +498,7 @@ def fit(
                 large=large,
             )
         if picture is not None:  # before the study: then the rounds beside it are deleted
-            _save_picture(found, picture, units, overwrite)
+            files.save(found.picture(units), picture, overwrite=overwrite)
         if path is not None:
             store.write_text(path, found.study, calls.recovery_text, overwrite=overwrite or resume)
             calls.discard()
@@ -507,18 +509,3 @@ def _check_counts(batch: int, rounds: int, samples: int) -> None:
     for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
         if not arguments.is_whole(number) or number < least:
             raise Refusal(name, repr(number), f"a whole number, {least} or more")
-
-
-def _claim_picture(picture: PathLike | None, overwrite: bool) -> None:
-    """Check, before anything is run, that the picture may be written."""
-    from nsdrill.plot.saving import check_suffix
-
-    if picture is not None:
-        check_suffix(picture)
-        store.claim_file(picture, overwrite)
-
-
-def _save_picture(found: Fit, picture: PathLike | None, units: str, overwrite: bool) -> None:
-    from nsdrill.plot import save
-
-    save(found.picture(units), arguments.name_in(picture, "picture"), overwrite=overwrite)
