@@ -31,13 +31,13 @@ OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 PASSED_OVER = "passed_over"
 
 
-def json_text(data: Any, indent: int | None = None) -> str:
+def json_text(data: object, indent: int | None = None) -> str:
     """JSON of plain data and numpy values; null where a number is not finite, which
     JSON cannot represent."""
     return json.dumps(_plain(data), indent=indent, allow_nan=False)
 
 
-def _plain(data: Any) -> Any:
+def _plain(data: object) -> object:
     if isinstance(data, dict):
         return {str(name): _plain(value) for name, value in data.items()}
     if isinstance(data, np.ndarray | np.generic):

@@ -84,7 +84,7 @@ def check_other_file(study: object, path: str) -> None:
         raise InputError(f"{path}: this is the study. Choose another path for the results.")
 
 
-def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
+def values_in(at: object, study: Study | None, **apart: object) -> dict[str, float]:
     """The values of axes by key, in SI: those of ``at``, a mapping or pairs, and those
     given as arguments (``apart``). The axes are those of the ``study``, else of any model;
     ``at`` may also have the number of a sample."""

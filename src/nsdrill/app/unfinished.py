@@ -117,7 +117,7 @@ class Part:
         interrupt.unfinished_files.add(str(self.path))
         self._is_temporary = True
 
-    def write(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str) -> None:
+    def write(self, digest: str, data: object, arrays: Mapping[str, Array], kept: str) -> None:
         """Replace the file, in one step, by one with ``arrays`` and plain ``data``, from
         inputs with this ``digest``; ``kept`` says in words what that is.
 
@@ -126,7 +126,7 @@ class Part:
         self.kept, self._is_temporary = kept, False
         interrupt.unfinished_files.discard(str(self.path))
 
-    def _replace(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
+    def _replace(self, digest: str, data: object, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
         # late: it imports the compiler
         head = {
             "magic": _MAGIC + self.what,

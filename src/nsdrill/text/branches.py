@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -153,7 +153,7 @@ def table(data: Dataset, units: str) -> str:
     words = {code: label.name for code, label in meanings_of(model_in(data.attrs)).items()}
     branch_of_point = np.asarray(data["branch_of_point"].values)
     headings: list[str] = ["point", "branch", "motion", "lobes", "label_words"]
-    columns: list[list[Any]] = [
+    columns: list[Sequence[object]] = [
         list(range(len(branch_of_point))),
         branch_of_point.tolist(),
         [str(data["motion"].values[k]) for k in branch_of_point],
@@ -170,7 +170,7 @@ def table(data: Dataset, units: str) -> str:
         si = str(variable.attrs.get("units", ""))
         for column, entry in enumerate(entries):
             if values.dtype.kind == "f" and si not in ("", "1"):
-                unit = field_unit(name, _plain(si)) if units == "field" else si
+                unit = field_unit(name, plain_units(si)) if units == "field" else si
                 headings.append(f"{name}{entry} [{sign(unit)}]")
                 columns.append([repr(from_si(float(v), unit) if unit != si else float(v)) for v in values[:, column]])
             else:
@@ -191,8 +191,3 @@ def field_unit(name: str, units: str) -> str:
         return units
     known = find(name)
     return known.unit("field") if known and known.units == units else unit_in(units, "field") or units
-
-
-def _plain(units: str) -> str:
-
-    return plain_units(units)

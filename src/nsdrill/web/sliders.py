@@ -4,7 +4,7 @@ changes and the state that a request has of them."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -125,7 +125,7 @@ def start_state(session: Session, request: Request, study: Study) -> Array | Non
 
 def value_at(resolved: Resolved, key: str) -> float | str | None:
     """The number or the word at a dotted key; None where there is neither."""
-    value: Any = resolved
+    value: object = resolved
     for part in key.split("."):
         value = value.get(part) if isinstance(value, dict) else None
     if isinstance(value, str):
