@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 from operator import getitem
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,11 +24,19 @@ Attributes = dict[str, Any]  # of a file, or of an array in it: text, numbers an
 Resolved = dict[str, Any]  # a complete study, or a part of one, as plain data in SI
 Change = tuple[str, Any, Any]  # a dotted key of a study, and its values in two
 Answer = dict[str, Any]  # what was found, as plain data, by the keys of its JSON
+T = TypeVar("T")
 IN_MEMORY = "the results"  # how messages name results that are not in a file
 # root attributes: the changes by --set of run, and of classify
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 # root attribute of results in memory: the critical speeds below their sweep, as JSON
 PASSED_OVER = "passed_over"
+
+
+def evenly_spaced(items: Sequence[T], most: int) -> list[T]:
+    """At most so many of the items, evenly spaced, with the first and the last."""
+    if len(items) <= most:
+        return list(items)
+    return [items[round(number * (len(items) - 1) / (most - 1))] for number in range(most)]
 
 
 def json_text(data: object, indent: int | None = None) -> str:

@@ -10,7 +10,7 @@ from nsdrill.analysis.comparison import common_places
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.plane import stretches
 from nsdrill.analysis.window import SAFE, UNKNOWN, YIELDS, Classes, axes_of, classes, find_window, usual_confidence
-from nsdrill.data import Answer, Array, Results
+from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words
 from nsdrill.variables import RESPONSES
@@ -86,9 +86,7 @@ def _lines(
         for m, k in enumerate(places[0][0])
         for n, i in enumerate(places[0][1])
     ]
-    if len(rows) <= MAX_ROWS:
-        return rows
-    return [rows[round(n * (len(rows) - 1) / (MAX_ROWS - 1))] for n in range(MAX_ROWS)]
+    return evenly_spaced(rows, MAX_ROWS)
 
 
 def _borders(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[Answer]:

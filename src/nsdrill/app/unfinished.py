@@ -21,7 +21,7 @@ from nsdrill.data import Answer, Array, json_text
 from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
 from nsdrill.late import deferred
-from nsdrill.store import check_target, part_path
+from nsdrill.store import claim_file, part_path
 from nsdrill.store.hdf5 import ZIP
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
 
@@ -56,7 +56,7 @@ class Part:
                 f"{option('overwrite')} and {option('resume')} exclude each other: start anew, "
                 f"or go on with what is there?"
             )
-        check_target(output)
+        claim_file(output, overwrite or resume)
         part = cls(part_path(output), what, model)
         sweep_away(part.path)
         finished, unfinished = os.path.lexists(output), os.path.lexists(part.path)
@@ -64,8 +64,6 @@ class Part:
             raise FileError(
                 f"{output}: this {what} is finished; nothing is left to run. Start anew by {option('overwrite')}."
             )
-        if finished and not (overwrite or resume):
-            raise FileError(f"{output}: the file exists. Choose another name, or replace it by {option('overwrite')}.")
         try:
             if unfinished:
                 part._take(overwrite, resume)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from nsdrill.data import Answer
 from nsdrill.quantity import amount
-from nsdrill.text.words import count, in_words, value_text
+from nsdrill.text.words import count, in_words, rest, value_text
 
 MAX_ROWS = 48
 MAX_ATTRACTORS = 5  # of one point; one line sums up the others
@@ -24,8 +24,7 @@ def attractor_lines(summary: Answer, units: str) -> Iterator[str]:
     yield (f"\nAttractors, by their share of the {'slice' if summary['slice'] else 'starts (95 % interval)'}:")
     for row in rows[:MAX_ROWS]:
         yield row.rstrip()
-    if len(rows) > MAX_ROWS:
-        yield f"  and {len(rows) - MAX_ROWS} more lines (all with --json)"
+    yield from rest(rows, MAX_ROWS, "lines (all with --json)")
     yield from _warning_lines(points)
 
 

@@ -14,7 +14,7 @@ from nsdrill.data import Answer
 from nsdrill.errors import printable
 from nsdrill.models.registry import model_in
 from nsdrill.quantity import find, sign, unit_in
-from nsdrill.text.words import label_of, point_text, value_text
+from nsdrill.text.words import label_of, point_text, rest, value_text
 from nsdrill.units import from_si, plain_units
 
 if TYPE_CHECKING:
@@ -85,8 +85,7 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
             f"  {branch['branch']:3d}  {branch['words']}, {interval(branch['min'], branch['max'])}: "
             + "; ".join(filter(None, (f"stable {stable}{looked}" if stable else "unstable", special_text)))
         )
-    if (more := len(s["branches"]) - MAX_ROWS) > 0:
-        yield f"  and {more} more branches"
+    yield from rest(s["branches"], MAX_ROWS, "branches")
     yield ""
     for name, meaning in meanings.items():
         yield f"  {name}: {meaning}"

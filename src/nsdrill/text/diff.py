@@ -11,7 +11,7 @@ from nsdrill.data import Answer
 from nsdrill.errors import InputError
 from nsdrill.quantity import amount, find
 from nsdrill.text.window import WIDTH
-from nsdrill.text.words import aligned, count, in_words, point_text, value_text
+from nsdrill.text.words import aligned, count, in_words, point_text, rest, value_text
 
 MAX_CHANGES = 12
 
@@ -141,8 +141,7 @@ def _response_lines(responses: Answer, points: int, swept: list[str], units: str
     changes = responses["changes"]
     for change in changes[:MAX_CHANGES]:
         yield f"  {change['points']:6d}  {in_words(change['from'])} -> {in_words(change['to'])}"
-    if len(changes) > MAX_CHANGES:
-        yield f"  and {len(changes) - MAX_CHANGES} more kinds of change (all with --json)"
+    yield from rest(changes, MAX_CHANGES, "kinds of change (all with --json)")
     if responses["changed"]:
         points_at = responses["at"]
         yield ("  At:" if len(points_at) == responses["changed"] else f"  The first {len(points_at)} of them:")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from nsdrill.data import Answer
 from nsdrill.quantity import quantity
-from nsdrill.text.words import count, in_words, label_of, point_text
+from nsdrill.text.words import count, in_words, label_of, overrides_text, point_text
 
 MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its own
 
@@ -18,7 +18,7 @@ def lines(summary: Answer, units: str) -> Iterator[str]:
     points = f"{count(summary['points'], 'operating point')} over {' and '.join(map(label_of, summary['swept']))}"
     yield (f"  {summary['samples']} samples, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}")
     if summary["overrides"]:
-        yield (f"  overrides {'; '.join(f'{key} = {value}' for key, value in summary['overrides'].items())}")
+        yield f"  overrides {overrides_text(summary['overrides'])}"
     if summary["histories"] > 1:
         yield "  safe in every procedure; of the other answers the greatest of the procedures"
     exact = summary["design"] == "saltelli"

@@ -4,24 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.data import Answer
+from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import printable
 from nsdrill.quantity import quantity, sign
 from nsdrill.text.attractors import attractor_lines
 from nsdrill.text.branches import lines as branch_lines
-from nsdrill.text.words import count, in_words, knots_text, label_of, point_text, samples_text, value_text
+from nsdrill.text.words import (
+    count,
+    in_words,
+    knots_text,
+    label_of,
+    overrides_text,
+    point_text,
+    rest,
+    samples_text,
+    value_text,
+)
 from nsdrill.units import from_si
 from nsdrill.variables import AXES
 
 MAX_FAILED = 20
-
-
 MAX_INTERVALS = 40
-
-
 MAX_CHANGED = 12
-
-
 MAX_POINTS = 24
 
 
@@ -109,8 +113,7 @@ def _result_lines(file: str, s: Answer, units: str) -> Iterator[str]:
             where = point_text({name: point[name] for name in s["axes"]}, units)
             where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
             yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
-        if len(failed) > MAX_FAILED:
-            yield f"  and {len(failed) - MAX_FAILED} more (all with --json)"
+        yield from rest(failed, MAX_FAILED)
 
 
 def _unknown_lines(s: Answer, units: str) -> Iterator[str]:
@@ -139,7 +142,7 @@ def _probability_lines(s: Answer, units: str) -> Iterator[str]:
             f"{samples_text(s['counted'], s['effective'])}:"
         )
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
-        for row in _evenly_spaced(history_rows):
+        for row in evenly_spaced(history_rows, MAX_POINTS):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
             yield f"  {where:30s}" + "".join(f"{_probability_text(row[name]):>22s}" for name in names)
         if len(history_rows) > MAX_POINTS:
@@ -153,17 +156,9 @@ def _probability_text(estimate: dict[str, float]) -> str:
     return f"{100 * estimate['probability']:.1f} % ({low:.0f} to {high:.0f})"
 
 
-def _evenly_spaced(rows: list[Answer]) -> list[Answer]:
-    """At most :data:`MAX_POINTS` of the ``rows``, evenly spaced, with the first and the
-    last."""
-    if len(rows) <= MAX_POINTS:
-        return rows
-    return [rows[round(i * (len(rows) - 1) / (MAX_POINTS - 1))] for i in range(MAX_POINTS)]
-
-
 def _override_lines(overrides: dict[str, str]) -> Iterator[str]:
     if overrides:
-        yield f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}"
+        yield f"  overrides      {overrides_text(overrides)}"
 
 
 def _string_lines(s: Answer) -> Iterator[str]:
@@ -207,14 +202,16 @@ def _interval_lines(intervals: list[Answer], units: str) -> Iterator[str]:
 
     yield "\nAlong the sweep:"
     for row in intervals[:MAX_INTERVALS]:
-        name = row["axis"]
-        ends = value_text(name, row["from"], units)
-        if row["points"] > 1:
-            ends += f" to {value_text(name, row['to'], units)}"
-        points = count(row["points"], "point")
-        yield f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {in_words(row['response'])}"
-    if len(intervals) > MAX_INTERVALS:
-        yield f"  and {len(intervals) - MAX_INTERVALS} more (all with --json)"
+        yield f"  {row['procedure']:5s} {_span(row, units)}  {in_words(row['response'])}"
+    yield from rest(intervals, MAX_INTERVALS)
+
+
+def _span(row: Answer, units: str) -> str:
+    """The ends of an interval, and how many points it has, as two columns."""
+    ends = value_text(row["axis"], row["from"], units)
+    if row["points"] > 1:
+        ends += f" to {value_text(row['axis'], row['to'], units)}"
+    return f"{ends:32s} {count(row['points'], 'point'):>12s}"
 
 
 def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Iterator[str]:
@@ -230,17 +227,12 @@ def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Itera
         if place and place != previous:
             yield f"  at {place}"
         previous = place
-        ends = value_text(axis, row["from"], units)
-        if row["points"] > 1:
-            ends += f" to {value_text(axis, row['to'], units)}"
-        points = count(row["points"], "point")
         yield (
-            f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up "
+            f"  {_span(row, units)}  {in_words('+'.join(row['differs'])):22s}  up "
             f"{in_words(row['up'])}; "
             f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}"
         )
-    if len(rows) > MAX_INTERVALS:
-        yield f"  and {len(rows) - MAX_INTERVALS} more (all with --json)"
+    yield from rest(rows, MAX_INTERVALS)
     steps = [row["step"] for row in rows if row["step"] is not None]
     if steps:
         step = value_text(axis, max(steps), units)

@@ -8,10 +8,9 @@ from collections.abc import Iterator, Sequence
 
 from nsdrill.analysis.window import unknown_words
 from nsdrill.app import contrast as app
-from nsdrill.data import Answer
+from nsdrill.data import Answer, evenly_spaced
 from nsdrill.plot.answer import ORDER, Formatter, answer, drilling, in_order, is_hint, limit, percent, warnings, why
-from nsdrill.plot.slices import evenly_spaced
-from nsdrill.text.words import aligned, count, label_of, samples_text
+from nsdrill.text.words import aligned, count, label_of, overrides_text, samples_text
 
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
@@ -70,14 +69,14 @@ def _confidence_cost(summary: Answer, fmt: Formatter) -> Iterator[str]:
     for row in summary["price"]:
         text = f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
         if best := row["fastest"]:
-            axes = in_order((*summary["axes"], summary["third"]))
-            where = ", ".join(fmt.value(axis, best[axis]) for axis in axes)
-            text += f"; fastest {where}, {_rate(best, fmt)}"
+            rate = fmt.value("rate_of_penetration", best["rate_of_penetration"])
+            text += f"; fastest {_point(best, (*summary['axes'], summary['third']), fmt)}, {rate}"
         yield text
 
 
-def _rate(best: Answer, fmt: Formatter) -> str:
-    return fmt.value("rate_of_penetration", best["rate_of_penetration"])
+def _point(point: Answer, axes: Sequence[str], fmt: Formatter) -> str:
+    """The values of the ``axes`` at a point."""
+    return ", ".join(fmt.value(axis, point[axis]) for axis in in_order(axes))
 
 
 def _by_procedure(summary: Answer, fmt: Formatter) -> Iterator[str]:
@@ -86,15 +85,14 @@ def _by_procedure(summary: Answer, fmt: Formatter) -> Iterator[str]:
         best = row.get("recommended")
         where = ""
         if best:
-            at = ", ".join(fmt.value(axis, best[axis]) for axis in in_order(summary["axes"]))
-            where = f"; best at {at}, safe with {percent(best)}"
+            where = f"; best at {_point(best, summary['axes'], fmt)}, safe with {percent(best)}"
         yield (f"By itself, {row['procedure']}: {row['safe']} safe ({100 * row['share']['safe']:.1f} %){where}.")
 
 
 def _basis_lines(summary: Answer) -> Iterator[str]:
     """The meaning of the classes of points."""
     if summary["overrides"]:
-        yield (f"  overrides {'; '.join(f'{key} = {value}' for key, value in summary['overrides'].items())}")
+        yield f"  overrides {overrides_text(summary['overrides'])}"
     condition = "without a critical response"
     if summary["severity"] is not None:
         condition = f"with no severity above {summary['severity']}"
@@ -152,7 +150,7 @@ def _width(word: str) -> int:
 
 
 def _no_window(summary: Answer, fmt: Formatter) -> Iterator[str]:
-    obstacles = [f"{_words(name)} at {count}" for name, count in summary["obstacles"].items() if count]
+    obstacles = [f"{name.replace('_', '-')} at {count}" for name, count in summary["obstacles"].items() if count]
     noun = "point" if summary["points"] == 1 else "points"
     result, subject = "There is no safe point.", "Critical responses, in any history"
     if summary["confidence"] is not None:
@@ -161,8 +159,7 @@ def _no_window(summary: Answer, fmt: Formatter) -> Iterator[str]:
         subject = f"Critical responses in {least:.2g} % of the samples or more, in any history"
     yield result + (f" {subject}: {', '.join(obstacles)} {noun}." if obstacles else "")
     if best := summary["most_probable"]:
-        axes = in_order((*summary["axes"], summary["third"]))
-        at = ", ".join(fmt.value(axis, best[axis]) for axis in axes)
+        at = _point(best, (*summary["axes"], summary["third"]), fmt)
         ties = ""
         if best["ties"]:
             first = ", of which this drills fastest" if "rate_of_penetration" in best else ""
@@ -225,7 +222,7 @@ def _map_lines(summary: Answer, plane: Answer, fmt: Formatter) -> Iterator[str]:
     best = plane["recommended"]
     yield (
         f"{'Best hint' if is_hint(summary, best) else 'Recommended'}: "
-        f"{', '.join(fmt.value(axis, best[axis]) for axis in axes)}.{_drilling_text(best, fmt)}"
+        f"{_point(best, axes, fmt)}.{_drilling_text(best, fmt)}"
     )
     if "probability" in best:
         yield (
@@ -241,8 +238,8 @@ def _map_lines(summary: Answer, plane: Answer, fmt: Formatter) -> Iterator[str]:
                 yield from textwrap.wrap(text, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
     fastest = plane["fastest"]
     if fastest is not None and any(fastest[axis] != best[axis] for axis in axes):
-        where = ", ".join(fmt.value(axis, fastest[axis]) for axis in axes)
-        yield f"Fastest safe point, whatever its margins: {where}.{_drilling_text(fastest, fmt)}"
+        text = _drilling_text(fastest, fmt)
+        yield f"Fastest safe point, whatever its margins: {_point(fastest, axes, fmt)}.{text}"
     yield (
         "Limits lie between the last safe point and the next one; finer axes bring them closer "
         "together.\n"
@@ -293,10 +290,6 @@ def _over_depth(summary: Answer, fmt: Formatter, table: bool) -> Iterator[str]:
         for a, b in depth["open"]
     )
     yield (f"{sentence}; it reopens at {fmt.value('depth', depth['reopens'])}. Open at {spans} {fmt.unit('depth')}.")
-
-
-def _words(flag: str) -> str:
-    return flag.replace("_", "-")
 
 
 def contrast_lines(found: Answer, units: str, names: Sequence[str] = ()) -> Iterator[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from typing import Any
 
 from nsdrill.data import Answer
@@ -85,6 +85,17 @@ def aligned(table: Sequence[tuple[str, ...]]) -> Iterator[str]:
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     for row in table:
         yield ("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip()
+
+
+def rest(things: Sized, most: int, what: str = "(all with --json)") -> Iterator[str]:
+    """The line below the first ``most`` of the ``things``, where there are more."""
+    if len(things) > most:
+        yield f"  and {len(things) - most} more {what}"
+
+
+def overrides_text(overrides: Mapping[str, str]) -> str:
+    """The keys that ``--set`` changed, with their values."""
+    return "; ".join(f"{key} = {value}" for key, value in overrides.items())
 
 
 def samples_text(number: int, effective: float) -> str:

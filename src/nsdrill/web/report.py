@@ -19,13 +19,12 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR
-from nsdrill.data import Answer, Array, Results, json_text
+from nsdrill.data import Answer, Array, Results, evenly_spaced, json_text
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
-from nsdrill.plot.slices import evenly_spaced
 from nsdrill.variables import INFERRED, OK, SAMPLE
 from nsdrill.web.answers import (
     LIMITS,
