@@ -41,7 +41,6 @@ def lines(file: str, s: Answer, units: str, everything: bool = False) -> Iterato
 
 
 def _head(file: str, s: Answer, units: str) -> Iterator[str]:
-
     along = s["along"]
 
     def text(value: float) -> str:
@@ -93,7 +92,6 @@ def _rows(s: Answer, units: str) -> Iterator[str]:
 
 
 def _paragraphs(s: Answer, units: str) -> Iterator[str]:
-
     def text(value: float) -> str:
         return value_text(s["along"], value, units)
 
@@ -120,7 +118,6 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
 
 
 def _curve_lines(s: Answer, units: str) -> Iterator[str]:
-
     along = s["along"]
     for curve in s["curves"]:
         over = next(
@@ -148,7 +145,6 @@ def _change(before: int | None, after: int | None) -> str:
 def table(data: Dataset, units: str) -> str:
     """One row per point as CSV: its branch, motion, coordinates, label in words,
     multipliers, features, states."""
-
     words = {code: label.name for code, label in meanings_of(model_in(data.attrs)).items()}
     branch_of_point = np.asarray(data["branch_of_point"].values)
     headings: list[str] = ["point", "branch", "motion", "lobes", "label_words"]
@@ -185,7 +181,6 @@ def table(data: Dataset, units: str) -> str:
 def field_unit(name: str, units: str) -> str:
     """The field unit of the variable ``name`` with the SI unit ``units``: ft for a
     depth, in for another length."""
-
     if units in ("percent", "1"):
         return units
     known = find(name)

@@ -18,14 +18,12 @@ MAX_CHANGES = 12
 
 def attribute_text(name: str, text: str | None, units: str) -> str | None:
     """An attribute of a trace, which is in SI, in the system ``units``."""
-
     if units == "si" or text is None or find(name) is None:
         return text
     return value_text(name, float(text.split()[0]), units)
 
 
 def lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
-
     yield f"a: {d['files'][0]}"
     yield f"b: {d['files'][1]}"
     rows = [
@@ -53,7 +51,6 @@ def lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
 
 def _window_lines(d: Answer, units: str) -> Iterator[str]:
     """What changed for the driller: the windows of two sweeps over the same axes."""
-
     try:
         found = contrast(*(read_any(file) for file in d["files"]))  # type: ignore[arg-type]
     except InputError:  # other axes, or a single point: there are no two windows
@@ -80,7 +77,6 @@ def _cell(name: str, value: str | None) -> str:
 def _number_lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     """Axes, responses and variables of two files of one kind that differ; the variables
     one by one with ``bits``, which traces, of numbers alone, always have."""
-
     trace = d["kinds"][0] == "trace"
     noun = "samples" if trace else "points"
     for axis in d["axes"]:
@@ -125,7 +121,6 @@ def _number_lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
 
 
 def _probability_lines(probabilities: Answer, swept: list[str], units: str) -> Iterator[str]:
-
     yield (f"Probabilities at {count(probabilities['points'], 'operating point')}, means and largest change:")
     rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "at", "intervals apart")]
     for row in probabilities["outcomes"]:
@@ -150,7 +145,6 @@ def _response_lines(responses: Answer, points: int, swept: list[str], units: str
 
 
 def _place_text(point: Answer, swept: list[str], units: str) -> str:
-
     words = [point_text({name: point[name]}, units) for name in swept if name not in ("procedure", "start", "sample")]
     words += [f"{name} {point[name]}" for name in ("sample", "start") if name in swept]
     words += [point["procedure"]] if "procedure" in swept else []
@@ -158,7 +152,6 @@ def _place_text(point: Answer, swept: list[str], units: str) -> str:
 
 
 def _row(row: Answer, swept: list[str], units: str) -> tuple[str, ...]:
-
     unit = "" if row["units"] == "1" else f" {row['units']}"
     if "first" in row:
         where = f"{row['first']:g} s"

@@ -34,7 +34,6 @@ def summary_in(summary: Answer, units: str) -> Answer:
 
 def lines(summary: Answer, units: str) -> Iterator[str]:
     """The summary of a fit, in words."""
-
     yield (
         f"{summary['data']}: {count(summary['points'], 'operating point')}, "
         f"{count(summary['values'], 'measured value')}."
@@ -83,7 +82,6 @@ def _feature_lines(summary: Answer, units: str) -> Iterator[str]:
 def _in_shown_unit(name: str, values: list[float], si: str, units: str, signs: bool = True) -> tuple[list[float], str]:
     """Values in the unit in which the quantity ``name`` is shown, and that unit: its
     sign, or with ``signs`` False as a study writes it."""
-
     known = find(name)
     unit, base = (known.unit(units), known.units) if known is not None else (si, si)
     scale = shown_scale(unit, base) if unit not in ("", "percent") else 1.0

@@ -47,7 +47,6 @@ def _unfinished_lines(name: str, s: Answer) -> Iterator[str]:
 
 
 def _result_lines(file: str, s: Answer, units: str) -> Iterator[str]:
-
     # A .part file may hold every point already, before the results file is written.
     kind = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     yield printable(f"{file}: {kind}. {s['title']}".rstrip())
@@ -76,24 +75,7 @@ def _result_lines(file: str, s: Answer, units: str) -> Iterator[str]:
         yield from _trust_lines(trust)
     if s["thresholds"]:
         yield printable(f"  labels         with {', '.join(s['thresholds'])}")
-    for procedure in s["procedures"]:
-        counts = s["responses"][procedure]
-        total = sum(counts.values())
-        if total:
-            runs = s["points"] // len(s["procedures"])
-            known = f", of the {total} of {count(runs, 'point')} that are known" if total < runs else ""
-            yield f"\nResponses, {procedure}{known}:"
-        for word, number in counts.items():
-            yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
-        if kinds := s["whirl_kinds"].get(procedure):
-            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
-        if motions := s.get("motions", {}).get(procedure):
-            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
-        for name, grades in s["severities"][procedure].items():
-            if set(grades) - {"none"}:
-                response = in_words(name).removesuffix(" severity")
-                counts_text = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
-                yield f"  severity, {response}: {counts_text}"
+    yield from _response_lines(s)
     if intervals := s.get("intervals"):
         yield from _interval_lines(intervals, units)
     if "probabilities" in s:
@@ -116,8 +98,29 @@ def _result_lines(file: str, s: Answer, units: str) -> Iterator[str]:
         yield from rest(failed, MAX_FAILED)
 
 
-def _unknown_lines(s: Answer, units: str) -> Iterator[str]:
+def _response_lines(s: Answer) -> Iterator[str]:
+    """How many points have each response, and how they move."""
+    for procedure in s["procedures"]:
+        counts = s["responses"][procedure]
+        total = sum(counts.values())
+        if total:
+            runs = s["points"] // len(s["procedures"])
+            known = f", of the {total} of {count(runs, 'point')} that are known" if total < runs else ""
+            yield f"\nResponses, {procedure}{known}:"
+        for word, number in counts.items():
+            yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
+        if kinds := s["whirl_kinds"].get(procedure):
+            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
+        if motions := s.get("motions", {}).get(procedure):
+            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
+        for name, grades in s["severities"][procedure].items():
+            if set(grades) - {"none"}:
+                response = in_words(name).removesuffix(" severity")
+                counts_text = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
+                yield f"  severity, {response}: {counts_text}"
 
+
+def _unknown_lines(s: Answer, units: str) -> Iterator[str]:
     if "unknowns" not in s:
         return
     yield (f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine in ten lie in")
@@ -128,7 +131,6 @@ def _unknown_lines(s: Answer, units: str) -> Iterator[str]:
 
 def _probability_lines(s: Answer, units: str) -> Iterator[str]:
     """The probability of each answer at some of the operating points."""
-
     rows = s["probabilities"]
     histories = {row["history"]: None for row in rows}
     swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
@@ -179,7 +181,6 @@ CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
 def _trust_lines(trust: Answer) -> Iterator[str]:
-
     checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
     failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
     yield (
@@ -199,7 +200,6 @@ def _trust_lines(trust: Answer) -> Iterator[str]:
 
 
 def _interval_lines(intervals: list[Answer], units: str) -> Iterator[str]:
-
     yield "\nAlong the sweep:"
     for row in intervals[:MAX_INTERVALS]:
         yield f"  {row['procedure']:5s} {_span(row, units)}  {in_words(row['response'])}"
@@ -215,7 +215,6 @@ def _span(row: Answer, units: str) -> str:
 
 
 def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Iterator[str]:
-
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
     yield f"\nWhere up and down differ, and in what, along the {label_of(axis)}:"
@@ -242,7 +241,6 @@ def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Itera
 
 
 def _range_lines(ranges: Answer, units: str) -> Iterator[str]:
-
     for name, r in ranges.items():
         shown = quantity(name)
         unit = shown.unit(units)
@@ -262,7 +260,6 @@ def _digits(number: float) -> str:
 
 
 def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
-
     yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
     yield from _override_lines(s["overrides"])
