@@ -17,6 +17,7 @@ from numbers import Integral, Real
 from typing import Any, Literal, TypeVar
 
 T = TypeVar("T")
+LATER = {"later": True}  # of a field that earlier versions did not have, whose default changes nothing
 
 
 def parameter(
@@ -31,12 +32,14 @@ def parameter(
     meaning: str = "",
     words: tuple[str, ...] = (),
     most: int = 0,
+    later: bool = False,
 ) -> Any:
     """A field with its units, source and confidence, its range from ``low`` to
     ``high``, both inclusive, in SI, and in words what is ``usual`` in practice.
     ``meaning`` describes it if no table of meanings does. One of the ``words`` may be
     given in place of a number. With ``most`` the value is a tuple of up to so many
-    numbers."""
+    numbers. A number is ``later`` if earlier versions did not have it: with its default
+    all is as it was then, and a study keeps its digest."""
     return field(
         default=default,
         metadata={
@@ -49,6 +52,7 @@ def parameter(
             **({"meaning": meaning} if meaning else {}),
             **({"words": words} if words else {}),
             **({"most": most} if most else {}),
+            **(LATER if later else {}),
         },
     )
 

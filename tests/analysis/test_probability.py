@@ -10,9 +10,10 @@ from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samp
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.plot.answer import warnings
 from nsdrill.sampling import Uncertain, draw
-from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, STICK_SLIP, WHIRL, Unknown
+from nsdrill.variables import DIVERGED, OK, Unknown
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
 

@@ -20,8 +20,9 @@ from nsdrill.errors import InputError
 from nsdrill.models.leaves import Values
 from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
+from nsdrill.models.responses import Thresholds, present, severities
 from nsdrill.models.starts import Starts, checked_starts, hypercube, slice_points
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 
 if TYPE_CHECKING:
     from nsdrill.abi import Rows
@@ -467,7 +468,7 @@ class Model(ABC):
         self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
     ) -> dict[str, Array]:
         """The labels of runs with these features."""
-        from nsdrill.observe.labels import motions, severities
+        from nsdrill.observe.labels import motions
         from nsdrill.variables import OK
 
         response = self.responses(features, thresholds)
@@ -478,7 +479,7 @@ class Model(ABC):
         if any(name.startswith("section_") for name in features):
             still, scales = (self.still(features, state_scales, thresholds.motion.absolute), self.seen(state_scales))
             returns = self.returns(features)
-            labels |= motions(features, status, labels["settled"], returns, scales, still, thresholds)
+            labels |= motions(features, status, labels["settled"], returns, scales, still, thresholds.motion)
         return labels
 
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
@@ -488,9 +489,7 @@ class Model(ABC):
     def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
         """The critical responses as a sum of bits, from the features that define
         them."""
-        from nsdrill.observe.labels import responses
-
-        return responses(features, thresholds)
+        return present(features, thresholds)
 
     def scales(self, table: Array) -> dict[str, Array]:
         """The units in which differences of features are measured, by name, arrays

@@ -268,6 +268,14 @@ def _with_value(tree: Any, key: str, value: Any) -> Any:
     return changed
 
 
+def without(data: Mapping[str, Any], sections: Sequence[str], name: str) -> dict[str, Any]:
+    """Nested ``data`` without ``name`` of a section; as it was where it has none."""
+    if not sections:
+        return {key: value for key, value in data.items() if key != name}
+    first, *rest = sections
+    return {**data, first: without(data[first], rest, name)} if first in data else dict(data)
+
+
 # Which keys of a study a choice reads: the law of a friction, the kind of a drive.
 
 

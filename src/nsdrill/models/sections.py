@@ -321,3 +321,25 @@ MEANINGS: dict[str, str] = {
     "initial.spread": "Scatter of the drawn starts; 1: all that may happen, near 0: about steady drilling",
     "initial.slice": "Grid of starts over two states, each {from, to, points}",
 }
+
+
+# What differs from well to well, in the order of a short study.
+SHORT_KEYS = (
+    "drillstring.collar.outer_diameter",
+    "drillstring.collar.inner_diameter",
+    "drillstring.collar.length",
+    "drillstring.collar.span",
+    "drillstring.collar_length",
+    "drillstring.pipe.outer_diameter",
+    "drillstring.pipe.inner_diameter",
+    "drillstring.outer_diameter",
+    "drillstring.inner_diameter",
+    "mud.density",
+    "well.diameter",
+    "bit.lobes",
+    "bit.rock_stiffness",
+    "bit.friction.static",
+    "bit.friction.dynamic",
+    "operation.depth",
+    "operation.wob",
+)

@@ -23,11 +23,11 @@ from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import HyperbolicFriction, Tubular
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Names, Section, TimeAbove
-from nsdrill.observe.thresholds import Thresholds
 from nsdrill.ranges import Checked, like, parameter
 
 

@@ -19,9 +19,10 @@ from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
 from nsdrill.models.registry import NAMES, described, of_all
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import bound_text, range_text
 from nsdrill.units import USUAL, QuantityError, quoted
 from nsdrill.variables import MODEL, SAMPLE, short_key
@@ -89,7 +90,8 @@ class Leaf:
     the leaf ``each``) or table (of up to ``most`` records with the leaves ``parts``).
 
     The range runs from ``low`` to ``high``, in SI; ``usual`` says what is met in the
-    field. One of the ``words`` may stand in place of a quantity or number.
+    field. One of the ``words`` may stand in place of a quantity or number. A ``later``
+    key is one that earlier versions did not have (:func:`nsdrill.ranges.parameter`).
     """
 
     key: str
@@ -107,6 +109,7 @@ class Leaf:
     words: tuple[str, ...] = ()
     most: int = 0
     parts: tuple[Leaf, ...] = ()
+    later: bool = False
 
     @property
     def each(self) -> Leaf:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from nsdrill.errors import printable
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import quantity, sign
 from nsdrill.text.attractors import attractor_lines
 from nsdrill.text.branches import lines as branch_lines
@@ -81,8 +82,11 @@ def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             yield f"\nResponses, {procedure}{known}:"
         for word, number in counts.items():
             yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
-        if kinds := s["whirl_kinds"].get(procedure):
-            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
+        for name, told_apart in RESPONSE_KINDS.items():
+            if kinds := s[f"{name}s"].get(procedure):
+                yield f"  {told_apart.words}: " + ", ".join(
+                    f"{count} {in_words(word)}" for word, count in kinds.items()
+                )
         if motions := s.get("motions", {}).get(procedure):
             yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
         for name, grades in s["severities"][procedure].items():

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import Steady, String, creep_parameters, steady_of, string_of
 from nsdrill.observe.channels import Names
-from nsdrill.observe.thresholds import Thresholds
 
 # Outputs of the equations for the observer: sine and cosine of the lobes, the
 # interference of bit and rock with its rate, the force of the rock.

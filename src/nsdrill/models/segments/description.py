@@ -143,13 +143,13 @@ DESCRIPTION = Description(
     section=(
         *(BY_NAME[f"section_{name}"] for name in ("axial", "axial_velocity", "twist", "bit_speed")),
         at_section("drive_speed", "rad s-1", "speed of the drive"),
-        at_section("current", "A", "current of the motor, 0 where the drive goes by torque,"),
+        at_section("current", "A", "current of the motor, 0 where the drive goes by torque,", label="Motor current"),
     ),
     own_trace=(
         *(IN_TRACE[name] for name in ("z", "vz", "twist", "bit_speed")),
         IN_TRACE["lag"],
-        in_trace("drive_speed", "rad s-1", "speed of the drive"),
-        in_trace("current", "A", "current of the motor; 0 where the drive goes by torque"),
+        in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
+        in_trace("current", "A", "current of the motor; 0 where the drive goes by torque", label="Motor current"),
         *(IN_TRACE[name] for name in ("drive_angle", "bit_force", "bit_torque", "surface_torque")),
         in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
     ),
