@@ -33,13 +33,15 @@ def parameter(
     words: tuple[str, ...] = (),
     most: int = 0,
     later: bool = False,
+    lane: str = "",
 ) -> Any:
     """A field with its units, source and confidence, its range from ``low`` to
     ``high``, both inclusive, in SI, and in words what is ``usual`` in practice.
     ``meaning`` describes it if no table of meanings does. One of the ``words`` may be
     given in place of a number. With ``most`` the value is a tuple of up to so many
     numbers. A number is ``later`` if earlier versions did not have it: with its default
-    all is as it was then, and a study keeps its digest."""
+    all is as it was then, and a study keeps its digest. ``lane`` is its name among what
+    the equations of a model read, for one that they read as it is."""
     return field(
         default=default,
         metadata={
@@ -53,6 +55,7 @@ def parameter(
             **({"words": words} if words else {}),
             **({"most": most} if most else {}),
             **(LATER if later else {}),
+            **({"lane": lane} if lane else {}),
         },
     )
 

@@ -235,6 +235,26 @@ def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tu
     return parameters, initial, unread
 
 
+@lru_cache
+def lanes_of(parameters: type) -> dict[str, str]:
+    """The numbers that equations read as they are (``lane`` of
+    :func:`nsdrill.ranges.parameter`), of a tree of parameters of this class: by their
+    names there the dotted keys."""
+    keys: dict[str, str] = {}
+
+    def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
+        if "lane" in meta:
+            keys[meta["lane"]] = key
+
+    describe(parameters(), visit)
+    return keys
+
+
+def lane_values(parameters: Any) -> dict[str, Any]:
+    """The values of :func:`lanes_of` by their names."""
+    return {name: _value_at(parameters, key) for name, key in lanes_of(parameters.__class__).items()}
+
+
 def word_in(parameters: Any, initial: Starts, key: str) -> str:
     """The word of the choice at this key, of the parameters or of the start."""
     start = key.startswith("initial.")

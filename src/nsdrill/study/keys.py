@@ -90,8 +90,7 @@ class Leaf:
     the leaf ``each``) or table (of up to ``most`` records with the leaves ``parts``).
 
     The range runs from ``low`` to ``high``, in SI; ``usual`` says what is met in the
-    field. One of the ``words`` may stand in place of a quantity or number. A ``later``
-    key is one that earlier versions did not have (:func:`nsdrill.ranges.parameter`).
+    field. One of the ``words`` may stand in place of a quantity or number.
     """
 
     key: str
@@ -109,7 +108,6 @@ class Leaf:
     words: tuple[str, ...] = ()
     most: int = 0
     parts: tuple[Leaf, ...] = ()
-    later: bool = False
 
     @property
     def each(self) -> Leaf:
@@ -310,6 +308,8 @@ def in_file_order(cls: type) -> list[Field[Any]]:
 def leaf(key: str, item: Field[Any], hint: Any, meaning: str, model: Description) -> Leaf:
     """One leaf from the dataclass field ``item`` with the type ``hint``."""
     meta = {"meaning": meaning, **item.metadata}
+    for other in ("later", "lane"):  # which are of studies and of models
+        meta.pop(other, None)
     # those of the first choice; the validation knows what the choice asks for
     if key in model.units_by:
         meta["units"] = next(iter(model.units_by[key][1].values()))

@@ -55,10 +55,22 @@ class Drillstring(Steel):
     eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
     lateral_softening: Literal["live", "static", "none"] = choice("live", "CY")
     axial_damping: float = parameter(
-        4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m; critical 2 MN s/m on the rock"
+        4000.0,
+        "N s/m",
+        "CY, J as reported",
+        "low",
+        high=1e9,
+        usual="1 to 100 kN s/m; critical 2 MN s/m on the rock",
+        lane="axial_damping",
     )
     torsional_damping: float = parameter(
-        50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad; critical 1000 N m s/rad"
+        50.0,
+        "N m s/rad",
+        "CY, J as reported",
+        "low",
+        high=1e7,
+        usual="10 to 500 N m s/rad; critical 1000 N m s/rad",
+        lane="torsional_damping",
     )
     eccentric_weight: bool = field(default=True, metadata=LATER)
 

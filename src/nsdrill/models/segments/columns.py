@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
@@ -118,6 +118,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         }
     drive = _torque(parameters, string) if parameters.drive.by_torque else _motor(parameters, string, steady)
     return {
+        **lane_values(parameters),
         **values,
         "set_speed": speed,
         "wob": wob,
@@ -139,9 +140,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         "per_top_mass": 1 / string.top_mass,
         "per_bit_mass": 1 / string.bit_mass,
         "per_bit_inertia": 1 / string.bit_inertia,
-        "rock_stiffness": bit.rock_stiffness,
         "closing_factor": quotient(segments.rock_damping, wob),
-        "surface_amplitude": bit.surface_amplitude,
         "lobes": float(bit.lobes),
         "friction_arm": bit.radius * friction.level,
         "hump": friction.hump,
