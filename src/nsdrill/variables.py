@@ -85,7 +85,9 @@ class Variable:
     differ by state. If ``only`` names something to keep
     (:class:`nsdrill.models.kept.Kept`) or a state, the variable is present only if that
     is. ``label`` stands on pictures, where the long name is too long or field practice
-    has a better one.
+    has a better one. ``measure`` is the declaration by which the observer measures a
+    feature (:mod:`nsdrill.observe.channels`), without its name, where the record of the
+    feature has it.
     """
 
     name: str
@@ -99,6 +101,7 @@ class Variable:
     flag_meanings: str | None = None
     only: str | None = None
     label: str = ""
+    measure: Any = None
 
     def words(self, value: int) -> str:
         """A flag value in words: ``ok``, or those of several bits with ``+`` between them;
@@ -115,9 +118,11 @@ def flag(name: str, long_name: str, words: str, only: str | None = None) -> Vari
     return Variable(name, "i1", "1", long_name, "label", flag_values=values, flag_meanings=words, only=only)
 
 
-def feature(name: str, units: str, long_name: str, only: str | None = None, *, label: str = "") -> Variable:
+def feature(
+    name: str, units: str, long_name: str, only: str | None = None, *, label: str = "", measure: Any = None
+) -> Variable:
     """A quantity that is measured during a run."""
-    return Variable(name, "f8", units, long_name, only=only, label=label)
+    return Variable(name, "f8", units, long_name, only=only, label=label, measure=measure)
 
 
 def last_peaks(name: str, units: str, long_name: str, *, label: str = "") -> Variable:

@@ -20,6 +20,7 @@ from nsdrill.compiler.words import fma
 from nsdrill.generate import define
 from nsdrill.models.beam.columns import aux_of, columns_of
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
+from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
 from nsdrill.observe.channels import (
@@ -35,6 +36,7 @@ from nsdrill.observe.channels import (
     Section,
     TimeAbove,
     Winding,
+    measured_by,
 )
 
 OUTPUTS = (
@@ -187,7 +189,11 @@ def declaration_of(options: Options) -> Declaration:
     """The declaration of a collar with these options."""
     return Declaration(
         channels=CHANNELS,
-        features=(*FEATURES, Derived("wall_force_max", _wall_force_max(options.hertz))),
+        features=(
+            *measured_by(variables.FEATURES, FEATURES),
+            *FEATURES,
+            Derived("wall_force_max", _wall_force_max(options.hertz)),
+        ),
         outputs=Outputs(OUTPUTS, outputs_of(options)),
         section=Section("bit angle", 2.0 * math.pi),
     )

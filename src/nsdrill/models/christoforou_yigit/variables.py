@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nsdrill.models.responses import RESPONSES
+from nsdrill.observe.channels import Mean, RmsOfSlopes, TimeAbove, Winding
 from nsdrill.variables import at_section, feature, in_trace, last_peaks
 
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
@@ -22,7 +23,7 @@ LABELS = tuple(
 FEATURES = (
     feature("bit_speed_min", "rad s-1", "least bit speed"),
     feature("bit_speed_max", "rad s-1", "greatest bit speed"),
-    feature("bit_speed_mean", "rad s-1", "mean bit speed"),
+    feature("bit_speed_mean", "rad s-1", "mean bit speed", measure=Mean("bit speed", compared="set_speed")),
     feature(
         "stick_slip_index", "percent", "stick-slip index (max - min) / (2 mean) of bit speed", label="Stick-slip index"
     ),
@@ -33,8 +34,14 @@ FEATURES = (
     feature("bit_force_max", "N", "greatest force on the bit"),
     feature("bit_torque_max", "N m", "greatest torque on the bit"),
     feature("radius_max", "m", "greatest radial displacement of the collar", label="Greatest radius"),
-    feature("radius_mean", "m", "mean radial displacement of the collar", label="Mean radius"),
-    feature("wall_contact_fraction", "1", "fraction of time with the collar on the wall", label="Time on the wall"),
+    feature("radius_mean", "m", "mean radial displacement of the collar", label="Mean radius", measure=Mean("radius")),
+    feature(
+        "wall_contact_fraction",
+        "1",
+        "fraction of time with the collar on the wall",
+        label="Time on the wall",
+        measure=TimeAbove("reach"),
+    ),
     feature("wall_force_max", "N", "greatest normal force on the wall"),
     feature(
         "stabilizer_contact_fraction",
@@ -42,6 +49,7 @@ FEATURES = (
         "fraction of time with the stabilisers on the wall",
         "stabilizers",
         label="Time on the stabilisers",
+        measure=TimeAbove("reach", level="clearance"),
     ),
     feature(
         "x_mean", "m", "mean displacement of the collar in an inclined hole, x, across it", "inclined", label="Mean $x$"
@@ -53,7 +61,7 @@ FEATURES = (
         "inclined",
         label="Mean $y$",
     ),
-    feature("whirl_speed_mean", "rad s-1", "mean whirl speed"),
+    feature("whirl_speed_mean", "rad s-1", "mean whirl speed", measure=Winding("x", "y", counted=True)),
     feature("whirl_ratio", "1", "mean whirl speed over mean bit speed", label="Whirl ratio"),
     feature(
         "rolling_ratio",
@@ -66,15 +74,20 @@ FEATURES = (
     feature("surface_torque_mean", "N m", "mean torque at the surface"),
     feature("drive_speed_min", "rad s-1", "least speed of the drive", "drive_speed"),
     feature("drive_speed_max", "rad s-1", "greatest speed of the drive", "drive_speed"),
-    feature("drive_speed_mean", "rad s-1", "mean speed of the drive", "drive_speed"),
+    feature("drive_speed_mean", "rad s-1", "mean speed of the drive", "drive_speed", measure=Mean("drive speed")),
     feature(
         "lateral_acceleration_rms",
         "m s-2",
         "r.m.s. lateral acceleration of the collar centre",
         label="Lateral acceleration, r.m.s.",
+        measure=RmsOfSlopes(("vx", "vy")),
     ),
     feature(
-        "axial_acceleration_rms", "m s-2", "r.m.s. axial acceleration of the bit", label="Axial acceleration, r.m.s."
+        "axial_acceleration_rms",
+        "m s-2",
+        "r.m.s. axial acceleration of the bit",
+        label="Axial acceleration, r.m.s.",
+        measure=RmsOfSlopes(("vz",)),
     ),
 )
 # the features that decide on responses
