@@ -17,7 +17,7 @@ from numbers import Integral, Real
 from typing import Any, Literal, TypeVar
 
 T = TypeVar("T")
-LATER = {"later": True}  # of a field that earlier versions did not have, whose default changes nothing
+LATER = {"later": 1}  # of a field that the first versions did not have, whose default changes nothing
 
 
 def parameter(
@@ -32,15 +32,17 @@ def parameter(
     meaning: str = "",
     words: tuple[str, ...] = (),
     most: int = 0,
-    later: bool = False,
+    later: int = 0,
     lane: str = "",
 ) -> Any:
     """A field with its units, source and confidence, its range from ``low`` to
     ``high``, both inclusive, in SI, and in words what is ``usual`` in practice.
     ``meaning`` describes it if no table of meanings does. One of the ``words`` may be
     given in place of a number. With ``most`` the value is a tuple of up to so many
-    numbers. A number is ``later`` if earlier versions did not have it: with its default
-    all is as it was then, and a study keeps its digest. ``lane`` is its name among what
+    numbers. A number is ``later`` if
+    earlier versions did not have it: with its default all is as it was then, and a study
+    keeps its digest; it is 2, and 1 for numbers that are older than axes over words.
+    ``lane`` is its name among what
     the equations of a model read, for one that they read as it is."""
     return field(
         default=default,
@@ -54,7 +56,7 @@ def parameter(
             **({"meaning": meaning} if meaning else {}),
             **({"words": words} if words else {}),
             **({"most": most} if most else {}),
-            **(LATER if later else {}),
+            **({"later": later} if later else {}),
             **({"lane": lane} if lane else {}),
         },
     )

@@ -231,38 +231,43 @@ def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tu
             name = key.removeprefix("initial.")
             initial = with_values(initial, {name: getattr(first, name)})
         else:
-            parameters = with_values(parameters, {key: _value_at(default, key)})
+            parameters = with_values(parameters, {key: value_of(default, key)})
     return parameters, initial, unread
 
 
 @lru_cache
-def lanes_of(parameters: type) -> dict[str, str]:
-    """The numbers that equations read as they are (``lane`` of
-    :func:`nsdrill.ranges.parameter`), of a tree of parameters of this class: by their
-    names there the dotted keys."""
-    keys: dict[str, str] = {}
+def marked(parameters: type, mark: str) -> dict[str, Any]:
+    """The fields of a tree of parameters of this class that are marked as ``mark`` by
+    :func:`nsdrill.ranges.parameter`: the marks by dotted key."""
+    marks: dict[str, Any] = {}
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
-        if "lane" in meta:
-            keys[meta["lane"]] = key
+        if mark in meta:
+            marks[key] = meta[mark]
 
     describe(parameters(), visit)
-    return keys
+    return marks
+
+
+def lanes_of(parameters: type) -> tuple[str, ...]:
+    """The names in the equations of the numbers that these read as they are."""
+    return tuple(marked(parameters, "lane").values())
 
 
 def lane_values(parameters: Any) -> dict[str, Any]:
     """The values of :func:`lanes_of` by their names."""
-    return {name: _value_at(parameters, key) for name, key in lanes_of(parameters.__class__).items()}
+    return {name: value_of(parameters, key) for key, name in marked(parameters.__class__, "lane").items()}
 
 
 def word_in(parameters: Any, initial: Starts, key: str) -> str:
     """The word of the choice at this key, of the parameters or of the start."""
     start = key.startswith("initial.")
-    word = _value_at(initial if start else parameters, key.removeprefix("initial.") if start else key)
+    word = value_of(initial if start else parameters, key.removeprefix("initial.") if start else key)
     return str(word).lower() if isinstance(word, bool) else str(word)
 
 
-def _value_at(tree: Any, key: str) -> Any:
+def value_of(tree: Any, key: str) -> Any:
+    """The value at a dotted key."""
     for name in key.split("."):
         tree = getattr(tree, name)
     return tree

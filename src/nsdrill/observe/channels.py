@@ -278,12 +278,13 @@ class Declaration:
 
     @property
     def named_features(self) -> list[tuple[str, Feature]]:
-        """The names of the feature arrays, each with its feature, in order."""
+        """The names of the feature arrays, each with its feature, in order; those that
+        are derived last."""
         pairs: list[tuple[str, Feature]] = []
         for feature in self.features:
             names = (feature.greatest, feature.least) if isinstance(feature, Extremes) else (feature.name,)
             pairs += [(name, feature) for name in names if name]
-        return pairs
+        return sorted(pairs, key=lambda pair: isinstance(pair[1], Derived))
 
 
 def measured_by(

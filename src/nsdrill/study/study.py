@@ -11,6 +11,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import reduce
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -18,7 +19,7 @@ import numpy as np
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import place_of, without, words_of
+from nsdrill.models.leaves import marked, place_of, value_of, without, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
@@ -289,15 +290,16 @@ def axis_values(axis: Any, refine: int = 0, most: int = 10**8, choice: str = "")
 def digest(resolved: Resolved) -> str:
     """SHA-256 of what influences the numbers of a sweep: all but the title, the units,
     the continuation, and the operating values and ramps that swept axes replace. (Studies
-    that sweep words are younger than all keys.)"""
+    that sweep words are younger than most keys.)"""
     apart = (*IN_WORDS_ONLY, SECTION)
     parts = {name: value for name, value in resolved.items() if name not in apart}
-    if not any(map(words_of, parts["sweep"])):
-        model = described(parts.get("model", MODEL_LEAF.default))
-        for section, cls in model.sections.items():
-            for item in fields(cls):
-                if item.metadata.get("later") and parts.get(section, {}).get(item.name) == item.default:
-                    parts = without(parts, [section], item.name)
+    model, has_words = described(parts.get("model", MODEL_LEAF.default)), any(map(words_of, parts["sweep"]))
+    for key, later in marked(model.parameters, "later").items():
+        *sections, name = key.split(".")
+        section = reduce(lambda tree, part: tree.get(part, {}), sections, parts)
+        if later > has_words and section.get(name) == value_of(model.parameters(), key):
+            parts = without(parts, sections, name)
+    if not has_words:
         parts = model.as_before(parts)
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)

@@ -190,8 +190,8 @@ def declaration_of(options: Options) -> Declaration:
     return Declaration(
         channels=CHANNELS,
         features=(
-            *measured_by(variables.FEATURES, FEATURES),
             *FEATURES,
+            *measured_by(variables.FEATURES, FEATURES),
             Derived("wall_force_max", _wall_force_max(options.hertz)),
         ),
         outputs=Outputs(OUTPUTS, outputs_of(options)),

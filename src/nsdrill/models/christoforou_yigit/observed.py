@@ -292,7 +292,7 @@ def declaration_of(options: Options) -> Declaration:
                 inside=_torque_inside(options.friction),
             ),
         ),
-        features=(bit_speed, torque, *recorded, *features, Derived("wall_force_max", _wall_force_max(options.hertz))),
+        features=(bit_speed, torque, *features, *recorded, Derived("wall_force_max", _wall_force_max(options.hertz))),
         outputs=Outputs(OUTPUTS, _outputs(options.lobes, options.friction)),
         section=Section("bit angle", REVOLUTION),
     )

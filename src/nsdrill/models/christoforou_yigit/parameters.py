@@ -80,7 +80,7 @@ class Mud(StillMud):
     """The drilling fluid, which may rotate with the fraction ``swirl`` of the rotary
     speed."""
 
-    swirl: float = parameter(0.0, "", "J: 0.5", "medium", high=1.0, usual="0 to 0.5", later=True)
+    swirl: float = parameter(0.0, "", "J: 0.5", "medium", high=1.0, usual="0 to 0.5", later=1)
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class BitFriction(HyperbolicFriction):
 class Well(Wall):
     """The hole, which may be inclined."""
 
-    inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg", later=True)
+    inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg", later=1)
     axial_friction: bool = field(default=False, metadata=LATER)
 
 
