@@ -195,9 +195,9 @@ class Description:
     parameters: type
     initial: type
     meanings: Mapping[str, str]
-    states: Callable[[Any], tuple[str, ...]]
     features: tuple[Variable, ...]
     own_trace: tuple[Variable, ...]
+    states: Callable[[Any], tuple[str, ...]] = NotImplemented
     states_allowed: Callable[[tuple[str, ...]], bool] | None = None
     sliced: tuple[str, ...] = ()
     untraced: tuple[Variable, ...] = ()
@@ -224,7 +224,7 @@ class Description:
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
     friction_rates: Callable[[Any], Mapping[str, Any]] = lambda _: {}
-    explicit_only: Callable[[Any], str | None] = lambda _: "this model has no implicit friction"
+    explicit_only: Callable[[Any], str | None] = lambda _: None
     completed: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict
     as_before: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
     checks: str = ""

@@ -22,6 +22,7 @@ from nsdrill.models.christoforou_yigit.columns import aux_of, columns_of, states
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.friction import LAWS, with_slope, with_slope_from_factors
+from nsdrill.models.turning import STICK_SLIP_INDEX, STUCK_FRACTION, SURFACE_TORQUES
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -180,19 +181,11 @@ def _least_amplitude(surface_amplitude: Any) -> Any:
 
 # Derived features that the elastic collar has as well.
 SHARED: tuple[Derived, ...] = (
-    Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck),
     Derived("lift_off_fraction", lambda on_rock: 1.0 - on_rock),
     Derived(
         "bit_force_max", lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(interference_max, 0.0)
     ),
-    *(
-        Derived(f"surface_torque_{name}", function)
-        for name, function in (
-            ("min", lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max),
-            ("max", lambda torsional_stiffness, twist_min: -torsional_stiffness * twist_min),
-            ("mean", lambda torsional_stiffness, twist_mean: -torsional_stiffness * twist_mean),
-        )
-    ),
+    *SURFACE_TORQUES,
 )
 FEATURES: tuple[Feature, ...] = (
     Extremes("bit position", "axial_max", "axial_min", "axial_peaks", smooth=True, compared=_least_amplitude),
@@ -204,12 +197,8 @@ FEATURES: tuple[Feature, ...] = (
     Mean("twist", "twist_mean"),
     MeanAbove("rolling speed", "wall_contact_fraction", "rolled"),
     MeanAbove("bit speed", "wall_contact_fraction", "rotated"),
-    Derived(
-        "stick_slip_index",
-        lambda bit_speed_max, bit_speed_min, bit_speed_mean: _ratio(
-            50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean)
-        ),
-    ),
+    STICK_SLIP_INDEX,
+    STUCK_FRACTION,
     Derived("whirl_ratio", lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean)),
     Derived(
         "rolling_ratio",
