@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import RESPONSES
+from nsdrill.models.starts import Starts
 from nsdrill.variables import CHECKS, POINT, Variable, feature, flag, in_trace
 
 if TYPE_CHECKING:
@@ -26,6 +27,13 @@ _OPERATION = (
     in_trace("depth", "m", "measured depth", label="Measured depth"),
 )
 _CHECKED = {"tight": "with a smaller tolerance", "long": "when continued for longer"}
+
+
+_OPEN: Any = None  # follows from the rest of a description
+
+
+def _no_friction(points: Any) -> Mapping[str, Any]:
+    return {}
 
 
 @dataclass(frozen=True)
@@ -156,14 +164,15 @@ class Description:
         ``example_slice``.
     States
         ``states`` gives the names of the states of a string with these parameters, the
-        angle of the drive last. They are one of ``several_states``, where not all
-        strings have the same; where their number depends on the parameters,
-        ``states_allowed`` says whether a file may have such states. A slice of starts
-        may vary the states ``sliced``, or all where there are none.
+        angle of the drive last; by default those of the start. They are one of
+        ``several_states``, where not all strings have the same; where their number
+        depends on the parameters, ``states_allowed`` says whether a file may have such
+        states. A slice of starts may vary the states ``sliced``, or all where there are
+        none.
     Variables
         ``labels`` follow ``response``, which has a bit for each of ``responses``, those
         that the model can show. ``check_features`` are the features from which the
-        responses are made, ``shown`` those whose range ``show`` prints,
+        responses are made, by default all of those that are measured, ``shown`` those whose range ``show`` prints,
         ``distinguishing`` those that are printed for an attractor. ``derived`` are
         variables made from the features and the numbers of the study
         (:meth:`nsdrill.models.base.Model.derived`). ``own_trace`` has the variables of
@@ -193,11 +202,11 @@ class Description:
     name: str
     title: str
     parameters: type
-    initial: type
+    initial: type[Starts]
     meanings: Mapping[str, str]
     features: tuple[Variable, ...]
     own_trace: tuple[Variable, ...]
-    states: Callable[[Any], tuple[str, ...]] = NotImplemented
+    states: Callable[[Any], tuple[str, ...]] = _OPEN
     states_allowed: Callable[[tuple[str, ...]], bool] | None = None
     sliced: tuple[str, ...] = ()
     untraced: tuple[Variable, ...] = ()
@@ -223,13 +232,29 @@ class Description:
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
-    friction_rates: Callable[[Any], Mapping[str, Any]] = lambda _: {}
-    explicit_only: Callable[[Any], str | None] = lambda _: None
+    friction_rates: Callable[[Any], Mapping[str, Any]] = _no_friction
+    explicit_only: Callable[[Any], str | None] = _OPEN
     completed: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict
     as_before: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
+
+    def __post_init__(self) -> None:
+        if self.states is _OPEN:
+            self._set("states", lambda parameters: self.initial.states())
+        if self.explicit_only is _OPEN:
+            reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
+            self._set("explicit_only", lambda parameters: reason)
+        if not self.check_features:
+            measured, present = (
+                {variable.name for variable in self.features},
+                (RESPONSES[one] for one in self.responses),
+            )
+            self._set("check_features", tuple(one.feature for one in present if one.feature in measured))
+
+    def _set(self, attribute: str, value: Any) -> None:
+        object.__setattr__(self, attribute, value)
 
     @property
     def dynamics(self) -> Model:

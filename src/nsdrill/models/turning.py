@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from nsdrill.models.description import Drawn, Panel
+from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, TimeAbove
 
 
@@ -45,3 +48,29 @@ def turning_features(speed: str) -> tuple[Feature, ...]:
         STICK_SLIP_INDEX,
         STUCK_FRACTION,
     )
+
+
+# Those of the features of the bit speed that files keep.
+TURNING = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
+
+# What a string that does nothing but turn is started from, and what pictures show of it.
+
+
+@dataclass(frozen=True)
+class TurningStart(Starts):
+    """The state at the start; ``bit_speed`` None is the set speed."""
+
+    twist: float = state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
+    bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s")
+    drive_angle: float = state(0.0, "rad", 1e9, "any")
+
+
+DRAWN = Drawn(
+    panels=(Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),),
+    histories=("twist", "bit_speed", "bit_torque"),
+    planes=(("twist", "bit_speed"),),
+    section=("section_twist", "section_bit_speed"),
+    section_planes=(("section_twist", "section_bit_speed"),),
+    summary=("stick_slip_index", "stuck_fraction"),
+    attractors=(("bit_speed_min", "bit_speed_max", "Swing of the bit"), (None, "stick_slip_index", "Index")),
+)

@@ -90,8 +90,6 @@ FEATURES = (
         measure=RmsOfSlopes(("vz",)),
     ),
 )
-# the features that decide on responses
-CHECK_FEATURES = tuple(response.feature for response in RESPONSES.values())
 SHOWN = (
     "stick_slip_index",
     "stuck_fraction",
