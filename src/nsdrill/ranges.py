@@ -79,6 +79,18 @@ def option(default: Any, meaning: str) -> Any:
     return field(default=default, metadata={"meaning": meaning})
 
 
+def computed(units: str, meaning: str = "") -> Any:
+    """A field with a number that is computed, without a range; ``meaning`` is what
+    ``check`` prints of it."""
+    return field(metadata={"units": units, "meaning": meaning})
+
+
+def meanings_of(cls: Any) -> dict[str, tuple[str, str]]:
+    """Units and meaning of the :func:`computed` fields of a dataclass that have one."""
+    about = {item.name: (item.metadata["units"], item.metadata["meaning"]) for item in fields(cls)}
+    return {name: (units, meaning) for name, (units, meaning) in about.items() if meaning}
+
+
 def section(kind: type, meaning: str) -> Any:
     """A field with a dataclass of its own."""
     return field(default_factory=kind, metadata={"meaning": meaning})

@@ -14,7 +14,7 @@ from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.constraints import ORDERS, constraints
 from nsdrill.models.segments.parameters import MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import SPEEDS, depth_root, string_of
-from nsdrill.models.vocabulary import BY_NAME, known, known_in_trace
+from nsdrill.models.vocabulary import known, known_in_trace
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -110,24 +110,21 @@ DESCRIPTION = Description(
     responses=("bit_bounce", "stick_slip"),
     labels=known("stick_slip_severity", "bounce_severity"),
     features=(
-        *(
-            BY_NAME[name]
-            for name in (
-                "bit_speed_min",
-                "bit_speed_max",
-                "bit_speed_mean",
-                "stick_slip_index",
-                "stuck_fraction",
-                "axial_min",
-                "axial_max",
-                "lift_off_fraction",
-                "bit_force_max",
-                "surface_torque_min",
-                "surface_torque_max",
-                "surface_torque_mean",
-                "drive_speed_min",
-                "drive_speed_max",
-            )
+        *known(
+            "bit_speed_min",
+            "bit_speed_max",
+            "bit_speed_mean",
+            "stick_slip_index",
+            "stuck_fraction",
+            "axial_min",
+            "axial_max",
+            "lift_off_fraction",
+            "bit_force_max",
+            "surface_torque_min",
+            "surface_torque_max",
+            "surface_torque_mean",
+            "drive_speed_min",
+            "drive_speed_max",
         ),
         feature("current_min", "A", "least current of the motor", "motor"),
         feature("current_max", "A", "greatest current of the motor", "motor"),
