@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nsdrill import quantity as quantities
-from nsdrill.data import Results, drive_kind, frozen_modes, overrides
+from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, overrides
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import as_value
 from nsdrill.quantity import SYSTEMS
@@ -76,7 +76,7 @@ def operating_point(values: Mapping[str, Any], units: str) -> str:
     return ", ".join(texts)
 
 
-def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
+def heading(attrs: Attributes, point: str, *, width: int = 100) -> str:
     """The title of the study in the words of the user; on lines of their own what
     ``--set`` changed, in ``width`` characters, and the operating values that the title
     does not give."""
@@ -129,7 +129,7 @@ def _values_not_in_title(point: str, title: str) -> str:
 _LONG_NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)
 
 
-def _unusual_features(attrs: Mapping[str, Any]) -> list[str]:
+def _unusual_features(attrs: Attributes) -> list[str]:
     """What sets the string apart: a drive that is not ideal, and frozen motions."""
     drive, frozen = drive_kind(attrs), frozen_modes(attrs)
     return [
@@ -142,7 +142,7 @@ def _unusual_features(attrs: Mapping[str, Any]) -> list[str]:
 NOT_PHYSICAL = ("sweep", "simulation", "uncertain", "check", "output", "units", "classify")
 
 
-def describe_overrides(attrs: Mapping[str, Any], width: int) -> str:
+def describe_overrides(attrs: Attributes, width: int) -> str:
     """What ``--set`` of run and classify changed, in one line:
     ``bit.lobes = 1 and 3 more``. The title and the operating point, which stand in the
     heading anyway, and the sweep, which the axes show, are left out; where something

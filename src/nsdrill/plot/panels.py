@@ -20,7 +20,7 @@ from matplotlib.font_manager import FontProperties
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.probability import FAILED_POINT
-from nsdrill.data import Array, Results, resolved_study
+from nsdrill.data import Array, Attributes, Results, resolved_study
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.models.responses import Response, Thresholds
@@ -257,7 +257,7 @@ def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
     return [line_entry(label="rotary speed", **style)] if panels else []
 
 
-def draw_wall(attrs: Mapping[str, Any], panels: list[Axes], units: str) -> list[Artist]:
+def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]:
     """The wall of the hole as a line, where the file with these ``attrs`` has its
     distance; an entry of the legend alone where the motion stays far from it."""
     gap = attrs.get("gap")
@@ -277,7 +277,7 @@ def graded(name: str) -> Response | None:
     return next((response for response in CRITICAL.values() if response.graded == name), None)
 
 
-def severity_bounds(attrs: Mapping[str, Any], name: str) -> tuple[float, ...]:
+def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
     """The four bounds of severity of variable ``name`` in its own units, none where it
     is not graded.
 
@@ -354,7 +354,7 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
                     axes.plot(x, np.full(x.size, border), marker=marker, color=colour, gid=gid, **arrow)
 
 
-def shade_severity(axes: Axes, attrs: Mapping[str, Any], name: str, units: str, *, with_names: bool) -> None:
+def shade_severity(axes: Axes, attrs: Attributes, name: str, units: str, *, with_names: bool) -> None:
     """The bands of severity of a variable behind its curve, where it is graded, with
     their names at the right where ``with_names``."""
     response = graded(name)

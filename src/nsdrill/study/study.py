@@ -16,6 +16,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from nsdrill.data import Resolved
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
@@ -28,7 +29,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
-from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, Resolved, keys_named
+from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, Value, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
 
@@ -264,7 +265,7 @@ def refined_axes(sweep: Resolved) -> tuple[str, ...]:
     return tuple(axis for axis, values in sweep.items() if isinstance(values, dict) and axis != sweep["along"])
 
 
-def axis_values(axis: Any, refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
+def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
     """The values of a resolved axis: a list, or {from, to, points} with the spacing
     halved ``refine`` times. The values that the axis has without refinement keep their
     bits: halving is exact. Of an axis over the words of a ``choice``, by its key, their
@@ -293,7 +294,7 @@ def digest(resolved: Resolved) -> str:
     that sweep words are younger than most keys.)"""
     apart = (*IN_WORDS_ONLY, SECTION)
     parts = {name: value for name, value in resolved.items() if name not in apart}
-    model, has_words = described(parts.get("model", MODEL_LEAF.default)), any(map(words_of, parts["sweep"]))
+    model, has_words = described(str(parts.get("model", MODEL_LEAF.default))), any(map(words_of, parts["sweep"]))
     for key, later in marked(model.parameters, "later").items():
         *sections, name = key.split(".")
         section = reduce(lambda tree, part: tree.get(part, {}), sections, parts)

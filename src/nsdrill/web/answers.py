@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from nsdrill.app.contrast import rows as contrast_rows
 from nsdrill.app.experiment import own_numbers, study_of
 from nsdrill.app.sensitivity import sensitivity
 from nsdrill.app.window import window_of, with_passed_over
-from nsdrill.data import Results
+from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.plot import draw
@@ -109,7 +109,7 @@ def image(text: str, words: str) -> str:
     return f'<img class="vectors" alt="{escaped(words)}" src="data:image/svg+xml;base64,{data}">'
 
 
-def _borders(window: Mapping[str, Any], units: str) -> str:
+def _borders(window: Answer, units: str) -> str:
     """The recommended point, how far each axis may change, and what lies beyond."""
     fmt, plane = Formatter(units), chosen_map(window)
     best = plane and plane["recommended"]
@@ -134,7 +134,7 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
     return "".join(pieces)
 
 
-def _doubt(results: Results, window: Mapping[str, Any], units: str) -> str:
+def _doubt(results: Results, window: Answer, units: str) -> str:
     """The probability of the recommended point, and the unknown on which it depends."""
     if window["confidence"] is None:
         return ""

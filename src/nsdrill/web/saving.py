@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from nsdrill.app.trajectory import option_of
+from nsdrill.data import Answer
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number, words_of
 from nsdrill.plot.labels import operating_point
@@ -16,6 +16,7 @@ from nsdrill.quantity import quantity
 from nsdrill.study import parse_study
 from nsdrill.study.write import study_text
 from nsdrill.units import from_si
+from nsdrill.web.asked import Request
 from nsdrill.web.diagrams import member_dimension
 from nsdrill.web.shown import value_rows
 from nsdrill.web.sliders import DEFAULT_SLIDERS, changes, start_state
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from nsdrill.web.session import Session
 
 
-def saved(session: Session, request: Mapping[str, Any]) -> dict[str, Any]:
+def saved(session: Session, request: Request) -> Answer:
     """The present point as a study file: its ``text``, and a ``name`` to
     propose."""
     study = session.motions.at(session.values(request), changes(session, request))

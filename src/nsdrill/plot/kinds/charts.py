@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
+from nsdrill.data import Attributes
 from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity
 from nsdrill.plot.page import finish, new_figure
@@ -48,7 +49,7 @@ class Chart:
     the least and the greatest rotary speed [rad/s] of the study."""
 
     numbers: Numbers
-    attrs: Mapping[str, Any]
+    attrs: Attributes
     point: Mapping[str, float]
     speeds: tuple[float, float]
 

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from nsdrill.analysis.probability import text
-from nsdrill.data import Array, Results, Trace
+from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import cross_section
@@ -76,14 +76,14 @@ def draw_trace(trace: Trace, units: str) -> Figure:
     return figure
 
 
-def _layout(attrs: Mapping[str, Any]) -> tuple[int, int]:
+def _layout(attrs: Attributes) -> tuple[int, int]:
     """The number of planes of one section, and of the rows in which they stand."""
     drawn = drawn_in(attrs)
     count = len(drawn.section_planes) + ("section_radius" in drawn.section)
     return count, -(-count // panels_per_row(count, PLANE_WIDTH))
 
 
-def _draw_planes(figure: Any, section: Mapping[str, Array], attrs: Mapping[str, Any], units: str, colour: str) -> None:
+def _draw_planes(figure: Any, section: Mapping[str, Array], attrs: Attributes, units: str, colour: str) -> None:
     """Draw the returns in planes, the first of which is the orbit where there is
     one."""
     drawn = drawn_in(attrs)
