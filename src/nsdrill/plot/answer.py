@@ -15,11 +15,11 @@ import numpy as np
 from nsdrill.analysis import reasons
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import unknown_words
+from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import quantity, sign
 from nsdrill.units import from_si
 
 ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
-VERBS = {"bit_bounce": "bounce", "stick_slip": "stick", "whirl": "whirl"}  # what it may do
 WAYS = {"up": "coming up", "down": "coming down"}
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
 
@@ -98,8 +98,8 @@ def drilling(point: Mapping[str, Any], fmt: Formatter) -> str:
 
 
 def response_words(names: Any) -> str:
-    """``stick-slip, whirl``."""
-    return ", ".join(name.replace("_", "-") for name in names)
+    """The responses with these names in words, with commas."""
+    return ", ".join(RESPONSES[name].words for name in names)
 
 
 def answer(summary: Mapping[str, Any], units: str) -> str:
@@ -168,7 +168,7 @@ def _side_verb(side: Mapping[str, Any], where: str, may: bool) -> str:
     if side["why"] in ("failed", "unknown"):
         return f"{where} nothing is known"
     depends = may or side["why"] == "rim"
-    verbs = [VERBS[name] + ("" if depends else "s") for name in side["responses"]]
+    verbs = [RESPONSES[name].verb + ("" if depends else "s") for name in side["responses"]]
     if not verbs:
         return f"{where} it {'may be' if depends else 'is'} critical"
     return f"{where} it {'may ' if depends else ''}{' and '.join(verbs)}"

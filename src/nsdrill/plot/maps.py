@@ -38,10 +38,10 @@ from nsdrill.plot.cells import (
 )
 from nsdrill.plot.labels import operating_point, quantity, sweep_title
 from nsdrill.plot.page import area_entry, finish, name_panel, new_figure, panels_per_row
-from nsdrill.plot.panels import draw_codes, severity_bounds
+from nsdrill.plot.panels import draw_codes, graded, severity_bounds
 from nsdrill.plot.registry import MAX_PANELS
 from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
-from nsdrill.plot.style import GREY, MOTIONS, RESPONSES, SHADE, SHADE_EDGE, WHIRLS, cell_style, page_width
+from nsdrill.plot.style import GREY, KIND_STYLES, MOTIONS, RESPONSES, SHADE, SHADE_EDGE, cell_style, page_width
 from nsdrill.variables import INFERRED
 
 # the first of these that is swept lies along x; depth increases downwards, as in a log
@@ -53,7 +53,7 @@ COLOUR_BAR_WIDTH = 0.4  # inches
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend
 CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "response": tuple((style.name, style.colour) for style in RESPONSES),
-    "whirl_kind": WHIRLS,
+    **KIND_STYLES,
     "motion": tuple((style.name, style.colour) for style in MOTIONS),
 }
 # colours of values, of signed ones, of differences
@@ -277,7 +277,7 @@ def height_of_maps(panels: int, columns: int) -> float:
 
 
 def draw_map(results: Results, units: str = "si", variable: str = "response") -> Figure:
-    """Maps of ``response``, ``whirl_kind`` or ``motion``, by the colours of
+    """Maps of ``response``, of its kinds or of ``motion``, by the colours of
     :data:`CATEGORIES`."""
     maps = Maps(results, units)
     planes, categories = maps.planes, CATEGORIES[variable]
@@ -324,7 +324,9 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
         low = -high
     panels = {axes: shown[place] for axes, place in maps.panels()}
     bar = _draw_scale(figure, planes, panels, colours, (low, high), value.label)
-    bounds = severity_bounds(results.attrs, name) if name == "stick_slip_index" and not planes.has_words else ()
+    response = graded(name)
+    has_lines = response is not None and response.lines
+    bounds = severity_bounds(results.attrs, name) if has_lines and not planes.has_words else ()
     for axes, cells in panels.items():
         contour_severity(axes, planes, cells, bounds)
     if crossed_bounds := [bound for bound in bounds if low < bound < high]:

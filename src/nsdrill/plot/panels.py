@@ -21,7 +21,9 @@ from matplotlib.font_manager import FontProperties
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.probability import FAILED_POINT
 from nsdrill.data import Array, Attributes, Results, resolved_study
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.registry import drawn_in
+from nsdrill.models.responses import RESPONSES as CRITICAL
+from nsdrill.models.responses import Response, Thresholds
 from nsdrill.plot.cells import overlay_verdicts, verdict_handles
 from nsdrill.plot.labels import quantity, sweep_title
 from nsdrill.plot.page import area_entry, finish, line_entry, marker_entry, name_panel, new_figure, response_entries
@@ -261,7 +263,7 @@ def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]
     gap = attrs.get("gap")
     if gap is None or not panels:
         return []
-    radius = quantity("radius_peaks", units)
+    radius = quantity(drawn_in(attrs).radius, units)
     height = float(gap) / radius.scale
     if panels[0].get_ylim()[1] < WALL_VISIBLE_FROM * height:
         return [line_entry(linestyle="none", label=f"wall at {height:.4g} {radius.unit}, out of sight")]
@@ -270,26 +272,9 @@ def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]
     return [line_entry(color=REFERENCE, linewidth=0.9, label="wall of the hole")]
 
 
-MILD_TO_SEVERE = ("none", "light", "moderate", "strong", "severe")
-# variable -> section of the thresholds, its four bounds in ascending order, and the
-# names of the five bands
-_GRADED: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
-    "stick_slip_index": (
-        "stick_slip",
-        ("oscillation_index", "medium_index", "stall_index", "severe_index"),
-        ("none", "oscillation", "medium", "onset of stall", "severe"),
-    ),
-    "lift_off_fraction": (
-        "bit_bounce",
-        ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
-        MILD_TO_SEVERE,
-    ),
-    "lateral_acceleration_rms": (
-        "whirl",
-        ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
-        MILD_TO_SEVERE,
-    ),
-}
+def graded(name: str) -> Response | None:
+    """The response whose severity is graded by the variable of this name."""
+    return next((response for response in CRITICAL.values() if response.graded == name), None)
 
 
 def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
@@ -299,16 +284,16 @@ def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
     ``attrs`` are the root attributes of a results file. The thresholds of a new
     classification come before those of the study, and these before the defaults.
     """
-    if name not in _GRADED:
+    response = graded(name)
+    if response is None:
         return ()
-    section, keys, _ = _GRADED[name]
     defaults = asdict(Thresholds())
     if "classification_resolved" in attrs:
         classify = json.loads(attrs["classification_resolved"])
     else:
         classify = resolved_study(attrs).get("classify", defaults)
-    thresholds = {**defaults[section], **classify.get(section, {})}
-    return tuple(float(thresholds[key]) for key in keys)
+    thresholds = {**defaults[response.name], **classify.get(response.name, {})}
+    return tuple(float(thresholds[key]) for key in response.bounds)
 
 
 BINS = 1500  # of a curve: about one for each pixel in print
@@ -354,7 +339,7 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     low, high = robust_limits(values)
     if quantity(name, lines[0].units).unit == "%":  # a share of time or of a mean speed: the axis begins at zero
         low = 0.0
-        high = max(high, 110.0 if name == "stick_slip_index" else 5.0)
+        high = max(high, max((one.axis for one in CRITICAL.values() if one.feature == name), default=5.0))
     margin = 0.06 * (high - low)
     panels[0].set_ylim(low - (margin if low else 0.03 * (high - low)), high + margin)
     bottom, top = panels[0].get_ylim()
@@ -372,12 +357,13 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
 def shade_severity(axes: Axes, attrs: Attributes, name: str, units: str, *, with_names: bool) -> None:
     """The bands of severity of a variable behind its curve, where it is graded, with
     their names at the right where ``with_names``."""
-    bounds = [bound / quantity(name, units).scale for bound in severity_bounds(attrs, name)]
-    if not bounds:
+    response = graded(name)
+    if response is None:
         return
+    bounds = [bound / quantity(name, units).scale for bound in severity_bounds(attrs, name)]
     top = axes.get_ylim()[1]
     ends = [*bounds, max(top, bounds[-1])]
-    bands = zip([0.0, *bounds], ends, _GRADED[name][2], SEVERITY_GREYS, strict=True)
+    bands = zip([0.0, *bounds], ends, response.bands, SEVERITY_GREYS, strict=True)
     style: dict[str, Any] = {"va": "center", "fontsize": font_size(6), "color": REFERENCE}
     for number, (start, end, word, grey) in enumerate(bands):
         axes.axhspan(start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}")

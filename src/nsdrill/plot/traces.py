@@ -10,10 +10,11 @@ import numpy as np
 
 from nsdrill.data import Array, Trace, drive_kind
 from nsdrill.errors import InputError
+from nsdrill.models.operation import SCHEDULED
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.look import look as look
-from nsdrill.variables import AXES, SCHEDULED, dimension_of
+from nsdrill.variables import AXES, dimension_of
 
 MOVED_FIRST = ("rotary_speed", "wob", "depth")  # the order in which drillers move them
 MAX_VALUES = 4  # of a ramp that a title lists; of more, the least and the greatest
@@ -144,7 +145,9 @@ def shown_part(trace: Trace) -> tuple[slice, str]:
     if is_chosen():
         return slice(None), f"{trace.time[0]:.4g} to {trace.time[-1]:.4g} s"
     speed = float(
-        trace["drive_speed"][-1] if "rotary_speed" in moving_values(trace) else trace.attrs.get("rotary_speed") or 0
+        setpoint(trace, "rotary_speed")[-1]
+        if "rotary_speed" in moving_values(trace)
+        else trace.attrs.get("rotary_speed") or 0
     )
     part = last_part(trace.time, LAST_SAMPLES, LAST_REVOLUTIONS * 2 * pi / speed if speed > 0 else None)
     if part.start == 0:

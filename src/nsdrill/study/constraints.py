@@ -15,6 +15,7 @@ from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
+from nsdrill.models.responses import RESPONSES
 from nsdrill.ranges import bound_text
 from nsdrill.study.forms import Reading
 from nsdrill.study.keys import SLICE, Value, shown
@@ -28,13 +29,9 @@ MAX_STARTS = 10**5  # of one operating point: they are compared with each other
 
 # Of the thresholds; those of its own a model tells.
 _ORDERS = tuple(
-    Order(f"classify.{section}.{lower}", f"classify.{section}.{upper}")
-    for section, names in {
-        "stick_slip": ("oscillation_index", "medium_index", "stall_index", "severe_index"),
-        "bit_bounce": ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
-        "whirl": ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
-    }.items()
-    for lower, upper in pairwise(names)
+    Order(f"classify.{response.name}.{lower}", f"classify.{response.name}.{upper}")
+    for response in RESPONSES.values()
+    for lower, upper in pairwise(response.bounds)
 )
 
 

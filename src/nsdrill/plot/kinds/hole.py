@@ -167,11 +167,12 @@ class Scene:
     def __init__(self, axes: Axes, trace: Trace, units: str) -> None:
         across, up = quantity("x", units), quantity("y", units)
         self._hole, self._collar_radius = (radius / across.scale for radius in radii_of(trace))
-        self._trace, self._shown_speed = trace, quantity("bit_speed", units)
+        drawn = drawn_in(trace.attrs)
+        self._trace, self._speed, self._shown_speed = trace, trace[drawn.speed], quantity(drawn.speed, units)
         self._x, self._y = (trace[name] / across.scale for name in ("x", "y"))
         # that of the bit is also that of the collar above it
-        self._angle = trace["drive_angle"] + trace["twist"]
-        self._revolution = 2 * pi / max(float(np.nanmean(np.abs(trace["bit_speed"]))), 1e-3)
+        self._angle = sum(trace[name] for name in drawn.angle)
+        self._revolution = 2 * pi / max(float(np.nanmean(np.abs(self._speed))), 1e-3)
         axes.set_facecolor(ROCK)
         draw_wall(axes, self._hole, fill=True, color=None, facecolor=MUD, edgecolor=REFERENCE, gid="wall")
         ring: dict[str, Any] = {"color": None, "edgecolor": BIT, "linewidth": 0.6, "linestyle": "--"}
@@ -199,7 +200,7 @@ class Scene:
         """Move the artists to the ``time`` [s], with the path from ``since`` [s] on, or
         that of the last revolution."""
         times, hole, collar = self._trace.time, self._hole, self._collar_radius
-        histories = (self._x, self._y, self._angle, self._trace["wall_force"], self._trace["bit_speed"])
+        histories = (self._x, self._y, self._angle, self._trace["wall_force"], self._speed)
         x, y, angle, force, speed = (float(np.interp(time, times, values)) for values in histories)
         for number, blade in enumerate(self._blades):
             direction = angle + 2 * pi * number / BLADES

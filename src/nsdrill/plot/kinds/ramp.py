@@ -131,7 +131,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
 def _draw_rotary_speed(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
     """Draw the rotary speed as a line, unless it moves while another value lies along
     x."""
-    speed = setpoint(trace, "rotary_speed") / quantity("bit_speed", units).scale
+    speed = setpoint(trace, "rotary_speed") / quantity(drawn_in(trace.attrs).speed, units).scale
     ends, style = np.array([speed.min(), speed.max()]), {**DASHED, "zorder": 3}
     if not panels or (axis != "rotary_speed" and ends[0] != ends[1]):
         return []

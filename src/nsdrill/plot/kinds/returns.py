@@ -133,7 +133,8 @@ def section_of(trace: Trace) -> dict[str, Array]:
     through samples and their rates (Hermite); the variables by name [return]."""
     chosen = trace.time >= _observed_from(trace)
     time = trace.time[chosen]
-    angle = (trace["twist"] + trace["drive_angle"])[chosen]
+    drawn = drawn_in(trace.attrs)
+    angle = np.sum([trace[name] for name in drawn.angle], axis=0)[chosen]
     if not np.all(np.isfinite(angle)):
         raise InputError("trace: found samples of the bit angle that are no numbers; the section needs all of them.")
     furthest = np.maximum.accumulate(angle)  # a bit that rotates back is not counted twice
@@ -149,7 +150,7 @@ def section_of(trace: Trace) -> dict[str, Array]:
         rise = v1 - v0
         return v0 + theta * (d0 + theta * (3 * rise - 2 * d0 - d1 + theta * (d0 + d1 - 2 * rise)))
 
-    speed = trace["bit_speed"][chosen]
+    speed = trace[drawn.speed][chosen]
     theta = (levels - angle[after - 1]) / np.maximum(angle[after] - angle[after - 1], 1e-300)
     for _ in range(3):  # the angle is nearly straight between samples
         theta = np.clip(
@@ -162,7 +163,7 @@ def section_of(trace: Trace) -> dict[str, Array]:
             return values[after - 1] + theta * (values[after] - values[after - 1])
         return cubic(values, trace[rate][chosen], theta)
 
-    section = {"section_twist": at_section("twist"), "section_bit_speed": at_section("bit_speed")}
+    section = {f"section_{name}": at_section(name) for name in (drawn.angle[0], drawn.speed)}
     if "z" in trace.variables:
         section |= {"section_axial": at_section("z", "vz"), "section_axial_velocity": at_section("vz")}
     if "x" in trace.variables:

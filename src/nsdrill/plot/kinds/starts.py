@@ -19,6 +19,7 @@ from nsdrill.analysis.attractors import Attractor, describe, wilson
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import Shown, quantity, sweep_title
 from nsdrill.plot.page import (
@@ -35,7 +36,7 @@ from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, lay_along, positions, robust_limits
 from nsdrill.plot.style import REFERENCE, RESPONSES, font_size, ink_on, page_width
 
-ATTRACTOR_VARIABLES = ("attractor", "whirl_kind", "settled")  # variables that describe an attractor
+ATTRACTOR_VARIABLES = ("attractor", *RESPONSE_KINDS, "settled")  # variables that describe an attractor
 UNGROUPED = "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
 
 
@@ -53,11 +54,8 @@ def by_operating_point(results: Results) -> dict[str, Array]:
 
 def attractor_label(attractor: Attractor) -> str:
     """The description of an attractor in a legend."""
-    kinds = (BY_NAME["whirl_kind"].flag_meanings or "").split()
-    text = RESPONSES[attractor.response].name
-    if attractor.whirl_kind:
-        text += f" ({kinds[attractor.whirl_kind].replace('_', ' ')})"
-    return text
+    words = (BY_NAME[name].words(value).replace("_", " ") for name, value in attractor.kinds.items() if value)
+    return RESPONSES[attractor.response].name + "".join(f" ({word})" for word in words)
 
 
 class Along:

@@ -12,8 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nsdrill.data import Array, Results
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import drawn_in
+from nsdrill.models.registry import described, drawn_in
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.cells import line_variables
 from nsdrill.plot.labels import quantity, sweep_title
@@ -68,7 +70,7 @@ from nsdrill.plot.style import (
     WINE,
     page_width,
 )
-from nsdrill.variables import OK, PERIODIC, POINT
+from nsdrill.variables import MODEL, OK, PERIODIC, POINT
 
 MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
 BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
@@ -112,10 +114,6 @@ def _bifurcation_advice(data: Any) -> str:
     return needs_one_axis(data)
 
 
-ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
-FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # in the list of kinds, before all others
-
-
 # colours and markers of curves, one curve for each word
 WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
 WORD_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -130,7 +128,7 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
         limit_values(panels, page.lines, name)
         for axes in panels:
             shade_severity(axes, results.attrs, name, units, with_names=axes is panels[-1])
-            if name == "whirl_ratio":
+            if name in drawn_in(results.attrs).signed:
                 axes.axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
     if len(names) == 1:
         page.columns[0][1].set_ylabel(quantity(names[0], units).in_lines())
@@ -219,7 +217,7 @@ def _value_kind(name: str, variable: str, place: float) -> Kind:
     )
 
 
-_MEASURED = [name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT]
+_MEASURED = {name: name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT}
 
 
 MOTION_LABELS = {
@@ -302,6 +300,14 @@ def _draw_motion_values(axes: Axes, line: Line, name: str) -> None:
         axes.set_ylim(*((-0.15, 1.1) if name == "zero_one" else (0, None)))
 
 
+def _place_of_kind(name: str, data: Any) -> int | None:
+    return 41 if is_plane(data) and name in data.variables else None
+
+
+def _uses_kind(name: str, model: Description) -> tuple[str, ...]:
+    return (name,)
+
+
 KINDS = (
     Kind(
         "bifurcation",
@@ -334,8 +340,8 @@ KINDS = (
         part_of="value",
     ),
     *(
-        _value_kind(name, ALIASES.get(name, name), 60 + 0.01 * number)
-        for number, name in enumerate(dict.fromkeys((*FIRST, *_MEASURED)))
+        _value_kind(name, variable, 60 + 0.01 * number)
+        for number, (name, variable) in enumerate({**described(MODEL).drawn.values, **_MEASURED}.items())
     ),
     Kind(
         "motion",
@@ -358,14 +364,17 @@ KINDS = (
         uses=line_variables,
         across=lies_across,
     ),
-    Kind(
-        "whirl_kind",
-        "the kind of whirl over two axes",
-        of=PLANE,
-        place=lambda data: 41 if is_plane(data) and "whirl_kind" in data.variables else None,
-        draw=partial(draw_map, variable="whirl_kind"),
-        uses=lambda model: ("whirl_kind",),
-        across=lies_across,
-        part_of="map",
+    *(
+        Kind(
+            name,
+            f"the kind of {response.words} over two axes",
+            of=PLANE,
+            place=partial(_place_of_kind, name),
+            draw=partial(draw_map, variable=name),
+            uses=partial(_uses_kind, name),
+            across=lies_across,
+            part_of="map",
+        )
+        for name, response in RESPONSE_KINDS.items()
     ),
 )

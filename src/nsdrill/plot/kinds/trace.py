@@ -14,6 +14,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
 from nsdrill.data import Array, Trace, resolved_study
+from nsdrill.models.operation import SCHEDULED
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import draw_orbit, has_orbit
 from nsdrill.plot.labels import quantity
@@ -37,7 +38,6 @@ from nsdrill.plot.traces import (
     title_of,
     varies,
 )
-from nsdrill.variables import SCHEDULED
 
 LINE_BINS = 1500  # of a history: about one for each pixel in print
 SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
@@ -84,7 +84,7 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     if bins:
         bin_width = float(trace.time[-1] - trace.time[0]) / bins
         notes += [f"bands: least to greatest in each {bin_width:.2g} s", "lines: the mean"]
-    notes += _draw_references(panels, trace, units, moves="drive_speed" in scheduled)
+    notes += _draw_references(panels, trace, units, moves=SCHEDULED["rotary_speed"] in scheduled)
     column = list(panels.values())
     set_panel_title(column[0], "; ".join(notes), "left")
     column[-1].set_xlabel(time.label)
@@ -95,18 +95,20 @@ def _draw_references(panels: dict[str, Axes], trace: Trace, units: str, *, moves
     """Draw the rotary speed, which ``moves`` or not, and the wall of the hole; returns a
     note on a wall out of sight."""
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
-    scale = quantity("bit_speed", units).scale
-    if "bit_speed" in panels and moves:
+    drawn = drawn_in(trace.attrs)
+    turning, across = panels.get(drawn.speed), panels.get(drawn.radius)
+    scale = quantity(drawn.speed, units).scale
+    if turning is not None and moves:
         kept_time, values = envelope(trace.time, setpoint(trace, "rotary_speed") / scale, LINE_BINS)
         kept_time = kept_time / quantity("time", units).scale
-        panels["bit_speed"].plot(kept_time, values, zorder=3, gid="rotary speed", **DASHED)
-    elif "bit_speed" in panels and speed is not None:
-        _draw_reference(panels["bit_speed"], float(speed) / scale, "rotary speed")
-    if "radius" in panels and gap is not None:
-        radius = quantity("radius", units)
-        if np.nanmax(trace["radius"]) <= WALL_VISIBLE_FROM * float(gap):
+        turning.plot(kept_time, values, zorder=3, gid="rotary speed", **DASHED)
+    elif turning is not None and speed is not None:
+        _draw_reference(turning, float(speed) / scale, "rotary speed")
+    if across is not None and gap is not None:
+        radius = quantity(drawn.radius, units)
+        if np.nanmax(trace[drawn.radius]) <= WALL_VISIBLE_FROM * float(gap):
             return [f"wall at {radius.value(float(gap))}"]
-        _draw_reference(panels["radius"], float(gap) / radius.scale, "wall")
+        _draw_reference(across, float(gap) / radius.scale, "wall")
     return []
 
 

@@ -24,6 +24,7 @@ from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
 from nsdrill.analysis.window import USUAL_CONFIDENCE
 from nsdrill.data import Array, Results
 from nsdrill.models.registry import model_in
+from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells
 from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
@@ -43,7 +44,6 @@ from nsdrill.plot.style import (
     page_width,
 )
 from nsdrill.quantity import quantity as base_quantity
-from nsdrill.variables import RESPONSES as RESPONSE_NAMES
 from nsdrill.variables import SAMPLE
 
 BAND_STYLE: dict[str, Any] = {"alpha": 0.16, "linewidth": 0}
@@ -66,7 +66,7 @@ def _style(outcome: str) -> tuple[str, str, str]:
     """Label, colour and marker of an outcome."""
     if outcome == SAFE:
         return "safe", BLACK, "o"
-    style = RESPONSES[1 << RESPONSE_NAMES.index(outcome)]
+    style = RESPONSES[CRITICAL[outcome].bit]
     return style.name, style.colour, style.marker
 
 
