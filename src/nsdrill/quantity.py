@@ -85,6 +85,7 @@ _LABELS = {
     "x_mean": "Mean $x$",
     "y_mean": "Mean $y$",
     "half_difference": "Disagreement of halves",
+    "drive_matching": "Drive matching [pipe impedances]",
     "rate_of_penetration": "Rate of penetration",
     "mechanical_specific_energy": "Mechanical specific energy",
     "section_radius": "$r$",
@@ -205,10 +206,11 @@ def _quantities(model: Description) -> dict[str, Quantity]:
         quantities[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
     choices = choices_of(model)
     for name, (key, units) in further_axes(model).items():
-        words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
+        words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ").replace("stabilizer", "stabiliser")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         choice = key if key in choices else ""
-        quantities[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown, choice)
+        label = _LABELS.get(name, words[:1].upper() + words[1:])
+        quantities[name] = Quantity(name, words, words, label, units, shown, choice)
     return quantities
 
 

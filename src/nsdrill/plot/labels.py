@@ -11,13 +11,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from nsdrill import quantity as quantities
-from nsdrill.data import Results, drive_kind, frozen_modes, overrides
+from nsdrill.data import Results, drive_kind, frozen_modes, overrides, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import as_value
 from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES
 
 UNIT_SYSTEMS = SYSTEMS
+# words of a study as people write them, where that is not the word with blanks
+WRITTEN = {"z_torque": "Z-torque", "lqr": "LQR", "pi": "PI", "dc_motor": "DC motor"}
+DEPTH_WAYS = {"up": "deeper", "down": "shallower"}  # of a sweep that was carried along the depth
 LABEL_WIDTH = 28  # characters of a line beside a panel 1.7 inches high
 
 
@@ -42,9 +45,32 @@ class Shown:
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``; or a word."""
         if self.choices:
-            return self.choices[int(si)].replace("_", " ")
+            return written(self.choices[int(si)])
         number = si / self.scale
         return f"{number:.0f} {self.unit}" if abs(number) >= 1e4 else f"{number:.4g} {self.unit}".strip()
+
+
+def written(word: str) -> str:
+    """A word of a study as people write it: ``LQR``, ``soft torque``."""
+    return WRITTEN.get(word, word.replace("_", " "))
+
+
+def way_word(procedure: str, attrs: Mapping[str, Any]) -> str:
+    """The word for a procedure of a sweep with these ``attrs``: ``deeper`` for up where
+    the state was carried along the depth, which increases downwards."""
+    sweep = resolved_study(attrs).get("sweep") or {}
+    return DEPTH_WAYS.get(procedure, procedure) if sweep.get("along") == "depth" else procedure
+
+
+def carried(procedure: str, attrs: Mapping[str, Any]) -> str:
+    """``carried up``; of a procedure in which nothing is carried its name."""
+    word = way_word(procedure, attrs)
+    return f"carried {word}" if procedure in DEPTH_WAYS else word
+
+
+def both_ways(attrs: Mapping[str, Any], between: str = " and ") -> str:
+    """``up and down``, in the words for a sweep with these ``attrs``."""
+    return between.join(way_word(procedure, attrs) for procedure in DEPTH_WAYS)
 
 
 def check_units(units: str) -> None:
@@ -133,7 +159,7 @@ def _unusual_features(attrs: Mapping[str, Any]) -> list[str]:
     """What sets the string apart: a drive that is not ideal, and frozen motions."""
     drive, frozen = drive_kind(attrs), frozen_modes(attrs)
     return [
-        *([f"{drive.replace('_', ' ')} drive"] if drive != "ideal" else []),
+        *([f"{written(drive)} drive"] if drive != "ideal" else []),
         *([f"{' and '.join(frozen)} motion frozen"] if frozen else []),
     ]
 

@@ -110,14 +110,15 @@ def draw_fit(
     prior: Mapping[str, Array],
     samples: Mapping[str, Array],
     predicted: Mapping[str, Array],
+    effective: float,
     units: str = "si",
 ) -> Figure:
     """Draw a fit: the ``prior`` and the posterior ``samples`` of each unknown by key,
     in SI, and the ``predicted`` values [samples, points] by name beside those
-    ``measured``."""
+    ``measured``; ``effective`` is the effective number of samples of the fit."""
     check_units(units)
     unknown_rows, feature_rows = -(-len(samples) // COLUMNS), len(measured.values)
-    rows, number, with_names = unknown_rows + feature_rows, effective_number(samples), measured.points <= MAX_NAMED
+    rows, with_names = unknown_rows + feature_rows, measured.points <= MAX_NAMED
     with house_style():
         figure = new_figure(page_width(), 1.2 + PANEL_HEIGHT * rows + (0.25 if with_names else 0.0))
         grid = figure.add_gridspec(rows, 1, height_ratios=[1.0] * rows)
@@ -125,22 +126,15 @@ def draw_fit(
         for place, key in enumerate(samples):
             row, column = divmod(place, COLUMNS)
             axes = figure.add_subplot(cells[row][column])
-            _draw_unknown(axes, quantity(key, units), prior[key], samples[key], bins_for(number))
+            _draw_unknown(axes, quantity(key, units), prior[key], samples[key], bins_for(effective))
         panels = [figure.add_subplot(grid[row]) for row in range(unknown_rows, rows)]
         for axes, name in zip(panels, measured.values, strict=True):
             _draw_feature(axes, quantity(name, units), measured, name, predicted[name])
             axes.tick_params(labelbottom=axes is panels[-1])
         _label_points(panels[-1], measured, units, with_names)
-        finish(figure, title, _handles(number), 3)
+        finish(figure, title, _handles(effective), 3)
         freeze_layout(figure)
     return figure
-
-
-def effective_number(samples: Mapping[str, Array]) -> float:
-    """How many independent samples these are worth: those of great weight are among
-    them several times (Kish 1965)."""
-    repeats = np.unique(np.column_stack(list(samples.values())), axis=0, return_counts=True)[1]
-    return float(repeats.sum() ** 2 / np.sum(repeats.astype(float) ** 2))
 
 
 def bins_for(number: float) -> int:
@@ -193,10 +187,10 @@ def _label_points(axes: Axes, measured: Measured, units: str, with_names: bool) 
     axes.set_xticklabels([text.replace(", ", "\n") for text in texts])
 
 
-def _handles(number: float) -> list[Artist]:
+def _handles(effective: float) -> list[Artist]:
     return [
         area_entry(facecolor=GREY, alpha=0.6, label="before: what the study says"),
-        area_entry(facecolor=BLUE, alpha=0.7, label=f"after, worth {number:.0f} samples"),
+        area_entry(facecolor=BLUE, alpha=0.7, label=f"after, effective number of samples {effective:.0f}"),
         line_entry(color=BLACK, marker="o", markersize=3, linewidth=0.7, label="measured, one deviation"),
         area_entry(facecolor=SKY, alpha=0.6, label="the model after, 5 to 95 %"),
         line_entry(color=BLUE, linewidth=1.0, label="its median"),

@@ -13,14 +13,14 @@ import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.errors import InputError, option
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import look as look
 from nsdrill.plot.style import (
     FONT_SIZE,
@@ -72,9 +72,13 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def stack(figure: Any, rows: int, *, shared: bool = True, **ratios: Any) -> list[Axes]:
-    """Panels one below the other, which share the x axis where ``shared``."""
-    grid = figure.add_gridspec(rows, 1, **ratios)
+def stack(
+    figure: Figure | SubFigure, rows: int, *, shared: bool = True, heights: Sequence[float] = (), below: float = 0.0
+) -> list[Axes]:
+    """Panels one below the other, of these relative ``heights``, which share the x axis
+    where ``shared``; ``below`` them there is an empty room."""
+    ratios = [*(heights or [1.0] * rows), *([below] if below else [])]
+    grid = figure.add_gridspec(len(ratios), 1, height_ratios=ratios)
     panels: list[Axes] = []
     for row in range(rows):
         first = panels[0] if shared and panels else None
@@ -191,12 +195,13 @@ def motion_entries(codes: Iterable[int]) -> list[Artist]:
     return [marker_entry(style.name, "o", style.colour, size=4) for style in (MOTIONS[code] for code in sorted(codes))]
 
 
-def direction_entries(procedures: Sequence[str]) -> list[Artist]:
+def direction_entries(procedures: Sequence[str], attrs: Mapping[str, Any]) -> list[Artist]:
     """What filled and open markers mean; no entries where the state was not carried
     both up and down."""
     if not {"up", "down"} <= set(procedures):
         return []
-    return [marker_entry("up: filled", size=4, edge=0.7), marker_entry("down: open", size=4, hollow=True)]
+    up, down = (way_word(procedure, attrs) for procedure in ("up", "down"))
+    return [marker_entry(f"{up}: filled", size=4, edge=0.7), marker_entry(f"{down}: open", size=4, hollow=True)]
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:

@@ -23,7 +23,7 @@ from nsdrill.analysis.probability import FAILED_POINT
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.plot.cells import overlay_verdicts, verdict_handles
-from nsdrill.plot.labels import quantity, sweep_title
+from nsdrill.plot.labels import quantity, sweep_title, way_word
 from nsdrill.plot.page import area_entry, finish, line_entry, marker_entry, name_panel, new_figure, response_entries
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, lay_along, robust_limits
@@ -142,7 +142,8 @@ def draw_rows(
     borders = np.arange(len(line.procedures) + 1) - 0.5
     draw_codes(axes, (line.edges, borders), codes, [style.colour for style in styles], gid, gid)
     axes.set_ylim(borders[-1], borders[0])
-    axes.set_yticks(borders[1:] - 0.5, line.procedures if name_rows else [""] * len(codes))
+    names = [way_word(procedure, line.results.attrs) for procedure in line.procedures]
+    axes.set_yticks(borders[1:] - 0.5, names if name_rows else [""] * len(codes))
     return borders
 
 
@@ -257,14 +258,25 @@ def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
 
 def draw_wall(attrs: Mapping[str, Any], panels: list[Axes], units: str) -> list[Artist]:
     """The wall of the hole as a line, where the file with these ``attrs`` has its
-    distance; an entry of the legend alone where the motion stays far from it."""
+    distance, and its entry of the legend; where the motion stays far from it, its
+    distance beside an arrow in the panels, and no entry."""
     gap = attrs.get("gap")
     if gap is None or not panels:
         return []
     radius = quantity("radius_peaks", units)
     height = float(gap) / radius.scale
     if panels[0].get_ylim()[1] < WALL_VISIBLE_FROM * height:
-        return [line_entry(linestyle="none", label=f"wall at {height:.4g} {radius.unit}, out of sight")]
+        words = f"\u2191 wall at {height:.4g} {radius.unit}"
+        corner: dict[str, Any] = {
+            "xycoords": "axes fraction",
+            "textcoords": "offset points",
+            "ha": "right",
+            "va": "top",
+        }
+        style: dict[str, Any] = {"color": REFERENCE, "fontsize": font_size(6), "gid": "wall afar"}
+        for axes in panels:
+            axes.annotate(words, (1.0, 1.0), (-3, -3), **corner, **style)
+        return []
     for axes in panels:
         axes.axhline(height, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
     return [line_entry(color=REFERENCE, linewidth=0.9, label="wall of the hole")]

@@ -217,9 +217,10 @@ def lay_along(axes: Any, results: Results, axis: str, units: str, *, margins: bo
 
 
 def edges(centres: Array) -> Array:
-    """Cell edges half way between neighbours, mirrored at both ends; so a non-uniform
-    axis is drawn to scale. Of values with equal ratios, half way on a logarithmic
-    scale. No cell reaches below zero where no value does."""
+    """Cell edges half way between neighbours; so a non-uniform axis is drawn to scale.
+    The outer cells end half the least step beyond their values, as nothing is known
+    there. Of values with equal ratios, half way on a logarithmic scale. No cell reaches
+    below zero where no value does."""
     centres = np.asarray(centres, dtype=float)
     if is_logarithmic(centres):
         ratio = math.sqrt(centres[1] / centres[0])
@@ -228,7 +229,8 @@ def edges(centres: Array) -> Array:
         half = 0.05 * abs(centres[0]) or 0.5
         return np.array([centres[0] - half, centres[0] + half])
     middle = 0.5 * (centres[1:] + centres[:-1])
-    first, last = 2 * centres[0] - middle[0], 2 * centres[-1] - middle[-1]
+    half = 0.5 * np.diff(centres).min()
+    first, last = centres[0] - half, centres[-1] + half
     if centres[0] >= 0.0:
         first = max(first, 0.0)
     return np.concatenate(([first], middle, [last]))

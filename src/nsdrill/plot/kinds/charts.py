@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
-from nsdrill.plot.labels import Shown, heading, operating_point, quantity
+from nsdrill.plot.labels import Shown, heading, operating_point, quantity, written
 from nsdrill.plot.page import finish, new_figure
 from nsdrill.plot.registry import STUDY, Kind
 from nsdrill.plot.slices import make_logarithmic
@@ -202,7 +202,7 @@ def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> No
     x = numbers.frequency * TO_HERTZ
     for kind, held_slope in numbers.held.items():
         own = kind == numbers.own
-        label = f"{'this study: ' * own}{kind.replace('_', ' ')}, holds "
+        label = f"{'this study: ' * own}{written(kind)}, holds "
         label += f"{held_slope / slope.scale:.4g}"
         if kind not in numbers.reflected:
             axes.plot([], [], linestyle="none", label=f"{label} (no impedance)")
@@ -234,14 +234,17 @@ def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> 
     numbers: Any = chart.numbers
     slope = shown_quantity("Steepest stable fall of friction", SLOPE_UNIT, units)
     x, y, held_slope = numbers.matching, numbers.frequency * TO_HERTZ, numbers.held / slope.scale
-    mesh = axes.pcolormesh(x, y, held_slope, cmap="viridis", shading="gouraud", rasterized=True, gid="cells")
+    matching, frequency, best = numbers.best
+    # the best drive lies between the points of the grid
+    scale = {"vmin": held_slope.min(), "vmax": max(best / slope.scale, held_slope.max())}
+    cells: dict[str, Any] = {"shading": "gouraud", "rasterized": True, "gid": "cells"}
+    mesh = axes.pcolormesh(x, y, held_slope, cmap="viridis", **scale, **cells)
     lines = axes.contour(x, y, held_slope, levels=8, colors="white", linewidths=0.6)
     axes.clabel(lines, fontsize=font_size(6), fmt="%g")
     figure.colorbar(mesh, ax=axes, label=slope.label, fraction=0.05, pad=0.01, aspect=30)
     string: dict[str, Any] = {"linewidth": 1.0, "linestyle": (0, (5, 2))}
     axes.axhline(numbers.lumped * TO_HERTZ, color="white", **string)
-    axes.plot([], [], color=REFERENCE, label="frequency of the string", **string)
-    matching, frequency, best = numbers.best
+    axes.plot([], [], color=REFERENCE, label=f"frequency of the string, {numbers.lumped * TO_HERTZ:.2g} Hz", **string)
     words = f"best: {matching:.3g} impedances, {frequency * TO_HERTZ:.3g} Hz, holds "
     points = [((matching, frequency), "*", 11.0, f"{words}{best / slope.scale:.4g}")]
     if numbers.own:

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.labels import heading, operating_point, quantity
+from nsdrill.plot.labels import heading, operating_point, quantity, way_word
 from nsdrill.plot.page import finish, line_entry, name_panel, new_figure, stack
 from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import RAMP, Kind
@@ -123,7 +123,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
             across, finite = np.broadcast_to(sweep_line.across[:, None], heights.shape), np.isfinite(heights)
             own: dict[str, Any] = {"rasterized": heights.size > MANY_MARKERS, "gid": f"sweep:{procedure}:{peaks}"}
             axes.plot(across[finite], heights[finite], **own, **style)
-        label = "sweep" if procedure == "same" else f"sweep, {procedure}"
+        label = "sweep" if procedure == "same" else f"sweep, {way_word(procedure, results.attrs)}"
         handles.append(line_entry(label=label, **{**style, "markersize": 3.5}))
     return handles
 

@@ -21,7 +21,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import cross_section
 from nsdrill.plot.kinds.hole import draw_wall as draw_wall_around
-from nsdrill.plot.labels import Shown, quantity, sweep_title
+from nsdrill.plot.labels import Shown, carried, quantity, sweep_title
 from nsdrill.plot.page import (
     direction_entries,
     motion_entries,
@@ -37,6 +37,7 @@ from nsdrill.plot.style import BLUE, MANY_MARKERS, MOTIONS, page_width
 from nsdrill.plot.traces import title_of
 from nsdrill.variables import OK
 
+THIN: dict[str, Any] = {"scale": 0.3, "edge": 0.2}
 PLANE_WIDTH = 1.6  # least width of a plane in inches
 DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0}
 
@@ -57,7 +58,7 @@ def draw_point(results: Results, units: str = "si") -> Figure:
         period = int(results["period"][row].ravel()[0])
         description = f"{motion.name}, period {period}" if period else motion.name
         count = int(np.isfinite(section[drawn_in(results.attrs).section[0]]).sum())
-        label = {"up": "carried up: ", "down": "carried down: "}.get(name, "")
+        label = "" if name == "same" else f"{carried(name, results.attrs)}: "
         rows[row].suptitle(f"{label}{description}, {count} returns", fontsize="medium")
         _draw_planes(rows[row], section, results.attrs, units, motion.colour)
     put_title(figure, sweep_title(results, units))
@@ -199,12 +200,14 @@ def draw_along(results: Results, units: str = "si") -> Figure:
     present: set[int] = set()
     for line, name, axes in page.each():
         codes = np.where(line["status"] == OK, line["motion"], -1)
-        present |= draw_dots(axes, line, name, codes, MOTIONS, line[name], **style)
+        # a collar that rolls returns at all angles: thin points, where dots would merge to bars
+        own = style | (THIN if name == "section_whirl_angle" else {})
+        present |= draw_dots(axes, line, name, codes, MOTIONS, line[name], **own)
     for axes in page.panels("section_whirl_angle"):
         _set_angle_axis(axes, quantity("section_whirl_angle", units))
     wall = draw_wall(results.attrs, page.panels("section_radius"), units)
     references = [*draw_rotary_speed(page.lines, page.panels("section_bit_speed")), *wall]
-    handles = [*motion_entries(present), *direction_entries(page.lines[0].procedures), *references]
+    handles = [*motion_entries(present), *direction_entries(page.lines[0].procedures, results.attrs), *references]
     return page.finish([*handles, *outcome_handles(page.lines, markers=False)])
 
 

@@ -204,7 +204,7 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     along, shown = Along(results, units), drawn_in(results.attrs).attractors
     figure = new_figure(page_width(), ATTRACTORS_HEIGHT)
     panels = stack(figure, len(shown))
-    for row, (axes, (lower_name, name, label)) in enumerate(zip(panels, shown, strict=True)):
+    for axes, (lower_name, name, label) in zip(panels, shown, strict=True):
         y = quantity(name, units)
         points = [
             # a range is taken between the medians of the extremes
@@ -216,10 +216,10 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
             gid = f"{name}:{attractor.response}"
             axes.plot([centre], [height], linestyle="none", zorder=3, gid=gid, **marker_style(attractor))
         if along.is_matched:
-            join_attractors(axes, points, along.centres, with_numbers=row == min(1, len(shown) - 1))
+            join_attractors(axes, points, along.centres)
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
-        axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
+        axes.set_ylim(low - 0.03 * (high - low), high + 0.12 * (high - low))  # room for a number above
         axes.set_ylabel(Shown(label, y.unit, y.scale).label)
         name_panel(axes, name, name)
     figure.align_ylabels(panels)
@@ -233,9 +233,7 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     return along.finish(figure, panels[-1], handles)
 
 
-def join_attractors(
-    axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array, *, with_numbers: bool
-) -> None:
+def join_attractors(axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array) -> None:
     """Draw a line along each attractor, under the markers, and the numbers of those
     with a share of ``MIN_NUMBERED`` or more."""
     lines: dict[int, list[tuple[float, float, Attractor]]] = {}
@@ -247,7 +245,7 @@ def join_attractors(
         for (x, y, _), (next_x, next_y, _) in pairwise(members):
             between = np.any((centres > min(x, next_x)) & (centres < max(x, next_x)))
             axes.plot([x, next_x], [y, next_y], linestyle=":" if between else "-", gid=f"branch:{number}", **style)
-        if with_numbers and len(members) > 1 and max(attractor.share for _, _, attractor in members) >= MIN_NUMBERED:
+        if len(members) > 1 and max(attractor.share for _, _, attractor in members) >= MIN_NUMBERED:
             axes.annotate(str(number), members[0][:2], (0, 4), gid=f"number:{number}", **above)
 
 

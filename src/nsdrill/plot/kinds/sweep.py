@@ -16,7 +16,7 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.cells import line_variables
-from nsdrill.plot.labels import quantity, sweep_title
+from nsdrill.plot.labels import both_ways, carried, quantity, sweep_title
 from nsdrill.plot.maps import draw_map, draw_value_map, lies_across
 from nsdrill.plot.page import area_entry, direction_entries, finish, line_entry, marker_entry, name_panel, new_figure
 from nsdrill.plot.panels import (
@@ -87,9 +87,11 @@ def draw_bifurcation(results: Results, units: str = "si") -> Figure:
         draw_dots(axes, line, panels[name].greatest, codes, RESPONSES, constant, marker="_")
         steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (codes >= 0)))
     by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
-    handles = outcome_handles(page.lines, markers=True) + direction_entries(page.lines[0].procedures)
+    handles = outcome_handles(page.lines, markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
     if shaded:
-        handles.append(area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ"))
+        handles.append(
+            area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=f"{both_ways(results.attrs)} differ")
+        )
     if steady:
         handles.append(marker_entry("no peaks: constant value", "_", size=5, edge=1.0))
     handles += draw_rotary_speed(page.lines, by_mode.get("torsional", []))
@@ -136,8 +138,7 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
     one = page.lines[0]
     ways = [
         line_entry(
-            label=f"carried {way}" if way in ("up", "down") else way,
-            **({"markersize": 4} | curve_style(way, one.procedures, len(one.x))),
+            label=carried(way, results.attrs), **({"markersize": 4} | curve_style(way, one.procedures, len(one.x)))
         )
         for way in one.procedures
         if one.procedures != ("same",)
@@ -254,7 +255,7 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
     kinds = [
         area_entry(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present
     ]
-    directions = direction_entries(lines[0].procedures) if names else []
+    directions = direction_entries(lines[0].procedures, results.attrs) if names else []
     return page.finish([*kinds, *directions, *outcome_handles(lines, markers=False)])
 
 

@@ -43,6 +43,7 @@ LINE_BINS = 1500  # of a history: about one for each pixel in print
 SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
 LAST_SECONDS = 20.0  # of a run whose histories would be bands
 BAND_BINS = 100  # bins of a band per inch
+STANDS_OUT = 1.25  # times the greatest later value: a start that is cut
 PANEL_MARGINS = 1.1  # inches of axis and margin beside a panel
 
 
@@ -81,6 +82,9 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
         axes.set_ylabel(shown_value.label)
         name_panel(axes, name, name)
         axes.margins(x=0)
+        if name.endswith("_force") and (after_start := greatest_after_start(values)) is not None:
+            axes.set_ylim(top=after_start * 1.06)
+            notes.append(f"{shown_value.words.lower()} begins at {shown_value.value(trace[name][0])}, cut")
     if bins:
         bin_width = float(trace.time[-1] - trace.time[0]) / bins
         notes += [f"bands: least to greatest in each {bin_width:.2g} s", "lines: the mean"]
@@ -108,6 +112,17 @@ def _draw_references(panels: dict[str, Axes], trace: Trace, units: str, *, moves
             return [f"wall at {radius.value(float(gap))}"]
         _draw_reference(panels["radius"], float(gap) / radius.scale, "wall")
     return []
+
+
+def greatest_after_start(values: Array) -> float | None:
+    """The greatest of the ``values`` after the fall from the first one, where that stands
+    out far above all later ones: the force by which the collar was pressed on the wall.
+    None where it does not."""
+    rising = np.flatnonzero(np.diff(values) > 0.0)
+    if not rising.size:
+        return None
+    later = float(values[rising[0] :].max())
+    return later if 0.0 < STANDS_OUT * later < values[0] else None
 
 
 def constant_histories(trace: Trace) -> dict[str, float]:
@@ -203,7 +218,7 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
                 axes.axvline(float(gap) / x.scale, gid="wall", **DASHED)
 
 
-PLANE_HEIGHT = 1.6  # inches
+PLANE_HEIGHT, MAX_PLANE_HEIGHT = 1.6, 2.4  # inches, with labels
 TWO_COLUMNS_FROM = 5.0  # inches of width, from which on the planes stand beside the histories
 
 
@@ -211,17 +226,20 @@ def draw_page(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
     planes, shows_orbit = len(planes_of(trace)), has_orbit(trace)
     heights = [*[1.55] * shows_orbit, *[1.0] * planes]
+    below = 0.0
     height = 8.6 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace))
     height = max(height, 0.7 + sum(heights) * PLANE_HEIGHT)
     if page_width() >= TWO_COLUMNS_FROM:
         figure = new_figure(page_width(), height)
         left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
+        # few planes are not taller than wide: below them the page stays empty
+        below = max(0.0, (height - 0.7) / MAX_PLANE_HEIGHT - sum(heights))
     else:
         height_below = sum(heights) * 0.55 * page_width()
         figure = new_figure(page_width(), height + height_below)
         left, right = cast("Any", figure.subfigures(2, 1, height_ratios=(height, height_below)))
     draw_histories(left, trace, units)
-    panels = stack(right, len(heights), shared=False, height_ratios=heights)
+    panels = stack(right, len(heights), shared=False, heights=heights, below=below)
     if shows_orbit:
         draw_orbit(panels[0], trace, units)
     draw_planes(panels[shows_orbit:], trace, units)

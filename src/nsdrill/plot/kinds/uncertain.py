@@ -25,7 +25,7 @@ from nsdrill.analysis.window import USUAL_CONFIDENCE
 from nsdrill.data import Array, Results
 from nsdrill.models.registry import model_in
 from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells
-from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title
+from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title, way_word
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
 from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
@@ -137,7 +137,10 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
         handles += axes.plot(x, share, color=colour, marker=marker, label=label, gid=f"line:{outcome}", **sizes)
     for history, dashes in zip(probabilities.histories[:-1], ("--", ":"), strict=False):
         share = 100.0 * probabilities.of(SAFE, history)[0].ravel()
-        own: dict[str, Any] = {"label": f"safe, {history} by itself", "gid": f"alone:{history}"}
+        own: dict[str, Any] = {
+            "label": f"safe, {way_word(history, results.attrs)} by itself",
+            "gid": f"alone:{history}",
+        }
         handles += axes.plot(x, share, color=BLACK, linestyle=dashes, linewidth=0.9, **own)
     axes.axhline(100.0 * confidence, zorder=0, gid="confidence", **CONFIDENCE_STYLE)
     axes.set(ylim=(-2.0, 102.0), ylabel="Probability [%]")

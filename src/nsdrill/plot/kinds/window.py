@@ -34,7 +34,7 @@ from nsdrill.data import Array, Results
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
 from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells, draw_equal_rates, hatch, line_variables
 from nsdrill.plot.kinds.uncertain import draw_outline, outline_entry
-from nsdrill.plot.labels import operating_point, sweep_title
+from nsdrill.plot.labels import operating_point, sweep_title, way_word
 from nsdrill.plot.look import Look, look
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
 from nsdrill.plot.page import (
@@ -227,7 +227,7 @@ class Window:
     def _criterion(self) -> str:
         """What is safe here."""
         numbers = self.numbers
-        procedures = " and ".join(numbers["procedures"])
+        procedures = " and ".join(way_word(name, self.maps.results.attrs) for name in numbers["procedures"])
         criterion = (
             "no critical response" if numbers["severity"] is None else f"no severity above {numbers['severity']}"
         )
