@@ -21,7 +21,7 @@ from nsdrill.observe.labels import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFE
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.page import area_entry, line_entry
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import GREY, font_size, halo
+from nsdrill.plot.style import GREY, Properties, font_size, halo
 
 VEIL = 0.18  # share of white over cells that were not run
 PALE_GREY = to_hex(tuple((1 - VEIL) * part + VEIL for part in to_rgb(GREY)))  # type: ignore[arg-type]
@@ -31,7 +31,7 @@ Cells = tuple[Array, Array]  # their edges along x and y, in the units that are 
 def cover(axes: Axes, cells: Cells, selected: Array, gid: str, **style: Any) -> None:
     """Cover the ``selected`` cells [y, x] with one path."""
     if np.any(selected):
-        unlined: dict[str, Any] = {"facecolors": "none", "linewidths": 0}
+        unlined: Properties = {"facecolors": "none", "linewidths": 0}
         axes.add_collection(
             PathCollection([covering_path(cells, selected)], gid=gid, **{**unlined, **style}), autolim=False
         )
@@ -71,7 +71,7 @@ def covering_path(cells: Cells, selected: Array) -> Path:
 
 DOUBT_HATCH = "///"
 LARGEST_DOT, SMALLEST_DOT = 4.5, 1.6  # points of diameter of a dot
-DOT: dict[str, Any] = {"marker": "o", "color": "black", "markeredgecolor": "white", "linestyle": "none"}
+DOT: Properties = {"marker": "o", "color": "black", "markeredgecolor": "white", "linestyle": "none"}
 
 
 def overlay_verdicts(axes: Axes, cells: Cells, verdicts: Array, cell_size: float) -> None:
@@ -83,7 +83,7 @@ def overlay_verdicts(axes: Axes, cells: Cells, verdicts: Array, cell_size: float
     if rows.size:
         size = float(np.clip(0.6 * cell_size, SMALLEST_DOT, LARGEST_DOT))
         middle = 0.5 * (x[columns] + x[columns + 1]), 0.5 * (y[rows] + y[rows + 1])
-        own: dict[str, Any] = {"markersize": size, "markeredgewidth": min(0.5, 0.2 * size), "gid": "response_differs"}
+        own: Properties = {"markersize": size, "markeredgewidth": min(0.5, 0.2 * size), "gid": "response_differs"}
         axes.plot(*middle, scalex=False, scaley=False, **DOT, **own)
 
 
@@ -138,7 +138,7 @@ def draw_equal_rates(
         return []
     if min(np.count_nonzero(known.any(axis=axis)) for axis in (0, 1)) < 2:
         return []
-    style: dict[str, Any] = {"levels": levels, "colors": "black", "linewidths": 0.7, "linestyles": "dashed"}
+    style: Properties = {"levels": levels, "colors": "black", "linewidths": 0.7, "linestyles": "dashed"}
     centres, values = _to_the_edges(centres, values)
     known = np.isfinite(values)
     if known.all():
@@ -147,7 +147,7 @@ def draw_equal_rates(
         x, y = np.meshgrid(*centres)
         lines = axes.tricontour(x[known], y[known], values[known], zorder=4, **style)
     lines.set(gid="equal", path_effects=halo(1.8))
-    label_style: dict[str, Any] = {"fontsize": font_size(6), "inline_spacing": 2}
+    label_style: Properties = {"fontsize": font_size(6), "inline_spacing": 2}
     positions = _label_positions(axes, lines, keep_clear, label_style) if keep_clear else False
     for label in axes.clabel(lines, inline=True, manual=positions, **label_style):
         label.set(path_effects=halo(1.8), gid="equal:label")

@@ -68,9 +68,9 @@ def carried(procedure: str, attrs: Mapping[str, Any]) -> str:
     return f"carried {word}" if procedure in DEPTH_WAYS else word
 
 
-def both_ways(attrs: Mapping[str, Any], between: str = " and ") -> str:
+def both_ways(attrs: Mapping[str, Any]) -> str:
     """``up and down``, in the words for a sweep with these ``attrs``."""
-    return between.join(way_word(procedure, attrs) for procedure in DEPTH_WAYS)
+    return " and ".join(way_word(procedure, attrs) for procedure in DEPTH_WAYS)
 
 
 def check_units(units: str) -> None:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import LinearTriInterpolator, Triangulation
@@ -196,7 +197,7 @@ class Maps:
         """The values of a variable, those of inferred points from the points around."""
         return fill_inferred(self.planes[name], self.inferred, (self.outcomes >= 0) & ~self.inferred, linear=linear)
 
-    def known(self, values: Array, otherwise: Any = np.nan) -> Array:
+    def known(self, values: Array, otherwise: Array | float = np.nan) -> Array:
         """The values of points that ended well, of others what stands for them."""
         return np.where(self.outcomes < 0, otherwise, values)
 
@@ -344,11 +345,15 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
 
 
 def _draw_scale(
-    figure: Figure, planes: Planes, panels: dict[Axes, Any], colours: str, limits: tuple[float, float], label: str
-) -> Any:
+    figure: Figure,
+    planes: Planes,
+    panels: dict[Axes, np.ma.MaskedArray],
+    colours: str,
+    limits: tuple[float, float],
+    label: str,
+) -> Colorbar:
     """Colour the cells of the panels by their values, and return the colour bar of all,
     pointed at the ends beyond which there are values."""
-    mesh: Any = None
     for axes, cells in panels.items():
         style = cell_style(cells.size)
         mesh = axes.pcolormesh(*planes.cells, cells, cmap=colours, norm=Normalize(*limits), gid="cells", **style)

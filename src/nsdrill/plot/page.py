@@ -27,6 +27,8 @@ from nsdrill.plot.style import (
     MOTIONS,
     REFERENCE,
     RESPONSES,
+    Properties,
+    font_size,
     house_style,
     missing_characters,
     page_width,
@@ -87,7 +89,7 @@ def stack(
     return panels
 
 
-def tiles(figure: Any, count: int, columns: int) -> list[Axes]:
+def tiles(figure: Figure | SubFigure, count: int, columns: int) -> list[Axes]:
     """So many panels, ``columns`` in a row."""
     grid = figure.add_gridspec(-(-count // columns), columns)
     return [figure.add_subplot(grid[divmod(place, columns)]) for place in range(count)]
@@ -153,6 +155,19 @@ def finish(figure: Figure, title: str, handles: Sequence[Artist], columns: int) 
     return figure
 
 
+def write(
+    axes: Axes,
+    text: str,
+    place: tuple[float, float],
+    offset: tuple[float, float] = (0.0, 0.0),
+    size: float = 6.0,
+    **style: Any,
+) -> None:
+    """Write a small text at a place of a panel, moved by ``offset`` [points]; ``size`` is
+    that of :func:`font_size`. ``style`` may have ``xycoords``, as :data:`BESIDE`."""
+    axes.annotate(text, place, offset, textcoords="offset points", fontsize=font_size(size), **style)
+
+
 def panels_per_row(count: int, min_width: float) -> int:
     """How many of ``count`` panels fit in a row, each ``min_width`` inches wide or
     more."""
@@ -179,7 +194,7 @@ def marker_entry(
     hollow: bool = False,
 ) -> Artist:
     """An entry with a marker, filled or open."""
-    style: dict[str, Any] = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge}
+    style: Properties = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge}
     if hollow:
         style |= {"markerfacecolor": "none", "markeredgewidth": edge or 0.7}
     return line_entry(label, linestyle="none", **style)
@@ -252,7 +267,7 @@ def write_in_largest_panel(figure: Figure, text: str) -> None:
     )
 
 
-def panels_of(figure: Any) -> list[Axes]:
+def panels_of(figure: Figure | SubFigure) -> list[Axes]:
     """All axes of a figure and of its subfigures."""
     panels = figure.axes or [axes for subfigure in getattr(figure, "subfigs", ()) for axes in panels_of(subfigure)]
     return list(dict.fromkeys(panels))

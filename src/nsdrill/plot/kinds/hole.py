@@ -23,7 +23,7 @@ from nsdrill.plot.labels import quantity
 from nsdrill.plot.page import has_title, name_panel, new_figure, put_title, set_panel_title
 from nsdrill.plot.panels import WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLACK, BLUE, MANY_MARKERS, REFERENCE, VERMILLION, font_size, page_width
+from nsdrill.plot.style import BLACK, BLUE, MANY_MARKERS, REFERENCE, VERMILLION, Properties, font_size, page_width
 from nsdrill.plot.traces import CONSTANT_TOLERANCE, LAST_SAMPLES, check_length, shown_part, title_of
 
 STEP = 2  # samples between which the direction is taken
@@ -121,7 +121,7 @@ def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
     if len(finite) < STEP + 1:
         return
     end = finite[-1]
-    style: dict[str, Any] = {"color": BLACK, "linestyle": "none", "zorder": 4}
+    style: Properties = {"color": BLACK, "linestyle": "none", "zorder": 4}
     axes.plot([x[end]], [y[end]], marker="o", markersize=3, gid="end", **style)
     reach = np.hypot(x[finite], y[finite]).max()
     if reach < min_extent:
@@ -182,21 +182,22 @@ class Scene:
         self._revolution = 2 * pi / max(float(np.nanmean(np.abs(trace["bit_speed"]))), 1e-3)
         axes.set_facecolor(ROCK)
         draw_wall(axes, self._hole, fill=True, color=None, facecolor=MUD, edgecolor=REFERENCE, gid="wall")
-        ring: dict[str, Any] = {"color": None, "edgecolor": BIT, "linewidth": 0.6, "linestyle": "--"}
-        draw_wall(axes, 0.95 * self._hole, gid="bit", **ring)
+        draw_wall(axes, 0.95 * self._hole, gid="bit", color=None, edgecolor=BIT, linewidth=0.6, linestyle="--")
         cross_section(axes, 1.1 * self._hole, across.label, up.label, zorder=4)
         self._blades = [axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)]
-        steel: dict[str, Any] = {"facecolor": STEEL, "edgecolor": EDGE, "linewidth": 0.9, "zorder": 2}
-        self._collar = Circle((0, 0), self._collar_radius, gid="collar", **steel)
+        self._collar = Circle(
+            (0, 0), self._collar_radius, gid="collar", facecolor=STEEL, edgecolor=EDGE, linewidth=0.9, zorder=2
+        )
         axes.add_patch(self._collar)
-        line: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
-        dot: dict[str, Any] = {"marker": "o", "linestyle": "none"}
+        line: Properties = {"solid_capstyle": "round", "zorder": 3}
+        dot: Properties = {"marker": "o", "linestyle": "none"}
         (self._spoke,) = axes.plot([], [], color=EDGE, linewidth=1.2, gid="spoke", **line)
         (self._path,) = axes.plot([], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line)
         (self._centre,) = axes.plot([], [], color=BLUE, markersize=3.5, zorder=4, **dot)
         (self._contact,) = axes.plot([], [], color=VERMILLION, markersize=6, zorder=5, gid="touch", **dot)
-        clock: dict[str, Any] = {"transform": axes.transAxes, "va": "top", "fontsize": font_size(7), "zorder": 6}
-        self._text = axes.text(0.02, 0.98, "", gid="clock", **clock)
+        self._text = axes.text(
+            0.02, 0.98, "", gid="clock", transform=axes.transAxes, va="top", fontsize=font_size(7), zorder=6
+        )
 
     @property
     def moving_artists(self) -> list[Artist]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
 from nsdrill.analysis.probability import text
@@ -33,13 +33,13 @@ from nsdrill.plot.page import (
 )
 from nsdrill.plot.panels import WALL_VISIBLE_FROM, Columns, draw_dots, draw_rotary_speed, draw_wall, outcome_handles
 from nsdrill.plot.registry import RETURNS, TRACE, Kind, fits_columns, is_sweep, longest, needs_returns
-from nsdrill.plot.style import BLUE, MANY_MARKERS, MOTIONS, page_width
+from nsdrill.plot.style import BLUE, MANY_MARKERS, MOTIONS, Properties, page_width
 from nsdrill.plot.traces import title_of
 from nsdrill.variables import OK
 
-THIN: dict[str, Any] = {"scale": 0.3, "edge": 0.2}
+THIN: Properties = {"scale": 0.3, "edge": 0.2}
 PLANE_WIDTH = 1.6  # least width of a plane in inches
-DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0}
+DOTS: Properties = {"linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0}
 
 
 def draw_section(data: Results | Trace, units: str = "si") -> Figure:
@@ -84,7 +84,9 @@ def _layout(attrs: Mapping[str, Any]) -> tuple[int, int]:
     return count, -(-count // panels_per_row(count, PLANE_WIDTH))
 
 
-def _draw_planes(figure: Any, section: Mapping[str, Array], attrs: Mapping[str, Any], units: str, colour: str) -> None:
+def _draw_planes(
+    figure: Figure | SubFigure, section: Mapping[str, Array], attrs: Mapping[str, Any], units: str, colour: str
+) -> None:
     """Draw the returns in planes, the first of which is the orbit where there is
     one."""
     drawn = drawn_in(attrs)
@@ -177,13 +179,13 @@ def section_of(trace: Trace) -> dict[str, Array]:
     return section
 
 
-def _section_place(data: Any) -> float | None:
+def _section_place(data: object) -> float | None:
     if isinstance(data, Trace):
         return 84
     return 20 if is_sweep(data) and not data.swept and "motion" in data.variables else None
 
 
-def _section_advice(data: Any) -> str:
+def _section_advice(data: object) -> str:
     if isinstance(data, Results) and "motion" in data.variables:
         return "it shows one operating point: select a value of every axis"
     return needs_returns(data)
@@ -196,7 +198,7 @@ def draw_along(results: Results, units: str = "si") -> Figure:
     shown = drawn_in(results.attrs).section
     page = Columns(results, units, shown, 1.5 * len(shown) + 1.5)
     rasterise = len(shown) * int(np.isfinite(results[shown[0]]).sum()) > MANY_MARKERS
-    style: dict[str, Any] = {"marker": "o", "scale": 0.75, "edge": 0.3, "rasterise": rasterise}
+    style: Properties = {"marker": "o", "scale": 0.75, "edge": 0.3, "rasterise": rasterise}
     present: set[int] = set()
     for line, name, axes in page.each():
         codes = np.where(line["status"] == OK, line["motion"], -1)

@@ -7,7 +7,7 @@ import json
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TypeGuard
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -30,16 +30,17 @@ from nsdrill.plot.page import (
     new_figure,
     response_entries,
     stack,
+    write,
 )
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, lay_along, positions, robust_limits
-from nsdrill.plot.style import REFERENCE, RESPONSES, font_size, ink_on, page_width
+from nsdrill.plot.style import REFERENCE, RESPONSES, Properties, font_size, ink_on, page_width
 
 ATTRACTOR_VARIABLES = ("attractor", "whirl_kind", "settled")  # variables that describe an attractor
 UNGROUPED = "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
 
 
-def has_starts(data: Any) -> bool:
+def has_starts(data: object) -> TypeGuard[Results]:
     """Whether these are results with several starts of every operating point."""
     return isinstance(data, Results) and "start" in data.coords
 
@@ -97,7 +98,7 @@ SHARES_HEIGHT = 3.6
 # column
 MIN_DIVIDED_SHARE = 0.02
 MIN_NUMBERED_HEIGHT = 8.0  # per cent of the height, for the number of an attractor
-BORDER_STYLE: dict[str, Any] = {"color": "white", "linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
+BORDER_STYLE: Properties = {"color": "white", "linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
 MAX_INTERVALS = 80  # with more operating points only every second, third ... has an interval
 
 
@@ -169,7 +170,7 @@ def draw_bands(axes: Axes, columns: list[list[AttractorShare]], borders: Array) 
     for place, column in enumerate(columns):
         for share in column:
             bands.setdefault((share.attractor.number, share.attractor.response), {})[place] = share
-    centred: dict[str, Any] = {"ha": "center", "va": "center", "clip_on": True, "fontsize": font_size(6)}
+    centred: Properties = {"ha": "center", "va": "center", "clip_on": True, "fontsize": font_size(6)}
     for (number, response), shares in bands.items():
         for place, share in shares.items():
             if share.is_divided and (following := shares.get(place + 1)) and following.is_divided:
@@ -239,14 +240,13 @@ def join_attractors(axes: Axes, points: list[tuple[float, float, Attractor]], ce
     lines: dict[int, list[tuple[float, float, Attractor]]] = {}
     for point in points:
         lines.setdefault(point[2].number, []).append(point)
-    style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.5, "zorder": 2}
-    above: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "bottom", "fontsize": font_size(6)}
+    style: Properties = {"color": REFERENCE, "linewidth": 0.5, "zorder": 2}
     for number, members in lines.items():
         for (x, y, _), (next_x, next_y, _) in pairwise(members):
             between = np.any((centres > min(x, next_x)) & (centres < max(x, next_x)))
             axes.plot([x, next_x], [y, next_y], linestyle=":" if between else "-", gid=f"branch:{number}", **style)
         if len(members) > 1 and max(attractor.share for _, _, attractor in members) >= MIN_NUMBERED:
-            axes.annotate(str(number), members[0][:2], (0, 4), gid=f"number:{number}", **above)
+            write(axes, str(number), members[0][:2], (0, 4), ha="center", va="bottom", gid=f"number:{number}")
 
 
 def marker_diameter(share: float) -> float:
@@ -255,7 +255,8 @@ def marker_diameter(share: float) -> float:
     return SMALLEST_MARKER + (LARGEST_MARKER - SMALLEST_MARKER) * math.sqrt(share)
 
 
-def marker_style(attractor: Attractor) -> dict[str, Any]:
+def marker_style(attractor: Attractor) -> Properties:
+    """The marker of an attractor, open where most of its starts are unsettled."""
     response = RESPONSES[attractor.response]
     hollow = attractor.unsettled > attractor.members / 2
     return {

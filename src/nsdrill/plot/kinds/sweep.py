@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -66,6 +65,7 @@ from nsdrill.plot.style import (
     SKY,
     VERMILLION,
     WINE,
+    Properties,
     page_width,
 )
 from nsdrill.variables import OK, PERIODIC, POINT
@@ -107,7 +107,7 @@ def with_greatest(peaks: Array, greatest: Array) -> Array:
     return np.concatenate((peaks, np.where(missed, greatest, np.nan)[..., None]), axis=-1)
 
 
-def _bifurcation_advice(data: Any) -> str:
+def _bifurcation_advice(data: object) -> str:
     if isinstance(data, Results) and drawn_in(data.attrs).peaks[0] not in data.variables:
         return "no peaks were recorded: run with record.peaks"
     return needs_one_axis(data)
@@ -189,17 +189,17 @@ def draw_value(variable: str, results: Results, units: str = "si") -> Figure:
     return draw_value_map(results, units, variable)
 
 
-def _across(data: Any) -> str:
+def _across(data: Results) -> str:
     return longest(data) if len(data.swept) < 2 or _has_word_axis(data) else lies_across(data)
 
 
-def _has_word_axis(data: Any) -> bool:
+def _has_word_axis(data: Results) -> bool:
     """Whether the sweep is over one axis of words and one of numbers: then a curve is
     drawn for each word."""
     return len(data.swept) == 2 and sum(bool(words_along(axis)) for axis in data.swept) == 1
 
 
-def _value_advice(variable: str, data: Any) -> str:
+def _value_advice(variable: str, data: object) -> str:
     if variable in ("lyapunov_exponent", "lyapunov_error") and isinstance(data, Results):
         return "it was not measured: run with record.exponent: true"
     return needs_returns(data) if variable == "zero_one" else ""
@@ -290,7 +290,7 @@ def _values_to_draw(line: Line, name: str) -> Array:
 
 
 def _draw_motion_values(axes: Axes, line: Line, name: str) -> None:
-    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.4, "markeredgewidth": 0.5}
+    style: Properties = {"linestyle": "none", "marker": "o", "markersize": 2.4, "markeredgewidth": 0.5}
     for row, (procedure, values) in enumerate(zip(line.procedures, _values_to_draw(line, name), strict=True)):
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
         face = "white" if is_open(procedure, line.procedures) else colour
