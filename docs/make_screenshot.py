@@ -27,10 +27,11 @@ def main(results: str) -> None:
         page.goto(view.url)
         page.locator("body[data-ready='1']").wait_for()
         box = page.locator("#diagram .u-over").first.bounding_box()
-        page.mouse.click(box["x"] + 0.83 * box["width"], box["y"] + 0.2 * box["height"])
-        page.locator("#bits").wait_for(timeout=300_000)
+        with page.expect_response("**/api/replay", timeout=300_000):
+            page.mouse.click(box["x"] + 0.83 * box["width"], box["y"] + 0.2 * box["height"])
+        page.wait_for_timeout(1000)
         page.locator("#s-rotary_speed").focus()
-        for _ in range(9):
+        for _ in range(14):
             with page.expect_response("**/api/live", timeout=300_000):
                 page.keyboard.press("ArrowLeft")
         page.locator("#local-run").click()

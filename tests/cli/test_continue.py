@@ -337,6 +337,9 @@ def test_seeds_of_a_sweep(call: Call, axis: dict[str, list[object]]) -> None:
     data = nsdrill.open_results("b.h5")
     assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
     assert sum(json.loads(data.attrs["seeds"]).values()) == seeds
+    for operation in (nsdrill.attractors, nsdrill.window, nsdrill.hysteresis):
+        with pytest.raises(nsdrill.InputError, match="found branches; allowed here: results of a sweep"):
+            operation(data)
 
 
 def test_seeds_of_a_sweep_of_a_choice(call: Call) -> None:

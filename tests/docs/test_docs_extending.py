@@ -302,21 +302,28 @@ def test_a_command_of_ones_own(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The last two blocks of the page, put in their places: the command is listed, does
-    what it says, and refuses a trace in words."""
+    """The last three blocks of the page, put in their places: the command is listed, does
+    what it says, as Python does, and refuses a trace in words."""
     import json
 
     import nsdrill
     from nsdrill.cli.main import group
     from nsdrill.cli.overview import COMMANDS, GROUPS
-    from nsdrill.errors import InputError
+    from nsdrill.errors import FileError
+    from nsdrill.operations import answers
     from nsdrill.store import read_results
 
-    for room, block in (("app", blocks[-2]), ("cli", blocks[-1])):
+    def put(room: str, block: Path) -> types.ModuleType:
         name = f"nsdrill.{room}.effort"
         module = types.ModuleType(name)
         vars(module).update(run(block))
         monkeypatch.setitem(sys.modules, name, module)
+        return module
+
+    names = vars(answers) | {"efforts": put("app", blocks[-3])}
+    exec(compile(blocks[-2].read_text(), str(blocks[-2]), "exec"), names)
+    monkeypatch.setattr(answers, "effort", names["effort"], raising=False)
+    put("cli", blocks[-1])
     line = "Say how many steps the points of a results file took."
     for listed in (GROUPS["Look"], COMMANDS):
         monkeypatch.setitem(listed, "effort", line)
@@ -324,6 +331,7 @@ def test_a_command_of_ones_own(
     group.main(["effort", str(results)], standalone_mode=False)
     found = read_results(results)
     steps = found["steps"]
+    assert nsdrill.open_results(str(results)).pipe(answers.effort) == answers.effort(results)
     speed = found.coords["rotary_speed"][steps.max(axis=0).argmax()]
     said = capsys.readouterr().out.splitlines()
     assert said[0] == f"{int(steps.sum())} steps at {steps.size} points"
@@ -336,5 +344,5 @@ def test_a_command_of_ones_own(
     group.main(["--help"], standalone_mode=False)
     assert "how many steps the points" in capsys.readouterr().out
     nsdrill.save(nsdrill.simulate(shared / "small.yaml", duration=1.0), trace)
-    with pytest.raises(InputError, match="found a trace"):
+    with pytest.raises(FileError, match="a trace"):
         group.main(["effort", str(trace)], standalone_mode=False)

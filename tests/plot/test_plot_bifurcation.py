@@ -63,7 +63,7 @@ def test_shading_is_where_up_and_down_differ(speeds: Results) -> None:
         spans = [patch for patch in axes.patches if patch.get_gid() == "hysteresis"]
         found = sorted((patch.get_x(), patch.get_x() + patch.get_width()) for patch in spans)
         np.testing.assert_allclose(found, expected)
-    assert "up and down differ" in legend_words(figure)
+    assert "up and down differ in response" in legend_words(figure)
 
 
 def test_failed_points_are_crossed_and_counted(speeds: Results) -> None:
@@ -80,7 +80,7 @@ def test_points_without_peaks_are_drawn_at_their_constant_value() -> None:
     [dashes] = artists(figure, "axial_max:")
     np.testing.assert_allclose(dashes.get_xdata(), data.coords["rotary_speed"][4:7])
     np.testing.assert_allclose(dashes.get_ydata(), data["axial_max"][0, 0, 0, 4:7] * 1e3)
-    assert "no peaks: constant value" in legend_words(figure)
+    assert "no peaks: greatest value" in legend_words(figure)
 
 
 def test_wall_where_it_is_in_sight() -> None:
@@ -103,7 +103,7 @@ def test_a_state_carried_along_the_depth_goes_deeper() -> None:
     results.attrs["study_resolved"] = json.dumps({"sweep": {"along": "depth", "procedure": "up-down"}})
     figure = plot.draw(results)
     assert [tick.get_text() for tick in figure.axes[0].get_yticklabels()] == ["deeper", "shallower"]
-    assert {"deeper: filled", "shallower: open", "deeper and shallower differ"} <= set(legend_words(figure))
+    assert {"deeper: filled", "shallower: open", "deeper and shallower differ in response"} <= set(legend_words(figure))
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ GENERAL = (
     Meaning(REGULAR, "regular", "", ""),
     Meaning(HOPF, "hopf", "HB", "steady drilling meets an oscillation: beyond it small disturbances grow"),
     Meaning(
-        FOLD, "fold", "LP", "two motions, at most one of them stable, meet and vanish: beyond it the string jumps away"
+        FOLD, "fold", "LP", "two motions, at most one of them stable, meet and vanish: a string on the stable one jumps"
     ),
     Meaning(BRANCH, "branch_point", "BP", "another family of motions of the same period crosses"),
     Meaning(

@@ -81,6 +81,11 @@ def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
 
     if not is_dataset(data):
         return read_any(name_in(data), names)
+    if "branch" in data.dims:
+        raise InputError(
+            "the Dataset: found branches; allowed here: results of a sweep or a trace. show, plot and save take "
+            "branches."
+        )
     found = validated(from_dataset(data if names is None or "time" in data.dims else _with_variables_only(data, names)))
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return found

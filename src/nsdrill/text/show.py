@@ -221,7 +221,7 @@ def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) 
 
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
-    yield f"\nWhere up and down differ, along the {label_of(axis)}:"
+    yield f"\nWhere up and down differ, and in what, along the {label_of(axis)}:"
     previous = None
     for row in rows[:MAX_INTERVALS]:
         place = ", ".join(

@@ -10,6 +10,7 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.probability import outcome, text
+from nsdrill.analysis.window import axes_of
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
@@ -27,13 +28,14 @@ Reply = tuple[dict[str, Any], dict[str, Array]]
 
 def choices(results: Results, units: str) -> dict[str, Any]:
     """What can be drawn of a sweep: ``axes``, ``panels`` of peaks, single ``features``,
-    and ``labels`` for maps."""
+    and ``labels`` for maps, whose ``map_axes`` are those along x and along y first."""
     drawn, variables = drawn_in(results.attrs), results.variables
     panels = [panel for panel in drawn.panels if panel.greatest in variables]
     single = [name for name in variables if (v := BY_NAME.get(name)) and v.dims == POINT and v.dtype == "f8"]
     labels = ["response", *(n for n in variables if (v := BY_NAME.get(n)) and v.room == "label" and v.flag_meanings)]
     return {
         "axes": [axis_data(results, name, units) for name in results.swept],
+        "map_axes": map_axes(results),
         "procedures": [text(name) for name in results.coords["procedure"]],
         "members": {"name": member_dimension(results), "count": len(results.coords[name])}
         if (name := member_dimension(results))
@@ -43,6 +45,11 @@ def choices(results: Results, units: str) -> dict[str, Any]:
         "labels": [quantity_data(name, units) for name in dict.fromkeys(labels)],
         "dimensions": len(results.grid),
     }
+
+
+def map_axes(results: Results) -> list[str]:
+    """The swept axes in the order in which the window takes them, that along x first."""
+    return list(dict.fromkeys([*filter(None, axes_of(results) or ()), *results.swept]))
 
 
 def member_dimension(results: Results) -> str | None:

@@ -41,7 +41,7 @@ from nsdrill.web.answers import (
 )
 from nsdrill.web.asked import packed
 from nsdrill.web.branches import Branches
-from nsdrill.web.diagrams import Reply, member_dimension
+from nsdrill.web.diagrams import Reply, map_axes, member_dimension
 from nsdrill.web.server import static
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, response_styles
@@ -234,8 +234,9 @@ def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
     elif len(names) > 1 and len(results.coords[names[1]]) > MAX_DIAGRAMS:
         page.add(hint)
         procedures = [str(name) for name in results.coords["procedure"]]
-        for held, where in _held_values(results, names[2:], session.units):
-            request = {"colour": "response", "x": names[0], "y": names[1], "held": held}
+        x, y, *others = map_axes(results)
+        for held, where in _held_values(results, others, session.units):
+            request = {"colour": "response", "x": x, "y": y, "held": held}
             for number, procedure in enumerate(procedures):
                 words = ", ".join(filter(None, ("Responses", procedure if len(procedures) > 1 else "", where)))
                 page.add(f"<h4>{escaped(words)}</h4>")

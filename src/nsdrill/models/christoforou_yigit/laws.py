@@ -8,10 +8,12 @@ torque a_c (:mod:`.coefficients`).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models import friction
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -70,14 +72,19 @@ def onset(parameters: Parameters, k: Coefficients, slope: float) -> float | None
     # from the steepest fall on: most laws fall most steeply at rest, others rise first
     trial = np.append(0.0, np.geomspace(1e-3, FASTEST, 7001))
     start = float(trial[int(np.argmax(fall(parameters, k, trial)))])
-    if not fall(parameters, k, start) > slope:
-        return None
-    low, high = start, FASTEST
-    if fall(parameters, k, high) > slope:
-        return None
-    for _ in range(100):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if fall(parameters, k, middle) > slope else (low, middle)
+    return _last(lambda speeds: fall(parameters, k, speeds) > slope, start, FASTEST, 14)
+
+
+def _last(holds: Callable[[Array], Array], low: float, high: float, rounds: int) -> float | None:
+    """The greatest number from ``low`` to ``high`` at which ``holds``, in ``rounds`` of
+    41 points between the neighbours found before; None where it holds nowhere, and
+    where it still holds at ``high``."""
+    for _ in range(rounds):
+        trial = np.linspace(low, high, 41)
+        true = np.flatnonzero(holds(trial))
+        if len(true) == 0 or true[-1] + 1 == len(trial):
+            return None
+        low, high = trial[true[-1] : true[-1] + 2].tolist()
     return low
 
 
@@ -92,12 +99,12 @@ def averaged_fold(parameters: Parameters, k: Coefficients, damping: float, wob: 
     energy over a cycle gives damping Omega / 2 = -W <arm(v) cos theta>."""
     if damping <= 0.0 or wob <= 0.0:
         return None
-    low, high = math.log(1e-3), math.log(FASTEST)
-    for _ in range(5):
-        speeds = np.exp(np.linspace(low, high, 41))
+
+    def grows(logarithms: Array) -> Array:
+        speeds = np.exp(logarithms)
         work = wob * (bit_arm(parameters, k, speeds[:, None] * (1 + _PHASE)) * _PHASE).mean(axis=1)
-        growing = np.flatnonzero(work + 0.5 * damping * speeds < 0.0)
-        if len(growing) == 0 or growing[-1] + 1 == len(speeds):
-            return None
-        low, high = np.log(speeds[growing[-1] : growing[-1] + 2]).tolist()
-    return math.exp(low)
+        grown: Array = work + 0.5 * damping * speeds < 0.0
+        return grown
+
+    last = _last(grows, math.log(1e-3), math.log(FASTEST), 5)
+    return None if last is None else math.exp(last)

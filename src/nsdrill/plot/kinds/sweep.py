@@ -89,11 +89,10 @@ def draw_bifurcation(results: Results, units: str = "si") -> Figure:
     by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
     handles = outcome_handles(page.lines, markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
     if shaded:
-        handles.append(
-            area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=f"{both_ways(results.attrs)} differ")
-        )
+        words = f"{both_ways(results.attrs)} differ in response"
+        handles.append(area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=words))
     if steady:
-        handles.append(marker_entry("no peaks: constant value", "_", size=5, edge=1.0))
+        handles.append(marker_entry("no peaks: greatest value", "_", size=5, edge=1.0))
     handles += draw_rotary_speed(page.lines, by_mode.get("torsional", []))
     return page.finish([*handles, *draw_wall(results.attrs, by_mode.get("lateral", []), units)])
 

@@ -513,7 +513,7 @@ window.nsdrill = (() => {
     const items = responses.filter((_, code) => codes.has(code)).map((style) => swatch(style.marker, style.colour, style.name));
     if (d.procedures.includes("down") && d.procedures.length > 1)
       items.push(swatch("o", REFERENCE, "up: filled"), swatch("o", REFERENCE, "down: open", false));
-    if (d.hysteresis.length) items.push(swatch("s", DIFFERS, "up and down differ"));
+    if (d.hysteresis.length) items.push(swatch("s", DIFFERS, "up and down differ in response"));
     if (d.curves) {
       const toggle = (name) => hidden && ((on) => { hidden[on ? "delete" : "add"](name); redraw(); });
       for (const kind of d.curves.kinds) items.push(dash(kind.colour, kind.name, [], toggle(kind.name)));

@@ -65,8 +65,9 @@
     const second = several ? c.axes.find((item) => item.name === longest[1]).values.length : 0;
     const first = channels.some(([value]) => value === linked.get("show")) ? linked.get("show") : c.areas.length ? channels[0][0] : several && second > 3 ? "map response" : c.panels.length ? "all" : channels[0][0];
     options($("channel"), channels, first);
-    options($("along"), c.axes.map((item) => [item.name, item.words]), linked.get("x") || longest[0]);
-    options($("against"), c.axes.map((item) => [item.name, item.words]), linked.get("y") || longest[1]);
+    const usual = /^(area|map) /.test(first) ? c.map_axes : longest;
+    options($("along"), c.axes.map((item) => [item.name, item.words]), linked.get("x") || usual[0]);
+    options($("against"), c.axes.map((item) => [item.name, item.words]), linked.get("y") || usual[1]);
     $("channel").addEventListener("change", redraw);
     for (const id of ["along", "against"])
       $(id).addEventListener("change", () => {
