@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import reduce
+from operator import getitem
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,6 +20,11 @@ from nsdrill.errors import InputError
 from nsdrill.variables import Axis, Unknown
 
 Array = np.ndarray[Any, np.dtype[Any]]
+Attributes = dict[str, Any]  # of a file, or of an array in it: text, numbers and arrays by name
+Resolved = dict[str, Any]  # a complete study, or a part of one, as plain data in SI
+Change = tuple[str, Any, Any]  # a dotted key of a study, and its values in two
+Answer = dict[str, Any]  # what was found, as plain data, by the keys of its JSON
+T = TypeVar("T")
 IN_MEMORY = "the results"  # how messages name results that are not in a file
 # root attributes: the changes by --set of run, and of classify
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
@@ -25,13 +32,20 @@ OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 PASSED_OVER = "passed_over"
 
 
-def json_text(data: Any, indent: int | None = None) -> str:
+def evenly_spaced(items: Sequence[T], most: int) -> list[T]:
+    """At most so many of the items, evenly spaced, with the first and the last."""
+    if len(items) <= most:
+        return list(items)
+    return [items[round(number * (len(items) - 1) / (most - 1))] for number in range(most)]
+
+
+def json_text(data: object, indent: int | None = None) -> str:
     """JSON of plain data and numpy values; null where a number is not finite, which
     JSON cannot represent."""
     return json.dumps(_plain(data), indent=indent, allow_nan=False)
 
 
-def _plain(data: Any) -> Any:
+def _plain(data: object) -> object:
     if isinstance(data, dict):
         return {str(name): _plain(value) for name, value in data.items()}
     if isinstance(data, np.ndarray | np.generic):
@@ -67,7 +81,7 @@ class Results:
 
     coords: dict[str, Array]
     variables: dict[str, Array]
-    attrs: dict[str, Any] = field(default_factory=dict)
+    attrs: Attributes = field(default_factory=dict)
     more: tuple[Axis, ...] = ()
     drawn: dict[Unknown, Array] = field(default_factory=dict)
     """The samples of the uncertain numbers, each [samples]."""
@@ -97,7 +111,7 @@ class Results:
         return tuple(len(self.coords[name]) for name in self.grid)
 
     @property
-    def slice(self) -> dict[str, Any]:
+    def slice(self) -> Resolved:
         """If the starts are a slice, its two states, {state: {from, to, points}} in SI;
         else empty."""
         return dict(resolved_study(self.attrs).get("initial", {}).get("slice", {}))
@@ -123,13 +137,13 @@ class Trace:
 
     time: Array
     variables: dict[str, Array]
-    attrs: dict[str, Any] = field(default_factory=dict)
+    attrs: Attributes = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
         return self.time if name == "time" else self.variables[name]
 
 
-def frozen_modes(attrs: Mapping[str, Any]) -> tuple[str, ...]:
+def frozen_modes(attrs: Attributes) -> tuple[str, ...]:
     """The motions that are frozen in a file with the root attributes ``attrs``, of
     axial, torsional and lateral."""
     modes = resolved_study(attrs).get("modes")
@@ -138,13 +152,13 @@ def frozen_modes(attrs: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(name for name, word in modes.items() if _word(attrs, f"modes.{name}", word) == "frozen")
 
 
-def units_of(attrs: Mapping[str, Any]) -> str:
+def units_of(attrs: Attributes) -> str:
     """The system of units in which the study in the root attributes ``attrs`` wants
     answers, "si" or "field"."""
     return "field" if resolved_study(attrs).get("units") == "field" else "si"
 
 
-def drive_kind(attrs: Mapping[str, Any]) -> str:
+def drive_kind(attrs: Attributes) -> str:
     """The kind of drive in a file with the root attributes ``attrs``, as in the study;
     for a sweep over kinds "ideal", the kind of most studies."""
     drive = resolved_study(attrs).get("drive")
@@ -152,7 +166,7 @@ def drive_kind(attrs: Mapping[str, Any]) -> str:
     return kind if isinstance(kind, str) else "ideal"
 
 
-def _word(attrs: Mapping[str, Any], key: str, own: Any) -> Any:
+def _word(attrs: Attributes, key: str, own: Any) -> Any:
     """The word of a choice in a file, ``own`` in its study; None if the sweep has
     several. The attribute ``at`` of a trace has the one that applies."""
     sweep = resolved_study(attrs).get("sweep")
@@ -164,7 +178,7 @@ def _word(attrs: Mapping[str, Any], key: str, own: Any) -> Any:
         return None
 
 
-def resolved_study(attrs: Mapping[str, Any]) -> dict[str, Any]:
+def resolved_study(attrs: Attributes) -> Resolved:
     """The resolved study in the root attributes ``attrs``; empty if there is none."""
     try:
         found = json.loads(attrs.get("study_resolved") or "{}")
@@ -173,7 +187,12 @@ def resolved_study(attrs: Mapping[str, Any]) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def differences(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[str, Any, Any]]:
+def value_at(resolved: Resolved, key: str) -> Any:
+    """The value of a dotted key of a resolved study."""
+    return reduce(getitem, key.split("."), resolved)
+
+
+def differences(a: Resolved, b: Resolved) -> list[Change]:
     """(dotted key, value in ``a``, value in ``b``) for the keys in which two resolved
     studies differ; None for a missing key."""
     left, right = dict(flat(a)), dict(flat(b))
@@ -181,7 +200,7 @@ def differences(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[str, A
     return [(key, left.get(key), right.get(key)) for key in keys if left.get(key) != right.get(key)]
 
 
-def flat(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def flat(study: Resolved, prefix: str = "") -> Iterator[tuple[str, Any]]:
     """(dotted key, value) of all entries of a resolved study."""
     for name, value in study.items():
         if isinstance(value, dict):
@@ -190,7 +209,7 @@ def flat(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
             yield f"{prefix}{name}", value
 
 
-def overrides(attrs: Mapping[str, Any], *, thresholds: bool = False) -> dict[str, str]:
+def overrides(attrs: Attributes, *, thresholds: bool = False) -> dict[str, str]:
     """The keys that ``--set`` changed in the study of a file with the root attributes
     ``attrs``, with their values as given; with ``thresholds`` also those that
     ``nsdrill classify`` changed. If a key was given twice, its last value."""

@@ -19,10 +19,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import Any, Self, TextIO
+from typing import TYPE_CHECKING, Self, TextIO
 
 from nsdrill import interrupt
 from nsdrill.errors import FileError, InputError, NsdrillError, option
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer, WriteableBuffer
 
 _LOCKS_UNSUPPORTED = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF)
 _FOLDER_LOCK_SECONDS = 2.0  # to wait for others that create a file in the same folder
@@ -46,7 +49,7 @@ class CheckedFile(io.FileIO):
         if self.error is not None:
             raise self.error
 
-    def write(self, data: Any) -> int:
+    def write(self, data: ReadableBuffer) -> int:
         """Write all of ``data``; return its size."""
         view = memoryview(data).cast("B")
         size = len(view)
@@ -58,7 +61,7 @@ class CheckedFile(io.FileIO):
         self._attempt(lambda: super(CheckedFile, self).truncate(size))
         return size or 0
 
-    def readinto(self, buffer: Any) -> int:
+    def readinto(self, buffer: WriteableBuffer) -> int:
         """Fill ``buffer``, with zeros beyond the end of the file, where an earlier
         write may have failed."""
         view = memoryview(buffer).cast("B")

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import inspect
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import field, fields
 from functools import lru_cache
 from numbers import Integral, Real
@@ -53,7 +53,7 @@ def parameter(
     )
 
 
-def records(kind: type, default: tuple[Any, ...], source: str, confidence: str, *, most: int, meaning: str) -> Any:
+def records(kind: type, default: tuple[object, ...], source: str, confidence: str, *, most: int, meaning: str) -> Any:
     """A field that is a list of one to ``most`` records of the dataclass ``kind``, a
     tuple."""
     meta = {"units": "", "source": source, "confidence": confidence, "meaning": meaning, "most": most, "record": kind}
@@ -65,7 +65,7 @@ def choice(default: str, source: str) -> Any:
     return field(default=default, metadata={"units": "", "source": source, "confidence": "modelling choice"})
 
 
-def option(default: Any, meaning: str) -> Any:
+def option(default: object, meaning: str) -> Any:
     """A field that is a switch, or one of the words of its type."""
     return field(default=default, metadata={"meaning": meaning})
 
@@ -139,12 +139,12 @@ def check_fields(record: Any) -> None:
             _check_number(item.name, value, Integral if hint is int else Real, item.metadata)
 
 
-def _check_length(name: str, value: Any, most: int) -> None:
+def _check_length(name: str, value: object, most: int) -> None:
     if not isinstance(value, tuple) or not 1 <= len(value) <= most:
         raise ValueError(f"{name}: found {value!r:.60}, allowed: one to {most} of them")
 
 
-def _check_number(name: str, value: Any, kind: type, meta: Any) -> None:
+def _check_number(name: str, value: Any, kind: type, meta: Mapping[str, Any]) -> None:
     low, high = meta["low"], meta["high"]
     # false for NaN
     if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:
@@ -165,5 +165,5 @@ def bound_text(value: float) -> str:
 
 
 @lru_cache
-def _hints(cls: Any) -> dict[str, Any]:
+def _hints(cls: type) -> dict[str, Any]:
     return typing.get_type_hints(cls)

@@ -25,7 +25,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -90,7 +89,7 @@ def places(variables: Mapping[str, Array], groups: Array, vectors: Array) -> Pla
     neighbouring operating points are matched."""
     vectors = np.nan_to_num(vectors, posinf=_MISSING_VALUE, neginf=-_MISSING_VALUE, nan=_MISSING_VALUE)
     kinds = _motion_kinds(variables)
-    attractors: list[tuple[Any, ...]] = []
+    attractors: list[tuple[int, int, Array, int, bool]] = []
     for point, group in enumerate(groups):
         order = np.argsort(group, kind="stable")
         counts = np.bincount(group)

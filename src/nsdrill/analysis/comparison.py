@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.probability import known, probabilities_of, text
-from nsdrill.data import Array, Results, Trace, flat, resolved_study
+from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import model_in
@@ -22,11 +22,12 @@ from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import PENDING, SAMPLE
 
 ROUNDING = 1e-12  # relative: values of axes that differ by less are the same
+Place = tuple[Array, ...]  # one array of indices for each dimension
 MAX_LISTED = 10  # points whose response changed
 _STATUS_OFFSET = 100  # of the status in an outcome without a known response
 
 
-def compare_results(a: Results, b: Results) -> dict[str, Any]:
+def compare_results(a: Results, b: Results) -> Answer:
     """The comparison of two results as plain data:
 
     - ``axes``: for each the number of values in ``a`` and ``b`` and of common ones.
@@ -55,7 +56,7 @@ def compare_results(a: Results, b: Results) -> dict[str, Any]:
     }
 
 
-def _rows(a: Results, b: Results, selections: Sequence[Any], coords: dict[str, Array]) -> Iterator[dict[str, Any]]:
+def _rows(a: Results, b: Results, selections: Sequence[Place], coords: dict[str, Array]) -> Iterator[Answer]:
     """The rows of the variables that both have, at their common points."""
     for name in a.variables:
         if name not in b.variables:
@@ -69,7 +70,7 @@ def _rows(a: Results, b: Results, selections: Sequence[Any], coords: dict[str, A
             yield row | {"at": None if place is None else point_of(coords, place)}
 
 
-def compare_traces(a: Trace, b: Trace) -> dict[str, Any]:
+def compare_traces(a: Trace, b: Trace) -> Answer:
     """As :func:`compare_results`, for the samples at common times; ``first`` is the
     first time [s] at which a variable differs, ``at`` that of its largest
     difference."""
@@ -103,7 +104,7 @@ def common_places(a: Array, b: Array) -> tuple[Array, Array, bool]:
     return np.flatnonzero(is_common), nearest[is_common], np.array_equal(a, b)
 
 
-def _axes(a: Results, b: Results, grid: Sequence[str]) -> tuple[list[dict[str, Any]], dict[str, tuple[Array, Array]]]:
+def _axes(a: Results, b: Results, grid: Sequence[str]) -> tuple[list[Answer], dict[str, tuple[Array, Array]]]:
     axes, places = [], {}
     nothing = np.empty(0)
     for name in grid:
@@ -142,7 +143,7 @@ def _only_in_one(a: Results | Trace, b: Results | Trace) -> dict[str, list[str]]
     }
 
 
-def point_of(coords: dict[str, Array], place: Sequence[int]) -> dict[str, Any]:
+def point_of(coords: dict[str, Array], place: Sequence[int]) -> Answer:
     """The coordinates of a point, as plain data."""
     return {
         name: text(values[i]) if name == "procedure" else word_or_number(name, values[i].item())
@@ -160,7 +161,7 @@ def same_bits(a: Array, b: Array) -> Array:
 
 def _variable(
     name: str, results: Results, a: Array, b: Array, dims: int
-) -> Iterator[tuple[dict[str, Any], tuple[int, ...] | None]]:
+) -> Iterator[tuple[Answer, tuple[int, ...] | None]]:
     """The rows of one variable: a single one, or one for each state where states have
     units of their own."""
     variable = BY_NAME[name]
@@ -173,7 +174,7 @@ def _variable(
 
 def _row(
     name: str, units: str, a: Array, b: Array, dims: int, *, flags: bool = False
-) -> tuple[dict[str, Any], tuple[int, ...] | None]:
+) -> tuple[Answer, tuple[int, ...] | None]:
     """The difference of two arrays, of which the first ``dims`` dimensions are those of
     the points, and the place of the largest difference, or of the first one where no
     number is in both.
@@ -183,7 +184,7 @@ def _row(
     larger of the two, and ``undefined``: at how many points only one has a number.
     """
     differs = ~same_bits(a, b)
-    row: dict[str, Any] = {"name": name, "units": units, "same": not differs.any(), "points": _points(differs, dims)}
+    row: Answer = {"name": name, "units": units, "same": not differs.any(), "points": _points(differs, dims)}
     if row["same"]:
         return row, None
     different = np.flatnonzero(differs.ravel())
@@ -209,7 +210,7 @@ def _points(is_chosen: Array, dims: int) -> int:
     return int(np.count_nonzero(is_chosen.reshape(*is_chosen.shape[:dims], -1).any(axis=-1)))
 
 
-def _responses(a: Results, b: Results, selections: Sequence[Any], coords: dict[str, Array]) -> dict[str, Any] | None:
+def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict[str, Array]) -> Answer | None:
     """The outcomes that changed: a response, or the status of the run where no response
     is known."""
     if not all(name in data.variables for data in (a, b) for name in ("status", "response")):
@@ -239,7 +240,7 @@ def _responses(a: Results, b: Results, selections: Sequence[Any], coords: dict[s
     }
 
 
-def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]]) -> dict[str, Any] | None:
+def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]]) -> Answer | None:
     """The comparison of two results with samples, equal or not: the number of operating
     ``points``, and for each outcome its mean probability in ``a`` and in ``b``, the
     ``largest`` change, b less a, with its place ``at``, and the number of points at
@@ -313,9 +314,7 @@ NO_EQUATION = (
 RELATIVE_TOLERANCE = 1e-9
 
 
-def string_differences(
-    first: Mapping[str, Any], second: Mapping[str, Any], free: Collection[str] = ()
-) -> list[tuple[str, Any, Any]]:
+def string_differences(first: Resolved, second: Resolved, free: Collection[str] = ()) -> list[Change]:
     """(key, value in the first, value in the second), in SI, of the numbers and choices
     of the string in which two resolved studies differ beyond rounding, except for the
     keys that are ``free``. A key that only one of them has belongs to another version,
@@ -332,8 +331,8 @@ def string_differences(
 
 
 def other_string(
-    branches: Mapping[str, Any], sweep: Results, fixed: Mapping[str, float], free: Collection[str] = ()
-) -> list[tuple[str, Any, Any]]:
+    branches: Attributes, sweep: Results, fixed: Mapping[str, float], free: Collection[str] = ()
+) -> list[Change]:
     """(key, value of the branches, value of the sweep), in SI, of the differences
     between a file of ``branches`` with these root attributes and a ``sweep``. ``fixed``
     are the operating values of the branches by their names; the axes of the sweep and

@@ -4,15 +4,13 @@ bit wins and costs.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from nsdrill.analysis.comparison import common_places
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.plane import stretches
 from nsdrill.analysis.window import SAFE, UNKNOWN, YIELDS, Classes, axes_of, classes, find_window, usual_confidence
-from nsdrill.data import Array, Results
+from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words
 from nsdrill.variables import RESPONSES
@@ -20,7 +18,7 @@ from nsdrill.variables import RESPONSES
 MAX_ROWS = 400  # lines of a map that are compared one by one
 
 
-def contrast(a: Results, b: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
+def contrast(a: Results, b: Results, severity: int | None = None, confidence: float | None = None) -> Answer:
     """The windows of two results with the same axes as plain data in SI units:
 
     - ``windows``: the two, as of :func:`nsdrill.analysis.window.find_window`;
@@ -51,7 +49,7 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
     places = _places(*maps)
     state = [one.state[np.ix_(*places[side])] for side, one in enumerate(maps)]
     safe = [part == SAFE for part in state]
-    found: dict[str, Any] = {
+    found: Answer = {
         "kind": "contrast",
         "windows": windows,
         "points": int(state[0].size),
@@ -63,7 +61,7 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
         "onsets": _onsets(maps, places),
         "rate": _rates(maps, places, safe[0] & safe[1], windows),
     }
-    worded: dict[str, Any] = in_words(found)
+    worded: Answer = in_words(found)
     return worded
 
 
@@ -88,12 +86,10 @@ def _lines(
         for m, k in enumerate(places[0][0])
         for n, i in enumerate(places[0][1])
     ]
-    if len(rows) <= MAX_ROWS:
-        return rows
-    return [rows[round(n * (len(rows) - 1) / (MAX_ROWS - 1))] for n in range(MAX_ROWS)]
+    return evenly_spaced(rows, MAX_ROWS)
 
 
-def _borders(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[dict[str, Any]]:
+def _borders(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[Answer]:
     rows = []
     x = [one.values(one.x) for one in maps]
     for at, *cells in _lines(maps, places):
@@ -112,7 +108,7 @@ def _borders(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, 
                 pairs.append(((begin, end), None))
         pairs += [(None, spans[1][n]) for n in sorted(free)]
         for pair in pairs:
-            row: dict[str, Any] = {"at": at, "axis": maps[0].x}
+            row: Answer = {"at": at, "axis": maps[0].x}
             for side_name, step in (("lower", -1), ("upper", 1)):
                 values: list[float | None] = []
                 responses: list[list[str]] = []
@@ -144,13 +140,13 @@ def _beyond(one: Classes, cell: tuple[int, int], place: int) -> list[str]:
     return response_text(bits).split("+") if bits else []
 
 
-def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[dict[str, Any]]:
+def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[Answer]:
     rows = []
     ways = [name for name in maps[0].procedures if name in maps[1].procedures]
     for at, *cells in _lines(maps, places):
         for way in ways:
             for number, name in enumerate(RESPONSES):
-                row: dict[str, Any] = {"at": at, "axis": maps[0].x, "procedure": way, "response": name}
+                row: Answer = {"at": at, "axis": maps[0].x, "procedure": way, "response": name}
                 for side, one, cell in zip(("a", "b"), maps, cells, strict=True):
                     bits = one.bits_in[(one.procedures.index(way), *cell)]
                     found = one.values(one.x)[(bits >> number & 1).astype(bool)]
@@ -161,11 +157,8 @@ def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, .
 
 
 def _rates(
-    maps: list[Classes],
-    places: tuple[tuple[Array, ...], tuple[Array, ...]],
-    safe_in_both: Array,
-    windows: list[dict[str, Any]],
-) -> dict[str, Any] | None:
+    maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]], safe_in_both: Array, windows: list[Answer]
+) -> Answer | None:
     """The rates of penetration [m/s], ``a`` and ``b``; None where a file has none."""
     name = YIELDS[0]
     if any(name not in one.yields for one in maps):
@@ -176,7 +169,7 @@ def _rates(
     def pair(values: list[float | None]) -> dict[str, float | None]:
         return dict(zip(("a", "b"), values, strict=True))
 
-    def of(window: dict[str, Any], which: str) -> float | None:
+    def of(window: Answer, which: str) -> float | None:
         points = [one[which] for one in window["maps"] if one[which]]
         rates = [point[name] for point in points if name in point]
         return max(rates) if rates else None

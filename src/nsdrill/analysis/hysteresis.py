@@ -10,12 +10,11 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.probability import outcome, text
-from nsdrill.data import Array, Results
+from nsdrill.data import Answer, Array, Results
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.variables import dimension_of
 
@@ -88,7 +87,7 @@ def carried_axis(results: Results) -> str | None:
     return results.swept[0] if len(results.swept) == 1 else None
 
 
-def hysteresis(results: Results, along: str | None = None) -> list[dict[str, Any]]:
+def hysteresis(results: Results, along: str | None = None) -> list[Answer]:
     """The intervals along the carried axis in which the two directions of an up-down
     sweep differ, for every combination of the other axes; empty for any other sweep.
     Plain data, SI units.
@@ -116,9 +115,7 @@ def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
         yield (slice(None), *place[:axis], slice(None), *place[axis:])
 
 
-def _rows(
-    results: Results, procedures: Sequence[str], along: str, place: tuple[int | slice, ...]
-) -> Iterator[dict[str, Any]]:
+def _rows(results: Results, procedures: Sequence[str], along: str, place: tuple[int | slice, ...]) -> Iterator[Answer]:
     outcomes = outcome(results["status"][place], results["response"][place])
     kinds = results["whirl_kind"][place] if "whirl_kind" in results.variables else None
     x = np.asarray(results.coords[along], dtype=float)
@@ -129,7 +126,7 @@ def _rows(
     }
     unknown = np.minimum(outcomes[procedures.index("up")], outcomes[procedures.index("down")]) < 0
     for interval in differences(procedures, outcomes):
-        row: dict[str, Any] = {
+        row: Answer = {
             "axis": along,
             "from": float(x[interval.first]),
             "to": float(x[interval.last]),
@@ -147,7 +144,7 @@ def _rows(
         yield row
 
 
-def _end_bounds(x: Array, interval: Difference, unknown: Array) -> dict[str, Any]:
+def _end_bounds(x: Array, interval: Difference, unknown: Array) -> Answer:
     """How far outside the interval its true ends may lie, and which ends are not
     bounded."""
     steps: list[float] = []

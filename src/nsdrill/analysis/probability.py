@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Array, Results, resolved_study
+from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.observe.labels import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.variables import INFERRED, OK, PENDING, RESPONSES, SAMPLE
@@ -195,7 +194,7 @@ def window_state(probabilities: Probabilities, confidence: float, history: str |
 def one_procedure(results: Results, number: int) -> Results:
     """The results of one procedure."""
     coords = {**results.coords, "procedure": results.coords["procedure"][number : number + 1]}
-    variables: dict[str, Any] = {name: values[number : number + 1] for name, values in results.variables.items()}
+    variables: Answer = {name: values[number : number + 1] for name, values in results.variables.items()}
     return Results(coords, variables, results.attrs, results.more, results.drawn)
 
 

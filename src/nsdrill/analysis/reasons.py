@@ -6,12 +6,12 @@ surprises: it follows from what the string met before it came to the point.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsdrill.analysis.hysteresis import carried_axis
-from nsdrill.data import Array
+from nsdrill.data import Answer, Array
 from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ BOUNCE_LASTS = "bounce_lasts"
 STICKING_LASTS = "sticking_lasts"
 
 
-def reason(maps: Classes, inside: Cell, beyond: Cell) -> dict[str, Any] | None:
+def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
     """Why the point ``beyond`` the window is not safe, while ``inside`` is; None where
     its response needs no explanation, or where the file does not tell. Plain data:
 

@@ -18,12 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis import probability
 from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, independent, run_safety
-from nsdrill.data import Array, Results, overrides, resolved_study
+from nsdrill.data import Answer, Array, Results, overrides, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import model_in
@@ -53,9 +53,7 @@ class Indices:
 
 def needed(results: Results, severity: int | None) -> tuple[str, ...]:
     """The variables that :func:`sensitivity` uses of results with these attributes."""
-    from nsdrill.analysis.probability import needed as of_probability
-
-    return (*of_probability(severity), *model_in(results.attrs).check_features)
+    return (*probability.needed(severity), *model_in(results.attrs).check_features)
 
 
 def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:
@@ -154,7 +152,7 @@ def answers_of(results: Results, severity: int | None = None) -> dict[str, Array
     return {name: values.reshape(-1, values.shape[-1]).T for name, values in answers.items()}
 
 
-def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]:
+def sensitivity(results: Results, severity: int | None = None) -> Answer:
     """Which unknown matters most, over all operating points of ``results``, as plain
     data in SI units.
 
@@ -181,7 +179,7 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         columns = [order.index(unknown.short) for unknown in results.drawn]
     else:
         columns = list(range(len(keys)))
-    samples, rows = independent(results), list[dict[str, Any]]()
+    samples, rows = independent(results), list[Answer]()
     for name, answers in answers_of(results, severity).items():
         found, drawn = indices(values, answers, design), zip(results.drawn, columns, values[samples].T, strict=True)
         row = _answer_row(name, answers[samples], found)
@@ -203,7 +201,7 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
     }
 
 
-def _answer_row(name: str, answers: Array, found: Indices | None) -> dict[str, Any]:
+def _answer_row(name: str, answers: Array, found: Indices | None) -> Answer:
     variable = BY_NAME.get(name)
     return {
         "name": name,
@@ -217,10 +215,10 @@ def _answer_row(name: str, answers: Array, found: Indices | None) -> dict[str, A
 
 def _unknown_row(
     unknown: Unknown, column: int, drawn: Array, result: Indices | None, answers: Array, dependent: bool
-) -> dict[str, Any]:
+) -> Answer:
     lowest, highest = np.quantile(drawn, [PART, 1.0 - PART])
     ends = {"low": drawn <= lowest, "high": drawn >= highest}
-    row: dict[str, Any] = {
+    row: Answer = {
         "key": unknown.key,
         **{
             end: {
@@ -254,7 +252,7 @@ def _mean(values: Array) -> float | None:
     return float(finite.mean()) if finite.size else None
 
 
-def _measure_first(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
+def _measure_first(rows: Sequence[Answer]) -> Answer | None:
     """The unknown to measure first, and the others whose indices do not differ from its
     index beyond their errors; None where no index differs from zero."""
     known = [row for row in rows if row["first"] is not None]

@@ -15,7 +15,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -34,7 +33,7 @@ from nsdrill.analysis.probability import (
     window_state,
 )
 from nsdrill.analysis.reasons import reason
-from nsdrill.data import PASSED_OVER, Array, Results, overrides
+from nsdrill.data import PASSED_OVER, Answer, Array, Results, overrides
 from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import in_words, words_along
 from nsdrill.variables import BIT_BOUNCE, OK, PENDING, SAMPLE, STICK_SLIP, WHIRL
@@ -169,7 +168,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
     )
 
 
-def _by_histories(results: Results, runs: RunSafety, planes: Planes) -> dict[str, Any]:
+def _by_histories(results: Results, runs: RunSafety, planes: Planes) -> Answer:
     """The fields of classes where the histories decide on a point."""
     any_safe, any_unsafe = planes(runs.safe).any(axis=-1), planes(runs.unsafe).any(axis=-1)
     is_decided = planes(runs.safe | runs.unsafe).all(axis=-1) | (any_safe & any_unsafe)
@@ -197,10 +196,15 @@ def _unsettled(results: Results) -> Array:
     return np.asarray((results["status"] == OK) & (results["settled"] == 0))
 
 
-def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes) -> dict[str, Any]:
+def least_share(confidence: float) -> float:
+    """The probability from which a response counts among those that may prevent that a
+    point is safe: one of the three must have a third of 1 less ``confidence``."""
+    return (1.0 - confidence) / 3
+
+
+def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes) -> Answer:
     """The fields of classes where a point is safe if the probability of a safe run reaches
-    ``confidence``. ``bits`` are the responses that may prevent that: those with a
-    probability of at least a third of 1 less ``confidence``."""
+    ``confidence``. ``bits`` are the responses that may prevent that."""
     probabilities = probabilities_of(results, severity)
     is_safe, is_undecided = window_state(probabilities, confidence)
 
@@ -208,7 +212,7 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
         return planes(array[None])[..., 0]
 
     def bits_of(share: Array) -> Array:
-        occurs = share >= (1.0 - confidence) / 3
+        occurs = share >= least_share(confidence)
         return np.asarray(sum(placed(response).astype(int) << number for number, response in enumerate(occurs)))
 
     procedures = len(results.coords["procedure"])
@@ -234,7 +238,7 @@ def _mean(values: Array) -> Array:
     return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
-def find_window(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
+def find_window(results: Results, severity: int | None = None, confidence: float | None = None) -> Answer:
     """The operating window of a sweep with ascending axes, as plain data in SI units; its
     keys are described on the page on the window. For results with samples the window
     has a ``confidence``, by default 0.9; InputError for a ``confidence`` without
@@ -267,7 +271,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     )
 
 
-def _runs(maps: Classes, severity: int | None) -> dict[str, Any]:
+def _runs(maps: Classes, severity: int | None) -> Answer:
     """What was run, and how."""
     results, axes = maps.results, [axis for axis in (maps.x, maps.y) if axis]
     return {
@@ -291,7 +295,7 @@ def _runs(maps: Classes, severity: int | None) -> dict[str, Any]:
     }
 
 
-def _outcomes(maps: Classes) -> dict[str, Any]:
+def _outcomes(maps: Classes) -> Answer:
     """What prevents that points are safe."""
     names = response_text(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
     return {
@@ -301,7 +305,7 @@ def _outcomes(maps: Classes) -> dict[str, Any]:
     }
 
 
-def _samples(results: Results) -> dict[str, Any]:
+def _samples(results: Results) -> Answer:
     """How many samples there are, and how many of them count; None without samples."""
     if SAMPLE not in results.coords:
         return dict.fromkeys(("samples", "counted", "effective"))
@@ -320,7 +324,7 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
     return None
 
 
-def unknown_words(summary: dict[str, Any]) -> str:
+def unknown_words(summary: Answer) -> str:
     """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed, 12
     inferred, without a severity``."""
     failed = summary["unknown_failed"]
@@ -338,7 +342,7 @@ def _by_history(maps: Classes) -> int:
     return int(np.count_nonzero(maps.is_safe_in.any(axis=0) & (maps.state == CRITICAL)))
 
 
-def _counts(state: Array) -> dict[str, Any]:
+def _counts(state: Array) -> Answer:
     counts = {word: int(np.count_nonzero(state == value)) for value, word in STATES.items()}
     return {"points": int(state.size), **counts, "share": {word: n / state.size for word, n in counts.items()}}
 
@@ -366,12 +370,12 @@ def _throughout(maps: Classes) -> Classes:
     )
 
 
-def _map(maps: Classes, number: int) -> dict[str, Any]:
+def _map(maps: Classes, number: int) -> Answer:
     """The numbers of one map: shares, connected safe regions, the largest first, the
     recommended point and the fastest one."""
     x, y, state, connected = maps.values(maps.x), maps.values(maps.y), maps.state[number], []
     for cells, (top, bottom, left, right) in regions(state == SAFE):
-        area: dict[str, Any] = {"points": cells, "share": cells / state.size, maps.x: [float(x[left]), float(x[right])]}
+        area: Answer = {"points": cells, "share": cells / state.size, maps.x: [float(x[left]), float(x[right])]}
         if maps.y:
             area[maps.y] = [float(y[top]), float(y[bottom])]
         else:
@@ -424,7 +428,7 @@ def _everything(maps: Classes, cell: Cell) -> dict[str, float]:
     return {**_at(maps, cell, (maps.third, maps.y, maps.x)), **_safety(maps, cell), **_yields(maps, cell)}
 
 
-def _recommended(maps: Classes, number: int) -> dict[str, Any] | None:
+def _recommended(maps: Classes, number: int) -> Answer | None:
     """The safe point with the largest margin; None where no point is safe."""
     best = largest_margin(maps.state[number] == SAFE, maps.values(maps.y), maps.values(maps.x))
     if best is None:
@@ -440,7 +444,7 @@ def _recommended(maps: Classes, number: int) -> dict[str, Any] | None:
     }
 
 
-def _most_probable(maps: Classes) -> dict[str, Any] | None:
+def _most_probable(maps: Classes) -> Answer | None:
     """The point with the greatest probability of a safe run; of several the one with
     the greatest rate of penetration, or the first where no rate is known."""
     if not maps.safety:
@@ -450,19 +454,19 @@ def _most_probable(maps: Classes) -> dict[str, Any] | None:
     return {**_everything(maps, cell), "ties": int(is_best.sum()) - 1}
 
 
-def _confidence_costs(maps: Classes) -> list[dict[str, Any]]:
+def _confidence_costs(maps: Classes) -> list[Answer]:
     """What a confidence costs: for each of several the number of safe points, over all
     maps, and the fastest of these."""
     rows = []
     for level in sorted({*LEVELS, maps.confidence}) if maps.confidence is not None else ():
         is_safe = maps.safety[0] >= level - 1e-9
         fastest = _best(maps, is_safe)
-        row: dict[str, Any] = {"confidence": level, "safe": int(is_safe.sum()), "share": float(is_safe.mean())}
+        row: Answer = {"confidence": level, "safe": int(is_safe.sum()), "share": float(is_safe.mean())}
         rows.append(row | {"fastest": None if fastest is None else _everything(maps, fastest)})
     return rows
 
 
-def _by_procedure(results: Results, severity: int | None, confidence: float | None) -> list[dict[str, Any]]:
+def _by_procedure(results: Results, severity: int | None, confidence: float | None) -> list[Answer]:
     """The window of each procedure by itself, for results with samples."""
     windows = []
     for number, name in enumerate(results.coords["procedure"]) if confidence is not None else ():
@@ -471,7 +475,7 @@ def _by_procedure(results: Results, severity: int | None, confidence: float | No
     return windows
 
 
-def _limits(maps: Classes, start: Cell, place: int) -> dict[str, Any]:
+def _limits(maps: Classes, start: Cell, place: int) -> Answer:
     """How far one axis, that at this ``place`` of a cell, may change to either side of
     ``start``, with the others fixed: to the last safe point, and what lies behind it."""
     values, sides = maps.values((maps.third, maps.y, maps.x)[place]), {}
@@ -484,7 +488,7 @@ def _limits(maps: Classes, start: Cell, place: int) -> dict[str, Any]:
         last = start[place]
         while 0 <= last + step < len(values) and maps.state[cell(last + step)] == SAFE:
             last += step
-        beyond: dict[str, Any] = {"first_not_safe": None, "why": "edge", "responses": [], "safe_in": [], "reason": None}
+        beyond: Answer = {"first_not_safe": None, "why": "edge", "responses": [], "safe_in": [], "reason": None}
         if 0 <= last + step < len(values):
             beyond = {"first_not_safe": float(values[last + step]), **_hindrance(maps, start, cell(last + step))}
         margin = abs(float(values[last] - values[start[place]]))
@@ -492,7 +496,7 @@ def _limits(maps: Classes, start: Cell, place: int) -> dict[str, Any]:
     return sides
 
 
-def _hindrance(maps: Classes, inside: Cell, cell: Cell) -> dict[str, Any]:
+def _hindrance(maps: Classes, inside: Cell, cell: Cell) -> Answer:
     """Why a cell is not safe, while the one ``inside`` is."""
     bits, why = int(maps.bits[cell]), STATES[int(maps.state[cell])]
     if why == "unknown" and maps.failed[cell]:
@@ -507,7 +511,7 @@ def _hindrance(maps: Classes, inside: Cell, cell: Cell) -> dict[str, Any]:
     }
 
 
-def _over_depth(maps: Classes) -> dict[str, Any] | None:
+def _over_depth(maps: Classes) -> Answer | None:
     """How the window changes with depth, downwards: the counts at each depth, and the
     spans of depth in which it is open. None where depth is not swept."""
     if "depth" not in maps.results.swept:

@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from nsdrill.variables import dimension_of, short_key
 THE_STUDY = "the study"  # the name in messages of a study that is not a file
 
 
-def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
+def study_in(study: object, set: object, name: str = THE_STUDY) -> Study:
     """``study`` as a Study: a Study, the name of a file, YAML text or a mapping.
     ``set`` changes keys; ``name`` is its name in messages."""
     texts = texts_in(set, "set")
@@ -51,7 +51,7 @@ def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
     )
 
 
-def texts_in(changes: Any, name: str) -> list[str]:
+def texts_in(changes: object, name: str) -> list[str]:
     """Changes of keys as texts ``key=value``; ``name`` is that of the argument."""
     if changes is None:
         return []
@@ -63,7 +63,7 @@ def texts_in(changes: Any, name: str) -> list[str]:
     return list(changes)
 
 
-def name_in(path: Any, name: str = "results") -> str:
+def name_in(path: object, name: str = "results") -> str:
     """The name of a file, given as the argument ``name``."""
     if isinstance(path, str | os.PathLike) and isinstance(os.fspath(path), str):
         if not os.fspath(path):
@@ -73,7 +73,7 @@ def name_in(path: Any, name: str = "results") -> str:
     raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
 
 
-def check_other_file(study: Any, path: str) -> None:
+def check_other_file(study: object, path: str) -> None:
     """InputError where ``path`` is the file of the study, which the output would
     replace."""
     try:
@@ -84,7 +84,7 @@ def check_other_file(study: Any, path: str) -> None:
         raise InputError(f"{path}: this is the study. Choose another path for the results.")
 
 
-def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
+def values_in(at: object, study: Study | None, **apart: object) -> dict[str, float]:
     """The values of axes by key, in SI: those of ``at``, a mapping or pairs, and those
     given as arguments (``apart``). The axes are those of the ``study``, else of any model;
     ``at`` may also have the number of a sample."""
@@ -138,7 +138,7 @@ def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
         raise Refusal(argument, error.found, error.allowed, error.suggestion, key=key, bare=leaf.units) from None
 
 
-def seconds_in(name: str, value: Any) -> float:
+def seconds_in(name: str, value: object) -> float:
     """A time [s]."""
     try:
         number = to_si(value, "s") if isinstance(value, str) else _float(value)
@@ -161,7 +161,7 @@ def _float(value: Any) -> float | None:
     return None
 
 
-def is_whole(value: Any) -> bool:
+def is_whole(value: object) -> TypeGuard[int]:
     """Whether ``value`` is a whole number."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 

@@ -6,14 +6,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
-from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.attractors import IF_THERE, NEEDED, Attractor, describe, label, places
 from nsdrill.analysis.branches import Places, number
 from nsdrill.app.experiment import Experiment
-from nsdrill.data import IN_MEMORY, Array, Results
+from nsdrill.data import IN_MEMORY, Answer, Array, Results
 from nsdrill.errors import FileError, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts, word_or_number
@@ -105,7 +104,7 @@ def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[s
     return grouping, matching
 
 
-def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]:
+def attractors(source: Results | str | os.PathLike[str]) -> list[Answer]:
     """The attractors of each operating point of a results file, or of results in
     memory, that has several starts.
 
@@ -145,10 +144,10 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
     ]
 
 
-def attractor_as_data(attractor: Attractor, sampled: bool) -> dict[str, Any]:
+def attractor_as_data(attractor: Attractor, sampled: bool) -> Answer:
     """An attractor as plain data, with its labels in words. Only starts that are
     ``sampled`` have an interval of the share."""
-    data: dict[str, Any] = {
+    data: Answer = {
         "number": attractor.number,
         "response": BY_NAME["response"].words(attractor.response),
         "whirl_kind": BY_NAME["whirl_kind"].words(attractor.whirl_kind),

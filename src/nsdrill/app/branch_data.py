@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
 from nsdrill.app.continuation_setup import RANGE_PARTS, ContinuationSetup, number_of
 from nsdrill.app.provenance import provenance
-from nsdrill.data import Array, json_text
+from nsdrill.data import Array, Attributes, json_text
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import OPERATION
@@ -30,26 +30,32 @@ from nsdrill.sweep.work import compiled_parts
 from nsdrill.units import CF
 from nsdrill.variables import OK, dimension_of
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, DTypeLike
+    from xarray import Dataset
+
+
+Variable = tuple[str | tuple[str, ...], Array, Attributes]  # dimensions, values and attributes
 CIRCLE_PERIODS = 200  # of a motion on an invariant circle, over which its features are measured
 UNSTABLE = 1e6  # largest multiplier of a motion that an integration still follows
 
 
-def _numbers(dims: str | tuple[str, ...], values: Any, meaning: str, units: str = "1", **attrs: Any) -> tuple[Any, ...]:
+def _numbers(dims: str | tuple[str, ...], values: ArrayLike, meaning: str, units: str = "1", **attrs: Any) -> Variable:
     """A variable of numbers."""
     return dims, np.asarray(values), {"units": units, "long_name": meaning, **attrs}
 
 
-def _counts(dim: str, values: Iterable[int], meaning: str, dtype: Any = np.int64, **attrs: Any) -> tuple[Any, ...]:
+def _counts(dim: str, values: Iterable[int], meaning: str, dtype: DTypeLike = np.int64, **attrs: Any) -> Variable:
     """A variable of whole numbers."""
     return _numbers(dim, np.array([*values], dtype), meaning, **attrs)
 
 
-def _words(dim: str, values: Iterable[str], meaning: str) -> tuple[Any, ...]:
+def _words(dim: str, values: Iterable[str], meaning: str) -> Variable:
     """A variable of words."""
     return dim, np.array([*values], dtype=object), {"long_name": meaning}
 
 
-def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
+def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Dataset:
     """The Dataset of branches."""
     import xarray
 
@@ -93,7 +99,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
     return xarray.Dataset(data, coordinates, attrs)
 
 
-def _branch_variables(found: Found) -> dict[str, tuple[Any, ...]]:
+def _branch_variables(found: Found) -> dict[str, Variable]:
     """The variables of whole branches, and to which branch each point belongs."""
     branches = found.branches
     sizes = [len(one) for one in branches]
@@ -113,7 +119,7 @@ def _branch_variables(found: Found) -> dict[str, tuple[Any, ...]]:
     }
 
 
-def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found) -> dict[str, tuple[Any, ...]]:
+def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found) -> dict[str, Variable]:
     """The variables of points that continuation itself knows."""
     entries = [entry for branch in found.branches for entry in branch.marked]
     points = [entry.point for entry in entries]
@@ -147,7 +153,7 @@ def _point_variables(setup: ContinuationSetup, flow: Flow, found: Found) -> dict
     }
 
 
-def _axis_attrs(study: Study, key: str) -> dict[str, Any]:
+def _axis_attrs(study: Study, key: str) -> Attributes:
     """The attributes of the coordinate of an axis."""
     leaf = study.keys.axes[key]
     resolved = study.keys.leaf(leaf.key, study.resolved)
@@ -223,7 +229,7 @@ def conditions_of(setup: ContinuationSetup) -> dict[int, Condition]:
     return dict(condition for name, condition in of_multipliers.items() if name in curves.of) | grazing
 
 
-def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int) -> Any:
+def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: int) -> Dataset:
     """``data`` with the curves along which special points continue in the plane of the
     continued number and a second one."""
     continuation, study = setup.continuation, setup.study

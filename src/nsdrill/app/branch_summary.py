@@ -4,16 +4,20 @@ and their special points in words."""
 from __future__ import annotations
 
 import json
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import BIFURCATIONS, CIRCLE, END, meanings_of, motion_text
-from nsdrill.data import Array, overrides
+from nsdrill.analysis.bifurcations import BIFURCATIONS, CIRCLE, END, Meaning, meanings_of, motion_text
+from nsdrill.data import Answer, Array, Attributes, overrides
 from nsdrill.models.registry import model_in
 
+if TYPE_CHECKING:
+    from xarray import Dataset
 
-def summarize_branches(data: Any) -> dict[str, Any]:
+
+def summarize_branches(data: Dataset) -> Answer:
     """The summary that ``show`` prints of a Dataset of branches, as plain data."""
     attrs = data.attrs
     along = str(attrs.get("along", "rotary_speed"))
@@ -45,7 +49,7 @@ def summarize_branches(data: Any) -> dict[str, Any]:
     }
 
 
-def _seeds(attrs: Any) -> dict[str, int]:
+def _seeds(attrs: Attributes) -> dict[str, int]:
     try:
         found = json.loads(attrs.get("seeds", "{}"))
     except ValueError:
@@ -53,7 +57,7 @@ def _seeds(attrs: Any) -> dict[str, int]:
     return {str(word): int(count) for word, count in found.items()} if isinstance(found, dict) else {}
 
 
-def _branch(data: Any, number: int, part: slice, numbers: Array, meanings: Any) -> dict[str, Any]:
+def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: Mapping[int, Meaning]) -> Answer:
     values, unstable = numbers[part], data["unstable"].values[part]
     labels, notes = data["label"].values[part], data["label_note"].values[part]
     motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
@@ -124,7 +128,7 @@ def stable_parts(unstable: Array, labels: Array) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True) if b > a]
 
 
-def _curves(data: Any, meanings: Any) -> list[dict[str, Any]]:
+def _curves(data: Dataset, meanings: Mapping[int, Meaning]) -> list[Answer]:
     if "curve_row_size" not in data:
         return []
     curves, first = [], 0

@@ -15,12 +15,17 @@ import numpy as np
 
 from nsdrill.app.experiment import Experiment, prepare
 from nsdrill.app.size import disk, memory
+from nsdrill.data import Answer
+from nsdrill.late import deferred
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
+
+with deferred():  # it imports the compiler
+    from nsdrill.app import trust
 
 LEAST_REVOLUTIONS = 20
 LARGE = 2e9  # bytes of results, above which a warning says so
@@ -54,7 +59,7 @@ class Report:
 
     operation: Operation
     coefficients: Any
-    figures: dict[str, Any]
+    figures: Answer
     warnings: list[str]
     points: int
     chains: int
@@ -66,7 +71,7 @@ class Report:
     explained: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """The units and the meaning of each coefficient."""
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> Answer:
         """All of it as plain data, as ``nsdrill check --json`` prints it."""
         return {
             "operation": {
@@ -164,13 +169,13 @@ def _warnings(experiment: Experiment, units: str) -> list[str]:
     return [warning for warning in warnings if warning is not None]
 
 
-def passed_over(study: Study) -> list[dict[str, Any]]:
+def passed_over(study: Study) -> list[Answer]:
     """The critical speeds below the first speed of a sweep that carries its state;
     empty for a model without ``passed_over`` among its checks. Each is a dict with
     ``name``, ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and
     whether it is below that speed ``everywhere`` in the study."""
     checks = checks_of(study.model)
-    speeds: list[dict[str, Any]] = getattr(checks, "passed_over", lambda study, corners: [])(study, _corners(study))
+    speeds: list[Answer] = getattr(checks, "passed_over", lambda study, corners: [])(study, _corners(study))
     return speeds
 
 
@@ -189,10 +194,7 @@ def _amount_text(value: float, si: str, shown: str, units: str) -> str:
 def _verify_cost(study: Study) -> str | None:
     if not study.simulation.verify:
         return None
-    # late: it imports the compiler
-    from nsdrill.app.trust import checks
-
-    tight, _ = checks(study.simulation)
+    tight, _ = trust.checks(study.simulation)
     return (
         f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and "
         f"continued for another "

@@ -9,14 +9,19 @@ import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import Any
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from nsdrill.app.provenance import unlike, versions
 from nsdrill.app.run import processors
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.models.registry import other_packages, sources_of
 
+if TYPE_CHECKING:
+    from distributed import Client, LocalCluster
+
 CONNECT_SECONDS = 10
+P = ParamSpec("P")
+T = TypeVar("T")
 _TERMINAL_SIGNALS = {signal.SIGINT, signal.SIGHUP}
 
 
@@ -79,7 +84,7 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         yield _Cluster(client), workers or threads
 
 
-def _local_cluster(make: Any, count: int) -> Any:
+def _local_cluster(make: type[LocalCluster], count: int) -> LocalCluster:
     """A temporary cluster on this machine; NsdrillError where it does not start."""
     with _terminal_signals_blocked():
         # Without its warnings, that a busy worker is killed at the end.
@@ -96,13 +101,13 @@ class _Cluster(Executor):
     """The executor of a client, with a check of the connection: without it, futures
     wait for a lost scheduler forever."""
 
-    def __init__(self, client: Any) -> None:
+    def __init__(self, client: Client) -> None:
         self._client, self._executor = client, client.get_executor(pure=False)
 
-    def submit(self, function: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
+    def submit(self, function: Callable[P, T], /, *args: P.args, **more: P.kwargs) -> Future[T]:
         """As of any executor; NsdrillError where the scheduler is lost."""
         try:
-            future: Future[Any] = self._executor.submit(
+            future: Future[T] = self._executor.submit(
                 _call_on_same_versions, versions(), _model_sources(), function, *args, **more
             )
         except Exception:
@@ -123,7 +128,7 @@ class _Cluster(Executor):
             )
 
 
-def _version_differences(versions_there: Any) -> str:
+def _version_differences(versions_there: object) -> str:
     """The differences, in words, between the versions of this process and
     ``versions_there`` of another, or the error with which it failed to give them. numpy
     is included, as its arrays are sent between the processes."""
@@ -140,8 +145,8 @@ def _model_sources() -> dict[str, str]:
 
 
 def _call_on_same_versions(
-    expected: dict[str, str], models: dict[str, str], function: Callable[..., Any], /, *args: Any, **more: Any
-) -> Any:
+    expected: dict[str, str], models: dict[str, str], function: Callable[P, T], /, *args: P.args, **more: P.kwargs
+) -> T:
     """Call ``function`` in a worker, after a comparison of versions, as a worker may
     join after the first comparison."""
     if differing := _version_differences(expected):

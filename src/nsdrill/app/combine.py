@@ -12,14 +12,13 @@ import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from nsdrill.app.experiment import prepare
 from nsdrill.app.provenance import provenance, versions
 from nsdrill.app.summary import relabelled
-from nsdrill.data import Array, Results, resolved_study
+from nsdrill.data import Array, Attributes, Resolved, Results, resolved_study, value_at
 from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.vocabulary import BY_NAME
@@ -207,7 +206,7 @@ def _study(named: Sequence[NamedResults], key: str, keys: Keys) -> tuple[Study, 
     return study, [np.searchsorted(merged, one) for one in values]
 
 
-def _copy_read_keys(resolved: dict[str, Any], named: Sequence[NamedResults]) -> None:
+def _copy_read_keys(resolved: Resolved, named: Sequence[NamedResults]) -> None:
     """Set the keys in ``resolved``, the study of the first file, that its string does
     not read to their values in a file whose string does."""
     for key in _unread_keys(named[0][1]):
@@ -220,19 +219,17 @@ def _copy_read_keys(resolved: dict[str, Any], named: Sequence[NamedResults]) -> 
             target[name] = source[name]
 
 
-def _values(resolved: dict[str, Any], key: str, keys: Keys, name: str) -> Array:
+def _values(resolved: Resolved, key: str, keys: Keys, name: str) -> Array:
     """The values of ``key`` in a study, in ascending order."""
     if key in resolved["sweep"]:
         return axis_values(resolved["sweep"][key], choice=key if words_of(key) else "")
-    value: Any = resolved
-    for part in keys.axes[key].key.split("."):
-        value = value[part]
+    value = value_at(resolved, keys.axes[key].key)
     if value is None:
         raise InputError(f"{name}: found {key}: null; allowed: a number, as the others have.")
     return np.array([place_of(key, value) if words_of(key) else float(value)])
 
 
-def _refinement(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _refinement(parts: Sequence[Attributes]) -> Attributes:
     """The root attributes of combined refined sweeps: each value of the new axis has
     its own grid."""
     first = parts[0]

@@ -4,14 +4,11 @@ motions."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import reduce
 from itertools import product
-from operator import getitem
-from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Array, value_at
 from nsdrill.errors import InputError
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.leaves import OPERATION, Values, as_value, values_at
@@ -37,8 +34,8 @@ class ContinuationSetup:
     def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
         """The values of n points at ``numbers`` [n, keys] (SI) of the ``keys``."""
         study = self.study
-        by_key: dict[str, Any] = {name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION}
-        return values_at(study.parameters, study.initial, by_key | dict(zip(keys, numbers.T, strict=True)))
+        fixed = {name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION}
+        return values_at(study.parameters, study.initial, fixed | dict(zip(keys, numbers.T, strict=True)))
 
     def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = "") -> Flow:
         """The flow in which the numbers at ``keys``, with these natural ``scales``, are
@@ -120,5 +117,4 @@ def number_of(study: Study, name: str) -> float:
     if name in OPERATION:
         return float(getattr(study.operation, name))
     key = next(key for key in study.keys.axes if dimension_of(key) == name)
-    value: Any = reduce(getitem, key.split("."), study.resolved)
-    return as_value(key, value)
+    return as_value(key, value_at(study.resolved, key))

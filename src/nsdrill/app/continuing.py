@@ -9,7 +9,7 @@ import time
 from collections import Counter
 from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from nsdrill.app.seeding import seeds_of
 from nsdrill.app.unfinished import Part
 from nsdrill.data import json_text, resolved_study
 from nsdrill.errors import FileError, InputError, option
-from nsdrill.orbit.branch import Branch, from_arrays, to_arrays
+from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow
 from nsdrill.orbit.labels import Graze
@@ -30,6 +30,10 @@ from nsdrill.store import open_branches, part_path, write_branches
 from nsdrill.study.continuation import SECTION
 from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
 
 WHAT = "continuation"
 
@@ -39,7 +43,7 @@ class ContinuationResult:
     """The result of a continuation: the Dataset of branches, the number of seeds by
     their outcome in words, and the wall time in seconds."""
 
-    data: Any
+    data: Dataset
     seeds: dict[str, int]
     seconds: float
 
@@ -95,7 +99,7 @@ def continue_study(
 
 def _followed(
     setup: ContinuationSetup, part: Part | None, source: str | os.PathLike[str] | None, workers: int, say: Say
-) -> tuple[Any, Found]:
+) -> tuple[Dataset, Found]:
     """The Dataset of branches, and what was found. The branches that have ended are saved
     in ``part``, which may have some already."""
     continuation = setup.continuation
@@ -104,7 +108,7 @@ def _followed(
     digest = _digest(setup.study, seeds)
     branches = _load_branches(part, digest) if part is not None and part.kept else {}
 
-    def save(finished: dict[Any, Branch]) -> None:
+    def save(finished: dict[Key, Branch]) -> None:
         branches.update(finished)
         number, points = len(branches), sum(map(len, branches.values()))
         kept = f"{number} branch{'' if number == 1 else 'es'}, {points} points"
@@ -183,7 +187,7 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
     return digest.hexdigest()
 
 
-def _load_branches(part: Part, digest: str) -> dict[Any, Branch]:
+def _load_branches(part: Part, digest: str) -> dict[Key, Branch]:
     """The branches in ``part``; FileError where they are of another continuation."""
     data, arrays = part.read(digest, "another study or from other seeds")
     try:

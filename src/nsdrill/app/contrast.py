@@ -6,11 +6,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from nsdrill.analysis import contrast as analysis
+from nsdrill.analysis.window import least_share
 from nsdrill.app.window import read_for_window, with_passed_over
-from nsdrill.data import Results, resolved_study
+from nsdrill.data import Answer, Resolved, Results, resolved_study
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.plot.answer import WAYS, Formatter, answer, chosen_map, in_order, percent, response_words, warnings
 from nsdrill.study.study import build
@@ -28,7 +28,7 @@ def contrast(
     severity: int | None = None,
     confidence: float | None = None,
     names: Sequence[str] | None = None,
-) -> dict[str, Any]:
+) -> Answer:
     """The windows of two results, or results files, against each other as plain data in
     SI units: that of :func:`nsdrill.analysis.contrast.contrast`, the ``study`` keys in
     which they differ, the ``models`` of the two, their ``thresholds``, and their
@@ -47,7 +47,7 @@ def contrast(
     return found
 
 
-def _names(study: Sequence[Mapping[str, Any]], files: Sequence[str]) -> list[str]:
+def _names(study: Sequence[Resolved], files: Sequence[str]) -> list[str]:
     """What the two are called: their drives where the studies differ in the kind of
     drive, a word where they differ in that alone, else the files, each with its letter."""
     words = [row for row in study if str(row["a"]).isidentifier() and str(row["b"]).isidentifier()]
@@ -59,7 +59,7 @@ def _names(study: Sequence[Mapping[str, Any]], files: Sequence[str]) -> list[str
     return [letter if name == letter else f"{name} ({letter})" for name, letter in zip(told, "ab", strict=True)]
 
 
-def _thresholds(study: Mapping[str, Any]) -> str:
+def _thresholds(study: Resolved) -> str:
     """From where the responses count, in words."""
     limits = build(Thresholds, study.get("classify", {}), lenient=True)
     return (
@@ -69,13 +69,19 @@ def _thresholds(study: Mapping[str, Any]) -> str:
     )
 
 
-def thresholds(found: Mapping[str, Any]) -> str:
+def _with_share(limits: str, window: Answer) -> str:
+    """The thresholds, and in how many of the samples of a ``window`` they are passed."""
+    level = window["confidence"]
+    return limits if level is None else f"{limits}; in {100 * least_share(level):.1f} % of the samples"
+
+
+def thresholds(found: Answer) -> str:
     """From where the responses of the two count, in words."""
-    a, b = found["thresholds"]
+    a, b = map(_with_share, found["thresholds"], found["windows"])
     return a if a == b else f"in a {a}; in b {b}"
 
 
-def sentence(found: Mapping[str, Any], units: str) -> str:
+def sentence(found: Answer, units: str) -> str:
     """What b wins and costs against a, in one sentence."""
     fmt = Formatter(units)
     a, b = found["names"]
@@ -87,7 +93,7 @@ def sentence(found: Mapping[str, Any], units: str) -> str:
     return text.rstrip("; ") + "."
 
 
-def _moves(found: Mapping[str, Any], fmt: Formatter) -> str:
+def _moves(found: Answer, fmt: Formatter) -> str:
     """How far the borders of the window moved on average along the first axis."""
     axis, parts = found["windows"][0]["axes"][0], []
     for end in ENDS:
@@ -100,7 +106,7 @@ def _moves(found: Mapping[str, Any], fmt: Formatter) -> str:
     return f"on average {' and '.join(parts)}" if parts else ""
 
 
-def _cost(found: Mapping[str, Any], fmt: Formatter) -> str:
+def _cost(found: Answer, fmt: Formatter) -> str:
     """The rates of penetration at the best and at the fastest safe point."""
     words = {"recommended": "at the best point", "fastest": "at the fastest safe point"}
     parts = [
@@ -123,7 +129,7 @@ def _change(name: str, pair: Mapping[str, float | None], fmt: Formatter) -> str:
     return f"{fmt.value(name, b)} for {fmt.value(name, a)}{relative}"
 
 
-def difference(found: Mapping[str, Any]) -> str:
+def difference(found: Answer) -> str:
     """The keys in which the studies differ, in one line."""
     rows = found["study"]
     if not rows:
@@ -133,7 +139,7 @@ def difference(found: Mapping[str, Any]) -> str:
     return f"What differs: {'; '.join(told[:MAX_CHANGES])}{more}."
 
 
-def notes(found: Mapping[str, Any], units: str) -> Iterator[str]:
+def notes(found: Answer, units: str) -> Iterator[str]:
     """What one must know before relying on the comparison: of both windows, and of two
     that are not alike."""
     if found["models"][0] != found["models"][1]:
@@ -155,7 +161,7 @@ def notes(found: Mapping[str, Any], units: str) -> Iterator[str]:
         yield from (f"{name}: {text}" for text in warnings(window, units))
 
 
-def rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
+def rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     """The two windows side by side: what, in a, in b."""
     fmt = Formatter(units)
     windows = found["windows"]
@@ -177,7 +183,7 @@ def rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
         ]
         table.append((f"safe there, {fmt.name(axis)}", ends[0], ends[1]))
     if any(best and "probability" in best for best in bests):
-        table.append(("probability", *(percent(best) if best else "none" for best in bests)))
+        table.append(("probability", *(_probability(best) for best in bests)))
     rate = found["rate"] or {}
     words = {
         "recommended": "rate of penetration there",
@@ -193,7 +199,14 @@ def rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
     return table
 
 
-def border_rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
+def _probability(best: Answer | None) -> str:
+    """That of the best point of a window, with its interval."""
+    if best is None:
+        return "none"
+    return percent(best) if "probability" in best else "not known, as the numbers are single estimates"
+
+
+def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     """The safe intervals of every line of the map: where, in a, in b, and how far the
     ends moved, with the responses beyond them."""
     fmt, table = Formatter(units), []
@@ -209,13 +222,13 @@ def border_rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
     return table
 
 
-def moved_rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
+def moved_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     """As :func:`border_rows`, where a border moved, or an interval is only in one."""
     table = zip(found["borders"], border_rows(found, units), strict=True)
     return [text for row, text in table if any(row[end]["moved"] != 0.0 for end in ENDS)]
 
 
-def _moved(axis: str, end: Mapping[str, Any], fmt: Formatter) -> str:
+def _moved(axis: str, end: Answer, fmt: Formatter) -> str:
     if end["moved"] is None:
         side = "a" if end["a"] is not None else "b"
         beyond = response_words(end[f"responses_{side}"]) or "edge of the map"
@@ -229,7 +242,7 @@ def _moved(axis: str, end: Mapping[str, Any], fmt: Formatter) -> str:
     return f"{text} ({beyond_a if beyond_a == beyond_b else f'{beyond_a}, now {beyond_b}'})"
 
 
-def onset_rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
+def onset_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     """Where each response occurs in a and in b, on every line where that differs: the
     place, the way, the response, in a, in b."""
     fmt, table = Formatter(units), []

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
@@ -17,11 +17,13 @@ from nsdrill.app.experiment import overrides_of, with_overrides
 from nsdrill.app.table import table, write_rows
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
+from nsdrill.late import deferred
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import (
     MemoryLog,
     claim_file,
+    from_dataset,
     kept_of,
     kind_of,
     open_branches,
@@ -37,11 +39,15 @@ from nsdrill.store import (
 )
 from nsdrill.variables import COUNTED, Variable
 
+with deferred():  # it imports the compiled sources, of which show needs none
+    from nsdrill.app import provenance
+
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from xarray import Dataset
 
 
-def is_dataset(data: Any) -> bool:
+def is_dataset(data: object) -> TypeGuard[Dataset]:
     """Whether ``data`` is a Dataset. xarray is imported only where it may be one."""
     if isinstance(data, str | os.PathLike):
         return False
@@ -50,7 +56,7 @@ def is_dataset(data: Any) -> bool:
     return isinstance(data, Dataset)
 
 
-def units_for(units: Any, data: Any) -> str:
+def units_for(units: object, data: Any) -> str:
     """``units``, "si" or "field"; where it is None those that the study in a Dataset or
     file asks for. InputError for others."""
     if units is None:
@@ -60,14 +66,14 @@ def units_for(units: Any, data: Any) -> str:
     return str(units)
 
 
-def is_figure(data: Any) -> bool:
+def is_figure(data: object) -> TypeGuard[Figure]:
     """Whether ``data`` is a figure of matplotlib."""
     from matplotlib.figure import Figure
 
     return isinstance(data, Figure)
 
 
-def _with_variables_only(data: Any, names: Iterable[str]) -> Dataset:
+def _with_variables_only(data: Dataset, names: Iterable[str]) -> Dataset:
     """The Dataset ``data`` with only the variables ``names``, and all coordinates."""
     wanted = {*names}
     kept: Dataset = data.drop_vars([name for name in data.data_vars if name not in wanted])
@@ -77,8 +83,6 @@ def _with_variables_only(data: Any, names: Iterable[str]) -> Dataset:
 def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
     """The results or trace in a Dataset or file; of results only the variables
     ``names``, if given."""
-    from nsdrill.store.dataset import from_dataset
-
     if not is_dataset(data):
         return read_any(name_in(data), names)
     if "branch" in data.dims:
@@ -106,9 +110,7 @@ def validated(data: Results | Trace) -> Results | Trace:
 
 def with_missing_features(results: Results) -> Results:
     """``results`` with NaN for the features that their version of nsdrill lacked."""
-    from nsdrill.app.provenance import model_digest  # late: the compiled sources, of which show needs none
-
-    if results.attrs.get("model_digest") == model_digest(model_in(results.attrs).name):
+    if results.attrs.get("model_digest") == provenance.model_digest(model_in(results.attrs).name):
         return results
     unknown = np.full(results.shape, np.nan)
     later = {v.name: unknown for v in variables_of(results) if v.room == "feature"}
@@ -156,7 +158,7 @@ def missing_variable_errors(name: str) -> Iterator[None]:
         raise InputError(f"{name}: found results without {error.args[0]}; allowed: results that have it.") from error
 
 
-def branches_in(data: Any) -> Any:
+def branches_in(data: Any) -> Dataset | None:
     """The Dataset of branches where ``data`` is one, or the name of a file of branches;
     else None."""
     if is_dataset(data):

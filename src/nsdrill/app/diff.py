@@ -6,11 +6,10 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from typing import Any
 
 from nsdrill.analysis.comparison import compare_results, compare_traces
 from nsdrill.app.datasets import read_any
-from nsdrill.data import Results, Trace, resolved_study
+from nsdrill.data import Answer, Attributes, Resolved, Results, Trace, resolved_study
 from nsdrill.errors import FileError
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.study.study import IN_WORDS_ONLY
@@ -43,7 +42,7 @@ RUN_ATTRIBUTE_UNITS = {
 }  # attributes of a trace
 
 
-def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]) -> dict[str, Any]:
+def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]) -> Answer:
     """The differences between ``a`` and ``b``, results, unfinished runs or traces, in
     memory or files, as plain data in SI units.
 
@@ -68,7 +67,7 @@ def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str |
         for label, data in (("a", a), ("b", b))
     ]
     study = _study_changes(data_a, data_b, names)
-    differences: dict[str, Any] = {
+    differences: Answer = {
         "kind": "diff",
         "files": names,
         "kinds": [_kind(data_a), _kind(data_b)],
@@ -95,7 +94,7 @@ def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str |
     return differences
 
 
-def _study_changes(a: Results | Trace, b: Results | Trace, names: list[str]) -> list[dict[str, Any]]:
+def _study_changes(a: Results | Trace, b: Results | Trace, names: list[str]) -> list[Answer]:
     """The keys of the studies that differ, with both values; FileError, about these
     ``names``, where one holds no study."""
     try:
@@ -109,7 +108,7 @@ def _kind(data: Results | Trace) -> str:
     return "trace" if isinstance(data, Trace) else "results"
 
 
-def _study(attrs: Mapping[str, Any]) -> dict[str, Any]:
+def _study(attrs: Attributes) -> Resolved:
     """The study of a file, with the thresholds in force; empty where the file has no
     study."""
     study = resolved_study(attrs)
@@ -118,11 +117,11 @@ def _study(attrs: Mapping[str, Any]) -> dict[str, Any]:
     return study
 
 
-def _attributes(a: Mapping[str, Any], b: Mapping[str, Any], units: Mapping[str, str]) -> list[dict[str, Any]]:
+def _attributes(a: Attributes, b: Attributes, units: Mapping[str, str]) -> list[Answer]:
     """The attributes that differ, as text with their units; None where one is
     missing."""
 
-    def text(attrs: Mapping[str, Any], name: str) -> str | None:
+    def text(attrs: Attributes, name: str) -> str | None:
         return f"{attrs[name]} {units[name]}".strip() if name in attrs else None
 
     return [{"name": name, "a": text(a, name), "b": text(b, name)} for name in units if text(a, name) != text(b, name)]

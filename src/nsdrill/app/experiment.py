@@ -12,13 +12,18 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from nsdrill.data import OVERRIDES, Array, Results, Trace, json_text, overrides
+from nsdrill.data import OVERRIDES, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, InputError, NsdrillError
+from nsdrill.late import deferred
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
 from nsdrill.models.starts import Starts
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.sweep.plan import Chosen, Plan
+
+with deferred():  # the parser is slow to import, and most files do not need it
+    from nsdrill.study import load as loading
+    from nsdrill.study import write as writing
 
 
 @dataclass(frozen=True)
@@ -104,7 +109,7 @@ def prepare(study: Study) -> Experiment:
 Data = TypeVar("Data", Results, Trace)
 
 
-def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
+def overrides_of(attrs: Attributes) -> list[str]:
     """The overrides ``key=value`` of a file with the root attributes ``attrs``.
 
     Where they are not recorded, as in early replays, they are the keys in which the
@@ -115,15 +120,11 @@ def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
         return [f"{key}={value}" for key, value in found.items()]
     if OVERRIDES in attrs and "replay_of" not in attrs:
         return []
-    # late: the parser is slow to import, and most files do not need it
-    from nsdrill.study import parse_study
-    from nsdrill.study.write import changes
-
     try:
         resolved = json.loads(attrs["study_resolved"])
         return [
             f"{key}={value}"
-            for key, _, value in changes(parse_study(attrs["study"]).resolved, resolved)
+            for key, _, value in writing.changes(loading.parse_study(attrs["study"]).resolved, resolved)
             if value is not None
         ]  # None: a key that the version of the file lacks
     except (NsdrillError, KeyError, TypeError, ValueError, AttributeError):
@@ -136,19 +137,31 @@ def with_overrides(data: Data) -> Data:
     return data
 
 
-def study_of(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> str:
+def own_numbers(attrs: Attributes) -> list[str]:
+    """``key: value`` for each key of the study of a file with the root attributes
+    ``attrs`` that differs from the default of its model, but for its title and units
+    and the axes of its sweep."""
+    study = study_from_resolved(json.loads(attrs["study_resolved"]))
+    default = loading.parse_study(f"model: {study.model.name}\n").resolved
+    return [
+        f"{key}: {value}"
+        for key, _, value in writing.changes(default, study.resolved)
+        if value is not None and key.partition(".")[0] not in ("title", "units", "sweep")
+    ]
+
+
+def study_of(path: str | os.PathLike[str], attrs: Attributes) -> str:
     """The study of the file ``path`` with the root attributes ``attrs`` as a study
     file: every key, with the overrides applied. FileError where the file has no
     study that this version can use."""
     if "study_resolved" not in attrs:
         raise FileError(f"{path}: found no study in the file; allowed: an output of nsdrill run, simulate or replay.")
-    from nsdrill.study.write import study_text
 
     study = study_from_resolved(json.loads(attrs["study_resolved"]), source=str(path))
     head = [f"The study as nsdrill {attrs.get('nsdrill_version', '')} ran it on {attrs.get('created', '')}: every key."]
     if found := overrides_of(attrs):
         head.append(f"Changed by --set: {'; '.join(found)}")
-    return study_text(study.resolved, head)
+    return writing.study_text(study.resolved, head)
 
 
 def stored_experiment(path: str | os.PathLike[str], results: Results) -> Experiment:

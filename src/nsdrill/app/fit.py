@@ -6,9 +6,10 @@ from __future__ import annotations
 import copy
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import ndtr
 from scipy.stats import chi2
 
 from nsdrill.analysis.fitting import (
@@ -26,6 +27,7 @@ from nsdrill.app.rounds import Rounds
 from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.app.size import check_large
 from nsdrill.app.stages import Watch, compiling
+from nsdrill.data import Answer
 from nsdrill.errors import FileError, InputError, StudyError
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes, widened
@@ -33,7 +35,7 @@ from nsdrill.models.leaves import OPERATION
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Record
 from nsdrill.quantity import quantity
-from nsdrill.sampling import quantile, rounded
+from nsdrill.sampling import Numbers, quantile, rounded
 from nsdrill.study.keys import Leaf
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
@@ -77,7 +79,7 @@ class Fit:
     >>> figure = found.picture(units="field")
     """
 
-    note: dict[str, Any]
+    note: Answer
     study: str
     measured: Measured
     prior: dict[str, Array]
@@ -149,7 +151,7 @@ def fit(
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
-def unknowns_of(study: Study) -> dict[str, Any]:
+def unknowns_of(study: Study) -> dict[str, Numbers]:
     """The distributions of the unknowns of ``study`` by key; InputError where a fit
     cannot adjust them."""
     section = study.resolved.get("uncertain") or {}
@@ -225,7 +227,7 @@ class _Simulator:
 
     study: Study
     measured: Measured
-    keys: dict[str, Any]
+    keys: dict[str, Numbers]
     workers: int
     watch: Watch
     most: int
@@ -279,19 +281,15 @@ class _Simulator:
         return features
 
 
-def _unknown_values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
+def _unknown_values(keys: dict[str, Numbers], z: Array) -> dict[str, Array]:
     """The values [n] of the unknowns by key, at samples ``z`` [n, unknowns] (standard
     normal)."""
-    from scipy.special import ndtr
-
     u = np.clip(ndtr(z), 2.0**-54, 1 - 2.0**-54)
     return {key: rounded(quantile(numbers, u[:, i])) for i, (key, numbers) in enumerate(keys.items())}
 
 
-def _unknown_summaries(study: Study, keys: dict[str, Any], fitted: Posterior) -> list[dict[str, Any]]:
+def _unknown_summaries(study: Study, keys: dict[str, Numbers], fitted: Posterior) -> list[Answer]:
     """What the data tell of each unknown."""
-    from scipy.special import ndtr
-
     quantiles = ndtr(fitted.z)
     order = np.argsort(fitted.z, axis=0)
     widths = fitted.widths
@@ -316,8 +314,8 @@ def _unknown_summaries(study: Study, keys: dict[str, Any], fitted: Posterior) ->
 
 
 def _fit_summary(
-    study: Study, measured: Measured, keys: dict[str, Any], fitted: Posterior, predicted: dict[str, Array]
-) -> dict[str, Any]:
+    study: Study, measured: Measured, keys: dict[str, Numbers], fitted: Posterior, predicted: dict[str, Array]
+) -> Answer:
     widths, correlations = fitted.widths, fitted.correlations
     unknowns = _unknown_summaries(study, keys, fitted)
     names = [row["key"] for row in unknowns]
@@ -351,7 +349,7 @@ def _fit_summary(
     }
 
 
-def _feature_summary(name: str, measured: Measured, predicted: Array, fitted: Posterior) -> dict[str, Any]:
+def _feature_summary(name: str, measured: Measured, predicted: Array, fitted: Posterior) -> Answer:
     is_measured = np.isfinite(measured.values[name])
     places = list(measured.values).index(name) * measured.points + np.flatnonzero(is_measured)
     where = np.searchsorted(measured.flat[2], places)
@@ -367,7 +365,7 @@ def _feature_summary(name: str, measured: Measured, predicted: Array, fitted: Po
     }
 
 
-def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], note: dict[str, Any]) -> str:
+def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], note: Answer) -> str:
     """The study with the samples as a table in place of the distributions."""
     resolved = copy.deepcopy(study.resolved)
     section = {key: value for key, value in resolved["uncertain"].items() if key in HOW}

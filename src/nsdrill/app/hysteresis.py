@@ -4,16 +4,15 @@ results file."""
 from __future__ import annotations
 
 import os
-from typing import Any
 
 from nsdrill.analysis import hysteresis as analysis
-from nsdrill.data import Results
+from nsdrill.data import Answer, Results
 from nsdrill.store import read_results
 
 NEEDED = ("status", "response", "whirl_kind")
 
 
-def hysteresis(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]:
+def hysteresis(source: Results | str | os.PathLike[str]) -> list[Answer]:
     """The intervals in which up and down differ in the results, or the results file,
     ``source``: see :func:`nsdrill.analysis.hysteresis.hysteresis`. Empty for a sweep
     that is not up-down."""

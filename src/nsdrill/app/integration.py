@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
+from nsdrill.abi import Rows
 from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.base import Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Operation
-from nsdrill.models.schedule import PIECES, Schedule
+from nsdrill.models.schedule import PIECES, History, Schedule
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, SCHEDULED, STEP_LIMIT
@@ -93,7 +94,7 @@ def run_schedule(
     return replace(run, states=taken)
 
 
-def _variant(study: Study, simulation: Simulation) -> Any:
+def _variant(study: Study, simulation: Simulation) -> Variant:
     model = study.model.dynamics
     fixed = model.variant(study.parameters)
     return model.implicit(fixed) if simulation.method == "implicit" else fixed
@@ -101,8 +102,8 @@ def _variant(study: Study, simulation: Simulation) -> Any:
 
 def _run(
     study: Study,
-    fixed: Any,
-    rows: Any,
+    fixed: Variant,
+    rows: Rows,
     parts: Compiled,
     segments: Iterable[Segment],
     initial: Array,
@@ -141,7 +142,7 @@ def schedule_of(study: Study, values: dict[str, float | None]) -> Schedule:
     return Schedule(replace(study.operation, **fixed), ramps)
 
 
-def points_of(study: Study, operation: Any) -> Values:
+def points_of(study: Study, operation: Operation | History) -> Values:
     """The values of a run at an operating point, or at several [n] of a history."""
     return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
 

@@ -13,14 +13,13 @@ from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 
 from nsdrill.app.experiment import Experiment
 from nsdrill.app.integration import points_of, run_at, sampled_variables, select_states
 from nsdrill.app.run import processors
-from nsdrill.data import Array, Results
+from nsdrill.data import Array, Resolved, Results
 from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
@@ -111,7 +110,7 @@ class Motions:
     def _text(self, values: tuple[tuple[str, float], ...]) -> str:
         return study_text(self.resolved(dict(values)))
 
-    def resolved(self, values: Mapping[str, float]) -> dict[str, Any]:
+    def resolved(self, values: Mapping[str, float]) -> Resolved:
         """The resolved study of one point at these ``values`` of the axes, with one
         start."""
         resolved = deepcopy(self.study.resolved)
@@ -162,7 +161,7 @@ class Motions:
             raise InputError(f"states: found none of {', '.join(names)}; allowed: these. Choose a point again.")
         return np.array([state.get(name, float(value)) for name, value in zip(names, start, strict=True)])
 
-    def with_start(self, study: Study, state: Array) -> dict[str, Any] | None:
+    def with_start(self, study: Study, state: Array) -> Resolved | None:
         """The resolved study of one point with ``state`` as its start; None where its
         states are not keys of a study."""
         names = self.states(study)
@@ -276,7 +275,7 @@ class Motions:
 
 
 _STORED = ("status", "initial_state", "final_state", "steps", "rejected")
-_ONE_START: dict[str, Any] = {"ensemble": 0, "slice": {}}
+_ONE_START: Resolved = {"ensemble": 0, "slice": {}}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.comparison import string_differences
 from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
-from nsdrill.data import resolved_study
+from nsdrill.data import Attributes, resolved_study
 from nsdrill.errors import FileError, Refusal
 from nsdrill.models.leaves import OPERATION
 from nsdrill.orbit.flow import RTOL
@@ -37,7 +36,7 @@ class OrbitPoint:
     unstable: int
 
 
-def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, dict[str, Any]]:
+def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, Attributes]:
     """The point of this ``number``, and the root attributes of the file; InputError
     where there is no such point."""
     data = open_branches(path)
@@ -82,7 +81,7 @@ def settings_for(study: Study, point: OrbitPoint) -> list[str]:
     return texts
 
 
-def check_study(path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: dict[str, Any]) -> None:
+def check_study(path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: Attributes) -> None:
     """FileError where the branches and the ``study`` have different strings, apart from
     the numbers of the ``point``."""
     if str(attrs.get("model")) != study.model.name:

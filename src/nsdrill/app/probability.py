@@ -3,18 +3,21 @@ Dataset, and row by row."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of
-from nsdrill.data import Results
+from nsdrill.data import Answer, Results
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import model_in
 from nsdrill.store.layout import coordinate_attributes, in_words
 
+if TYPE_CHECKING:
+    from xarray import Dataset
 
-def dataset(results: Results, severity: int | None = None) -> Any:
+
+def dataset(results: Results, severity: int | None = None) -> Dataset:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
@@ -52,7 +55,7 @@ def dataset(results: Results, severity: int | None = None) -> Any:
     return result.squeeze([name for name in ("history", *results.axes) if result.sizes[name] == 1])
 
 
-def rows(results: Results) -> list[dict[str, Any]]:
+def rows(results: Results) -> list[Answer]:
     """One row for each operating point, and for each procedure and for all of them
     where there are several: the axes in SI, and of each outcome the ``probability`` and
     the ends ``low`` and ``high`` of its 95 % interval."""
@@ -65,7 +68,7 @@ def rows(results: Results) -> list[dict[str, Any]]:
                 axis: word_or_number(axis, float(results.coords[axis][i]))
                 for axis, i in zip(results.axes, place, strict=True)
             }
-            row: dict[str, Any] = {**values, "history": history}
+            row: Answer = {**values, "history": history}
             for which, outcome in enumerate(estimates.outcomes):
                 cell = (number, which, *place)
                 row[outcome] = {"probability": float(share[cell]), "low": float(low[cell]), "high": float(high[cell])}

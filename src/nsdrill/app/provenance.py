@@ -7,15 +7,13 @@ import hashlib
 import math
 import platform
 from array import array
-from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import lru_cache
 from importlib.metadata import version
-from typing import Any
 
 from nsdrill import __version__
 from nsdrill.abi import source_digest
-from nsdrill.data import json_text
+from nsdrill.data import Attributes, json_text
 from nsdrill.errors import printable
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.registry import sources_of
@@ -32,7 +30,7 @@ _DECISIVE = {
 }
 
 
-def provenance(study: Study, command: str) -> dict[str, Any]:
+def provenance(study: Study, command: str) -> Attributes:
     """Root attributes for a file made from ``study`` by ``command`` (``run``,
     ``simulate``, ...)."""
     now = datetime.now(UTC).isoformat(timespec="seconds")
@@ -54,7 +52,7 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
     }
 
 
-def _model_attributes(study: Study) -> dict[str, Any]:
+def _model_attributes(study: Study) -> Attributes:
     attributes = study.model.attributes
     return {} if attributes is None else attributes(study.parameters, study.initial, study.varied)
 
@@ -77,7 +75,7 @@ def model_digest(model: str = MODEL) -> str:
     constants of the methods, the version of Python, and the mathematics library."""
     pairs = [stepper.tableau for stepper in STEPPERS.values()]
     constants = [(pair, pair.positions, pair.position_error) for pair in pairs]
-    parts: tuple[Any, ...] = (
+    parts: tuple[object, ...] = (
         source_digest(),
         constants,
         _decisive("python", platform.python_version()),
@@ -88,7 +86,7 @@ def model_digest(model: str = MODEL) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
-def unlike(there: Mapping[str, Any], *more: str) -> list[str]:
+def unlike(there: Attributes, *more: str) -> list[str]:
     """The differences, in words, between this process and the one that made a file with
     the root attributes ``there``, in all that may change the bits of a result; ``more``
     names further attributes to compare. Missing attributes are not compared, except for
@@ -100,7 +98,7 @@ def unlike(there: Mapping[str, Any], *more: str) -> list[str]:
     return [f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)]
 
 
-def _decisive(name: str, value: Any) -> str:
+def _decisive(name: str, value: object) -> str:
     """The part of an attribute that can change the bits, as text: of the version of
     Python the first two numbers."""
     return ".".join(str(value).split(".")[:2]) if name == "python" else str(value)

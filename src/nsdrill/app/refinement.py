@@ -7,15 +7,13 @@ levels are retraced from the log. Inferred points are made when the results are 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from nsdrill.app.experiment import Experiment
 from nsdrill.app.stages import RunStages, remaining
-from nsdrill.data import Array
+from nsdrill.data import Array, Attributes
 from nsdrill.store import Sink, Source, columns, pending_records
+from nsdrill.store.sink import Header
 from nsdrill.study.study import Study
 from nsdrill.sweep.refine import Refinement, refine
 from nsdrill.sweep.work import Work
@@ -112,10 +110,10 @@ class InferredSource:
     with the responses ``inferred`` [points] elsewhere; ``attrs`` are added to the root
     attributes."""
 
-    def __init__(self, log: Source, needed: Array, inferred: Array, attrs: Mapping[str, Any]) -> None:
+    def __init__(self, log: Source, needed: Array, inferred: Array, attrs: Attributes) -> None:
         self._log, self._needed, self._inferred = log, needed, inferred
         self.attrs = dict(attrs)
-        self.header = {**log.header, "attrs": {**log.header["attrs"], **attrs}}
+        self.header: Header = {**log.header, "attrs": {**log.header["attrs"], **attrs}}
         self.n_points, self.kept = log.n_points, log.kept
         if (recovery_text := getattr(log, "recovery_text", None)) is not None:
             self.recovery_text = recovery_text
@@ -158,7 +156,7 @@ def response_codes_in(log: Sink) -> Array:
     return response_codes(**columns(log, ["status", "response"]))
 
 
-def summary(study: Study, run: int, points: int) -> dict[str, Any]:
+def summary(study: Study, run: int, points: int) -> Attributes:
     """The root attributes of a refined sweep: the numbers of ``run`` and of inferred
     points, and the spacing [SI] to which the borders between responses are known (the
     widest, of an axis with equal ratios)."""

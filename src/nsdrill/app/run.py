@@ -6,12 +6,11 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from nsdrill.app.refinement import RefinedSweep
 from nsdrill.app.size import check_large, check_memory, disk, memory
 from nsdrill.app.stages import RunStages, Watch, sweep
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
-from nsdrill.data import Results, differences, resolved_study
+from nsdrill.data import Answer, Array, Resolved, Results, differences, resolved_study
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
@@ -44,6 +43,7 @@ from nsdrill.store import (
     write_results,
 )
 from nsdrill.store.claims import Claim
+from nsdrill.store.sink import Header
 from nsdrill.study.study import IN_WORDS_ONLY, Study, digest
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress
@@ -64,7 +64,7 @@ class RunResult:
     seconds: float
     steps: int
     already: int
-    refinement: Mapping[str, Any] = field(default_factory=dict)
+    refinement: Answer = field(default_factory=dict)
     advice: str = ""
 
 
@@ -251,10 +251,10 @@ def checked_workers(workers: int | None) -> int:
     return workers or processors()
 
 
-def header_of(experiment: Experiment) -> dict[str, Any]:
+def header_of(experiment: Experiment) -> Header:
     """The coordinates and root attributes of the results of an experiment."""
     study, plan = experiment.study, experiment.plan
-    coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
+    coords: dict[str, Array | Sequence[float | str]] = {"procedure": list(plan.procedures), **plan.dimensions}
     if study.samples:
         coords["sample"] = list(range(study.samples))
         coords |= {unknown.name: study.drawn[unknown.short] for unknown in study.unknowns}
@@ -358,7 +358,7 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
             f"those, or start anew by {option('overwrite')}."
         )
     for unknown in study.unknowns:
-        if not np.array_equal(log.header["coords"].get(unknown.name), study.drawn[unknown.short]):
+        if not np.array_equal(log.header["coords"].get(unknown.name, ()), study.drawn[unknown.short]):
             raise FileError(
                 f"{where}: its samples of {unknown.key} are not those that this version of SciPy "
                 f"draws. Finish it with the "
@@ -372,7 +372,7 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
         )
 
 
-def _is_looser(study: Study, resolved: dict[str, Any]) -> bool:
+def _is_looser(study: Study, resolved: Resolved) -> bool:
     """Whether ``study`` differs from the ``resolved`` study of a log only by a larger
     limit of steps. A run that ended well with the smaller limit has the same bits with
     the larger one."""

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import os
-from typing import Any
 
 from nsdrill.analysis.probability import check_samples
 from nsdrill.analysis.sensitivity import needed
 from nsdrill.analysis.sensitivity import sensitivity as analysis
 from nsdrill.app.experiment import with_overrides
-from nsdrill.data import Results
+from nsdrill.data import Answer, Results
 from nsdrill.store import read_results
 from nsdrill.variables import TRUST
 
 
-def sensitivity(source: Results | str | os.PathLike[str], severity: int | None = None) -> dict[str, Any]:
+def sensitivity(source: Results | str | os.PathLike[str], severity: int | None = None) -> Answer:
     """The result of :func:`nsdrill.analysis.sensitivity.sensitivity` for the results,
     or the results file, ``source``."""
     return analysis(read_for_sensitivity(source, severity), severity)

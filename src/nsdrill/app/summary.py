@@ -9,7 +9,6 @@ import json
 import os
 from dataclasses import asdict
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 
@@ -17,8 +16,9 @@ from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent
 from nsdrill.app.probability import rows
-from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
+from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, option
+from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
@@ -26,6 +26,12 @@ from nsdrill.observe.labels import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPON
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
+
+with deferred():  # they run the model, and the parser is slow to import
+    from nsdrill.app import attractors as grouping
+    from nsdrill.app import experiment as experiments
+    from nsdrill.app import refinement as refining
+    from nsdrill.study import load as loading
 
 # the rooms of the variables that decide labels
 MEASURED = ("feature", "label", "section", "trust")
@@ -39,7 +45,7 @@ def needed(path: str | os.PathLike[str] | None = None) -> tuple[str, ...]:
     return tuple(variable.name for variable in known if variable.dims == POINT)
 
 
-def summarize(data: Results | Trace) -> dict[str, Any]:
+def summarize(data: Results | Trace) -> Answer:
     """The summary that ``show`` prints, as plain data: kind of file, axes, counts of
     responses, ranges, failed points. For a sweep it uses the variables
     :func:`needed`."""
@@ -50,9 +56,9 @@ def summarize(data: Results | Trace) -> dict[str, Any]:
     return dict(in_words(summary)) if has_words else summary
 
 
-def _summarize_results(results: Results) -> dict[str, Any]:
+def _summarize_results(results: Results) -> Answer:
     status = results["status"]
-    summary: dict[str, Any] = {
+    summary: Answer = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
         "overrides": overrides(results.attrs),
@@ -86,11 +92,8 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     if SAMPLE in results.coords:
         summary |= _uncertain(results)
     elif "start" in results.coords:
-        # late: it groups starts with the equations of the model
-        from nsdrill.app.attractors import attractors
-
         starts = {"starts": len(results.coords["start"]), "slice": results.slice}
-        return summary | starts | {"operating_points": attractors(results)}
+        return summary | starts | {"operating_points": grouping.attractors(results)}
     else:
         summary["hysteresis"] = hysteresis(results)
         if len(results.swept) == 1:
@@ -100,7 +103,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     return summary
 
 
-def _labels(results: Results) -> dict[str, Any]:
+def _labels(results: Results) -> Answer:
     """The counts of the labels of each procedure."""
     status, names = results["status"], model_in(results.attrs).severities
     ok, procedures = status == OK, [str(name) for name in results.coords["procedure"]]
@@ -120,7 +123,7 @@ def _labels(results: Results) -> dict[str, Any]:
     }
 
 
-def _ranges(results: Results) -> dict[str, dict[str, Any]]:
+def _ranges(results: Results) -> dict[str, Answer]:
     """The least and the greatest value of each feature that is shown."""
     ranges = {}
     for name in (*model_in(results.attrs).shown, *EXPONENT):
@@ -132,11 +135,11 @@ def _ranges(results: Results) -> dict[str, dict[str, Any]]:
     return ranges
 
 
-def _uncertain(results: Results) -> dict[str, Any]:
+def _uncertain(results: Results) -> Answer:
     """The summary of samples: their number, the unknowns (each with the median
     ``value`` and the 5 % and 95 % quantiles ``from`` and ``to``), and the probability
     of each outcome."""
-    unknowns: dict[str, Any] = {}
+    unknowns: Answer = {}
     counted = len(results.coords[SAMPLE][independent(results)])
     for unknown, values in results.drawn.items():
         least, low, middle, high, most = np.quantile(values, [0.0, 0.05, 0.5, 0.95, 1.0])
@@ -157,7 +160,7 @@ def _uncertain(results: Results) -> dict[str, Any]:
     }
 
 
-def refinement_of(results: Results) -> dict[str, Any]:
+def refinement_of(results: Results) -> Answer:
     """The root attributes of a refined sweep."""
     refinement = {name: results.attrs[name] for name in ("refine", "points_run", "points_inferred", "border_spacing")}
     if isinstance(refinement["border_spacing"], str):  # as stored in a file
@@ -165,7 +168,7 @@ def refinement_of(results: Results) -> dict[str, Any]:
     return refinement
 
 
-def trust_of(results: Results) -> dict[str, Any]:
+def trust_of(results: Results) -> Answer:
     """The results of the checks: points by verdict, failed checks, and the changes of
     the response."""
     codes = {
@@ -196,7 +199,7 @@ def trust_of(results: Results) -> dict[str, Any]:
     return {**counts, "failed_checks": failed, "changed": sorted(changed, key=lambda row: -row["points"])}
 
 
-def _axis(results: Results, name: str) -> dict[str, Any]:
+def _axis(results: Results, name: str) -> Answer:
     values = results.coords[name]
     if words_along(name):
         return {"values": values.tolist(), "points": len(values)}
@@ -208,7 +211,7 @@ def _counts(name: str, values: np.ndarray) -> dict[str, int]:
     return {BY_NAME[name].words(int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
 
 
-def intervals(results: Results) -> list[dict[str, Any]]:
+def intervals(results: Results) -> list[Answer]:
     """Runs of neighbouring points with one response along the swept axis of a one-axis
     sweep."""
     axis = results.swept[0]
@@ -243,7 +246,7 @@ def intervals(results: Results) -> list[dict[str, Any]]:
     return rows
 
 
-def _summarize_trace(trace: Trace) -> dict[str, Any]:
+def _summarize_trace(trace: Trace) -> Answer:
     wanted = ("title", "created", "nsdrill_version", *AXES, "procedure", "status", "steps", "rejected", "method")
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))
@@ -327,26 +330,21 @@ def new_labels(
     """The labels of ``results``, read from ``path``, with changed thresholds; the line
     for their history, and the root attributes with the thresholds. InputError where a
     refined sweep would need further runs."""
-    from nsdrill.app.attractors import labels_of
-    from nsdrill.app.experiment import stored_experiment
-    from nsdrill.app.refinement import reinfer
-    from nsdrill.study import change_thresholds
-
-    experiment = stored_experiment(path, results)
+    experiment = experiments.stored_experiment(path, results)
     study = experiment.study
-    thresholds = change_thresholds(study.thresholds, overrides)
+    thresholds = loading.change_thresholds(study.thresholds, overrides)
     scales = _state_scales(study, results)
     model = study.model.dynamics
     try:
         labels = model.classify(results.variables, results["status"], thresholds, scales)
         if "start" in results.coords:
-            labels["attractor"] = labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
+            labels["attractor"] = grouping.labels_of(experiment, {**results.variables, **labels}, thresholds.attractors)
     except KeyError as error:
         raise InputError(f"{path}: found results without {error.args[0]}; allowed: results that have it.") from error
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
-        labels["response"], missing = reinfer(experiment, results["status"], labels["response"])
+        labels["response"], missing = refining.reinfer(experiment, results["status"], labels["response"])
         if missing:
             raise InputError(
                 f"{path}: with these thresholds the responses differ between neighbours where the "

@@ -6,7 +6,6 @@ import csv
 import os
 import re
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -20,13 +19,14 @@ from nsdrill.store.trace import trace_variables
 from nsdrill.units import CF, rounded_from_si
 from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
+Cell = str | float | bool  # of a row
 _DEFAULT_ROOMS = ("run", "label", "feature", "trust")
 _HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
 
 
 def table(
     data: Results | Trace, units: str = "si", *, peaks: bool = False, section: bool = False, states: bool = False
-) -> Iterator[list[Any]]:
+) -> Iterator[list[Cell]]:
     """The headings and the rows of results, one per point: its coordinates, every
     variable, and the flags also in words. The word is ``unknown`` for a label that a
     point lacks because its run failed or has not been made. Of a trace there is a row
@@ -46,13 +46,13 @@ def table(
     return _in_field_units(rows) if units == "field" else rows
 
 
-def write_rows(rows: Iterator[list[Any]], path: str | os.PathLike[str], overwrite: bool = True) -> None:
+def write_rows(rows: Iterator[list[Cell]], path: str | os.PathLike[str], overwrite: bool = True) -> None:
     """Write ``rows`` as CSV."""
     with replacing(path, overwrite=overwrite) as whole, whole.text() as file:
         csv.writer(file).writerows(rows)
 
 
-def _rows(results: Results, rooms: tuple[str, ...]) -> Iterator[list[Any]]:
+def _rows(results: Results, rooms: tuple[str, ...]) -> Iterator[list[Cell]]:
     chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
     units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": "", "procedure": ""}
     units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
@@ -62,7 +62,7 @@ def _rows(results: Results, rooms: tuple[str, ...]) -> Iterator[list[Any]]:
     yield [*heads, *_headings(results, chosen)]
     coordinates = {name: in_words(name, results.coords[name]) for name in results.grid}
     for place in np.ndindex(*results.shape):
-        row: list[Any] = [coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)]
+        row: list[Cell] = [coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)]
         row += [results.drawn[unknown][place[results.grid.index("sample")]].item() for unknown in unknowns]
         for variable in chosen:
             value = results.variables[variable.name][place]
@@ -98,15 +98,15 @@ def _heading(name: str, units: str) -> str:
     return f"{name} [{units}]" if units else name
 
 
-def _trace_rows(trace: Trace) -> Iterator[list[Any]]:
+def _trace_rows(trace: Trace) -> Iterator[list[Cell]]:
     variables = trace_variables(trace)
     columns = [trace.time, *(trace.variables[variable.name] for variable in variables)]
     yield ["time [s]", *(f"{variable.name} [{variable.units}]" for variable in variables)]
     yield from map(list, zip(*(column.tolist() for column in columns), strict=True))
 
 
-def _in_field_units(rows: Iterator[list[Any]]) -> Iterator[list[Any]]:
-    heads = next(rows)
+def _in_field_units(rows: Iterator[list[Cell]]) -> Iterator[list[Cell]]:
+    heads = [str(head) for head in next(rows)]
     shown = [_field_unit(head) for head in heads]
     yield [f"{head.partition(' [')[0]} [{unit}]" if unit else head for head, unit in zip(heads, shown, strict=True)]
     for row in rows:

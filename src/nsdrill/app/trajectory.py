@@ -7,14 +7,13 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from operator import attrgetter
-from typing import Any
 
 import numpy as np
 
 from nsdrill.app.experiment import Experiment, prepare, stored_experiment
 from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_variables, schedule_of, select_states
 from nsdrill.app.provenance import provenance, unlike
-from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
+from nsdrill.data import IN_MEMORY, Array, Attributes, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
@@ -104,7 +103,7 @@ def simulate(
     initial = study.model.dynamics.starts(points_of(study, operation), number)[0]
     if state is not None:
         initial = state
-    extra: dict[str, Any] = {"start": number} if study.initial.starts else {}
+    extra: Attributes = {"start": number} if study.initial.starts else {}
     extra |= {} if at_sample is None else {SAMPLE: int(at_sample)}
     if words := [key for key in study.swept if words_of(key)]:
         extra["at"] = json_text({key: word_in(study.parameters, study.initial, key) for key in words})
@@ -174,7 +173,7 @@ def replay(
     study = replace(study, parameters=here.parameters, initial=here.initial, axes=axes, drawn={})
     point = point | {name: select_states(study, outline.coords["state"], point[name]) for name in _STORED[1:]}
     schedule = Schedule(Operation(*here.operation), {})
-    extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
+    extra: Attributes = {"procedure": procedure, "replay_of": printable(str(path))}
     if further := {key: word_or_number(key, value) for key, value in values_there.items() if key not in OPERATION}:
         extra["at"] = json_text(further)
     if plan.starts:
@@ -186,7 +185,7 @@ def replay(
     return _compared(result, study, point, outline.attrs)
 
 
-def _compared(result: Trajectory, study: Study, point: Mapping[str, Any], attrs: Mapping[str, Any]) -> Trajectory:
+def _compared(result: Trajectory, study: Study, point: dict[str, Array], attrs: Attributes) -> Trajectory:
     """The replay ``result``, compared with the stored ``point`` of a file with the root
     attributes ``attrs``."""
     final = np.asarray(point["final_state"])
@@ -202,7 +201,7 @@ def _compared(result: Trajectory, study: Study, point: Mapping[str, Any], attrs:
     )
 
 
-def _stored_point(source: Results | str | os.PathLike[str], experiment: Experiment, number: int) -> dict[str, Any]:
+def _stored_point(source: Results | str | os.PathLike[str], experiment: Experiment, number: int) -> dict[str, Array]:
     """The status and the states of a point of the sweep; InputError where it was not
     run."""
     plan = experiment.plan
@@ -354,7 +353,7 @@ def _trace(
     initial: np.ndarray,
     sample: float,
     command: str,
-    extra: dict[str, Any],
+    extra: Attributes,
     implicit: bool | None = None,
 ) -> Trajectory:
     """The run with its trace. ``implicit`` is the method; None: that of the study."""

@@ -17,12 +17,16 @@ from typing import Any, Self
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.data import Array, json_text
+from nsdrill.data import Answer, Array, json_text
 from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
-from nsdrill.store import check_target, part_path
+from nsdrill.late import deferred
+from nsdrill.store import claim_file, part_path
 from nsdrill.store.hdf5 import ZIP
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
+
+with deferred():  # it imports the compiled sources, of which show needs none
+    from nsdrill.app import provenance
 
 _MAGIC = "nsdrill unfinished "
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
@@ -52,7 +56,7 @@ class Part:
                 f"{option('overwrite')} and {option('resume')} exclude each other: start anew, "
                 f"or go on with what is there?"
             )
-        check_target(output)
+        claim_file(output, overwrite or resume)
         part = cls(part_path(output), what, model)
         sweep_away(part.path)
         finished, unfinished = os.path.lexists(output), os.path.lexists(part.path)
@@ -60,8 +64,6 @@ class Part:
             raise FileError(
                 f"{output}: this {what} is finished; nothing is left to run. Start anew by {option('overwrite')}."
             )
-        if finished and not (overwrite or resume):
-            raise FileError(f"{output}: the file exists. Choose another name, or replace it by {option('overwrite')}.")
         try:
             if unfinished:
                 part._take(overwrite, resume)
@@ -113,7 +115,7 @@ class Part:
         interrupt.unfinished_files.add(str(self.path))
         self._is_temporary = True
 
-    def write(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str) -> None:
+    def write(self, digest: str, data: object, arrays: Mapping[str, Array], kept: str) -> None:
         """Replace the file, in one step, by one with ``arrays`` and plain ``data``, from
         inputs with this ``digest``; ``kept`` says in words what that is.
 
@@ -122,10 +124,8 @@ class Part:
         self.kept, self._is_temporary = kept, False
         interrupt.unfinished_files.discard(str(self.path))
 
-    def _replace(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
+    def _replace(self, digest: str, data: object, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
         # late: it imports the compiler
-        from nsdrill.app.provenance import processor, versions  # late: show needs no compiled sources
-
         head = {
             "magic": _MAGIC + self.what,
             "digest": digest,
@@ -133,8 +133,8 @@ class Part:
             "kept": kept,
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
             "model": self.model,
-            **versions(self.model),
-            "processor": processor(),
+            **provenance.versions(self.model),
+            "processor": provenance.processor(),
         }
         members: dict[str, Any] = {"head": np.frombuffer(json_text(head).encode(), np.uint8), **arrays}
         try:
@@ -170,9 +170,7 @@ class Part:
                 f"{self.path}: made from {inputs}. Go on with what it was made from, or start "
                 f"anew by {option('overwrite')}."
             )
-        from nsdrill.app.provenance import unlike
-
-        if differing := unlike(head):
+        if differing := provenance.unlike(head):
             raise FileError(
                 f"{self.path}: made with other versions, whose numbers may differ "
                 f"({'; '.join(differing)}). Finish it with "
@@ -208,7 +206,7 @@ class Part:
         self.close()
 
 
-def summary(path: str | os.PathLike[str]) -> dict[str, Any] | None:
+def summary(path: str | os.PathLike[str]) -> Answer | None:
     """What is in the part file ``path``, as plain data; None where it is another
     file."""
     try:
@@ -220,7 +218,7 @@ def summary(path: str | os.PathLike[str]) -> dict[str, Any] | None:
     return {"kind": "unfinished", "what": what, **{name: head[name] for name in names}}
 
 
-def _head(path: str | os.PathLike[str]) -> dict[str, Any]:
+def _head(path: str | os.PathLike[str]) -> Answer:
     """The plain data at the beginning of a part file; one of ``_UNREADABLE`` where it is
     another file, or damaged."""
     if not os.path.isfile(path):  # opening a pipe would block

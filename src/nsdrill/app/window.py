@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
 
 from nsdrill.analysis.probability import needed
 from nsdrill.analysis.window import USES, find_window
 from nsdrill.app.check import passed_over
 from nsdrill.app.experiment import with_overrides
-from nsdrill.data import IN_MEMORY, PASSED_OVER, Results, json_text, resolved_study
+from nsdrill.data import IN_MEMORY, PASSED_OVER, Answer, Results, json_text, resolved_study
 from nsdrill.errors import FileError, InputError, NsdrillError
 from nsdrill.store import read_results
 from nsdrill.study.study import study_from_resolved
@@ -20,14 +19,14 @@ from nsdrill.variables import TRUST
 
 def window(
     source: Results | str | os.PathLike[str], severity: int | None = None, confidence: float | None = None
-) -> dict[str, Any]:
+) -> Answer:
     """The safe operating window of the results, or the results file, ``source`` as
     plain data in SI units. ``severity`` is the greatest one allowed (0 to 4; None: by
     response), ``confidence`` (0 to 1) that of results with samples."""
     return window_of(read_for_window(source, severity), severity, confidence)
 
 
-def window_of(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
+def window_of(results: Results, severity: int | None = None, confidence: float | None = None) -> Answer:
     """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds that the
     sweep passes over."""
     return find_window(with_passed_over(results), severity, confidence)
@@ -37,7 +36,7 @@ def with_passed_over(results: Results) -> Results:
     """The ``results`` with the critical speeds below the first speed of their sweep
     among the root attributes, for the window in words and as a picture; without any
     where there are none, or where the file has no study of this version."""
-    passed: list[dict[str, Any]] = []
+    passed: list[Answer] = []
     with suppress(NsdrillError):
         passed = passed_over(study_from_resolved(resolved_study(results.attrs)))
     return replace(results, attrs={**results.attrs, PASSED_OVER: json_text(passed)})

@@ -20,6 +20,7 @@ from nsdrill.operations.argument import (
     Ends,
     File,
     Flag,
+    Kind,
     Number,
     Percent,
     Text,
@@ -31,7 +32,7 @@ from nsdrill.operations.argument import (
 )
 
 with deferred():
-    from nsdrill import data, files, variables
+    from nsdrill import data, files, store, variables
     from nsdrill.app import datasets
     from nsdrill.models import registry
     from nsdrill.study import load as loading
@@ -39,6 +40,7 @@ with deferred():
     from nsdrill.text import words
 
 if TYPE_CHECKING:
+    from nsdrill.data import Answer
     from nsdrill.study.study import Study
 
 UNITS_VARIABLE = "NSDRILL_UNITS"
@@ -46,7 +48,7 @@ Given = dict[str, Any]  # the arguments of an operation
 
 
 def command_of(
-    *operations: Callable[..., Any],
+    *operations: Callable[..., object],
     examples: Sequence[str],
     before: str = "",
     less: Iterable[str] = (),
@@ -62,7 +64,7 @@ def command_of(
     def decorate(function: Callable[..., int]) -> click.Command:
         own = arguments_of(function)
         taken: dict[str, Argument] = {}
-        defaults: dict[str, Any] = {}
+        defaults: Given = {}
         for one in (function, *operations):
             parameters = inspect.signature(one).parameters
             for name, argument in arguments_of(one).items():
@@ -115,7 +117,7 @@ class Command(click.Command):
                 formatter.write_dl([lines[name] for name in names])
 
 
-def _parameters(taken: dict[str, Argument], defaults: dict[str, Any], passed: set[str]) -> list[click.Parameter]:
+def _parameters(taken: dict[str, Argument], defaults: Given, passed: set[str]) -> list[click.Parameter]:
     """What precedes options, the output, then the options of the operations and those of
     the command."""
     made = [
@@ -134,7 +136,7 @@ def _parameters(taken: dict[str, Argument], defaults: dict[str, Any], passed: se
     return sorted(made, key=order)
 
 
-def _parameter(name: str, argument: Argument, default: Any) -> click.Parameter:
+def _parameter(name: str, argument: Argument, default: object) -> click.Parameter:
     required = default is inspect.Parameter.empty
     kind = argument.kind
     option = argument.option or f"--{name.replace('_', '-')}"
@@ -159,7 +161,7 @@ def _parameter(name: str, argument: Argument, default: Any) -> click.Parameter:
     return click.Option([*option.split(), name], type=_type(kind), required=required, **more)
 
 
-def _type(kind: Any) -> Any:
+def _type(kind: Kind) -> click.ParamType | type | None:
     match kind:
         case File():
             return FileName(kind.stream, kind.hdf5)
@@ -178,7 +180,7 @@ def _type(kind: Any) -> Any:
     return None
 
 
-def _converted(values: dict[str, Any], taken: dict[str, Argument]) -> dict[str, Any]:
+def _converted(values: Given, taken: dict[str, Argument]) -> Given:
     """The ``values`` of the command line as the operations take them."""
     found = dict(values)
     for name, value in values.items():
@@ -202,7 +204,7 @@ def _pair(argument: Argument, text: str) -> tuple[str, str]:
     return key, value
 
 
-def _inputs(values: dict[str, Any], taken: dict[str, Argument]) -> list[str]:
+def _inputs(values: Given, taken: dict[str, Argument]) -> list[str]:
     """The names of the files that are read."""
     found: list[str] = []
     for name, value in values.items():
@@ -212,7 +214,7 @@ def _inputs(values: dict[str, Any], taken: dict[str, Argument]) -> list[str]:
     return found
 
 
-def _check_outputs(values: dict[str, Any], taken: dict[str, Argument]) -> None:
+def _check_outputs(values: Given, taken: dict[str, Argument]) -> None:
     """InputError where an output is an input, also with ``--overwrite``."""
     for name, output in values.items():
         kind = taken[name].kind
@@ -230,7 +232,7 @@ def _same_file(source: str, output: str) -> bool:
         return False
 
 
-def _units_of_input(study: Any, values: dict[str, Any], taken: dict[str, Argument]) -> str | None:
+def _units_of_input(study: Study | str | None, values: Given, taken: dict[str, Argument]) -> str | None:
     """The units of the study, or of the study in the first file that is read; None of a
     study that is not read yet, by a command that takes one."""
     if study is not None and not isinstance(study, str):
@@ -260,7 +262,7 @@ def say(text: str) -> None:
     click.echo(text, err=True)
 
 
-def print_json(answer: Any, units: str) -> None:
+def print_json(answer: Answer, units: str) -> None:
     """Print plain data in SI as JSON in ``units``."""
     click.echo(data.json_text(words.in_units(answer, units), indent=2))
 
@@ -270,21 +272,9 @@ def write(output: str | None, text: str, overwrite: bool) -> None:
     if output in (None, "-"):
         click.echo(text, nl=False)
         return
-    from nsdrill.store import claim_file
-
     assert output is not None
-    claim_file(output, overwrite)
+    store.claim_file(output, overwrite)
     files.write_text(output, text, overwrite=overwrite)
-
-
-def claim_picture(output: str | None, overwrite: bool) -> None:
-    """Check, before anything is computed, that a picture may be written."""
-    from nsdrill.plot.saving import check_suffix
-    from nsdrill.store import claim_file
-
-    if output is not None:
-        check_suffix(output)
-        claim_file(output, overwrite)
 
 
 def model_name(name: str | None) -> str:

@@ -35,7 +35,9 @@ class LazyGroup(click.Group):
             command.epilog = f"{command.epilog}\n\n{QUANTITIES}"
         return command
 
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError:

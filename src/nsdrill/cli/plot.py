@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from nsdrill.cli.building import Given, claim_picture, command_of, load, say
+from nsdrill.cli.building import Given, command_of, load, say
 from nsdrill.cli.simulate import requested_values
 from nsdrill.errors import Refusal
 from nsdrill.late import deferred
-from nsdrill.operations import pictures
+from nsdrill.operations import files, pictures
 from nsdrill.operations.argument import arguments_of
 from nsdrill.operations.arguments import (
     OUTPUT,
@@ -36,6 +36,7 @@ with deferred():
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from xarray import Dataset
 
 
 @command_of(
@@ -80,7 +81,6 @@ def command(
 ) -> int:
     """Draw FILE: a results file, the .part file of a run that goes on, a trace, or
     branches; or a chart of a study (.yaml), which is not run."""
-    from nsdrill.plot import save
     from nsdrill.plot.registry import is_study
 
     if no_title and "title" in given:
@@ -100,7 +100,7 @@ def command(
         raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
     if animate:
         return _film(file, output, given, overwrite)
-    claim_picture(output, overwrite)
+    files.claim_picture(output, overwrite)
     if of_study:
         given["study"] = load(file, given.pop("set", ()))
         figure = pictures.chart(**given)
@@ -110,12 +110,12 @@ def command(
             say(f"At {nearest}, the nearest of the sweep.")
     if field is not None:
         say(_overlaid(figure, field, file, given))
-    save(figure, output, overwrite=overwrite)
+    files.save(figure, output, overwrite=overwrite)
     say(f"{output}: drawn.")
     return 0
 
 
-def refuse_others(given: Given, operation: Callable[..., Any], file: str) -> None:
+def refuse_others(given: Given, operation: Callable[..., object], file: str) -> None:
     """A Refusal of an option that the operation for this file does not take."""
     taken = arguments_of(operation)
     for name, value in given.items():
@@ -132,7 +132,7 @@ def refuse_others(given: Given, operation: Callable[..., Any], file: str) -> Non
         raise Refusal(name, "with --animate", "without it")
 
 
-def _cut(file: str, given: Given) -> Any:
+def _cut(file: str, given: Given) -> Dataset | forms.Results | forms.Trace:
     """What is in the file, without its numbers, at the chosen values."""
     from nsdrill.plot import cut
 

@@ -6,11 +6,11 @@ from typing import Annotated
 
 import click
 
-from nsdrill.cli.building import Given, claim_picture, command_of, print_json, say
+from nsdrill.cli.building import Given, command_of, print_json, say
 from nsdrill.cli.simulate import requested_values
 from nsdrill.errors import printable
 from nsdrill.late import deferred
-from nsdrill.operations import answers
+from nsdrill.operations import answers, files
 from nsdrill.operations.arguments import Json, Overwrite, Picture, ResultsLike, Severity, Units
 
 with deferred():
@@ -43,7 +43,8 @@ def command(
     points or at the chosen ones.
     """
     assert units is not None
-    claim_picture(picture, overwrite)
+    if picture is not None:
+        files.claim_picture(picture, overwrite)
     data = answers.results_for_sensitivity(results, severity, requested_values(given))
     summary = indices.sensitivity(data, severity)
     if json:
@@ -52,8 +53,8 @@ def command(
         click.echo(printable(f"{results}: sensitivity. {summary['title']}".rstrip()))
         click.echo("\n".join(text.lines(summary, units)))
     if picture is not None:
-        from nsdrill.plot import draw, save
+        from nsdrill.plot import draw
 
-        save(draw(data, "tornado", units=units, severity=severity), picture, overwrite=overwrite)
+        files.save(draw(data, "tornado", units=units, severity=severity), picture, overwrite=overwrite)
         say(f"{picture}: drawn.")
     return 0

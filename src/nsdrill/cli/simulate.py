@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from nsdrill.cli.building import Given, command_of, say
 from nsdrill.errors import ENDINGS
@@ -55,7 +55,7 @@ def command(given: Given, output: TracePath, units: Units = None, overwrite: Ove
 
 def requested_values(given: Given) -> dict[str, float]:
     """The values of the operating point that were asked for, in SI, with their units."""
-    values: dict[str, Any] = {name: given.get(name) for name in ("depth", "wob", "rotary_speed")}
+    values: dict[str, float | None] = {name: given.get(name) for name in ("depth", "wob", "rotary_speed")}
     return arguments.values_in(given.get("at"), None, **values)
 
 

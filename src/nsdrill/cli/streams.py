@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import click
 
@@ -27,7 +27,7 @@ class _Stream:
     """A standard stream whose errors go to ``on_error``, so that they are not mistaken
     for those of a file."""
 
-    def __init__(self, stream: Any, on_error: Callable[[OSError], None]) -> None:
+    def __init__(self, stream: TextIO, on_error: Callable[[OSError], None]) -> None:
         self._stream, self._on_error = stream, on_error
 
     def write(self, text: str) -> int:
@@ -62,7 +62,7 @@ def standard_streams() -> Iterator[None]:
             warnings.simplefilter("always", category)
         original = warnings.showwarning
 
-        def show(message: Any, category: type[Warning], *where: Any, **more: Any) -> None:
+        def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
             if issubclass(category, CacheWarning | RunWarning):
                 click.echo(f"Warning: {message}", err=True)
             else:

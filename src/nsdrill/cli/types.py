@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
@@ -21,7 +20,7 @@ class FileName(click.ParamType):
     def __init__(self, stream: bool = False, hdf5: bool = False) -> None:
         self.stream, self.hdf5 = stream, hdf5
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
         if not value or "\0" in value:
             self.fail(f"found {value!r}; allowed: the name of a file.", param, ctx)
         if value == "-" and not self.stream:
@@ -66,7 +65,7 @@ class PercentType(click.ParamType):
     def __init__(self, low: float, high: float) -> None:
         self.low, self.high = low, high
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
         option = param.opts[0] if param else "value"
         try:
             number = float(str(value).strip().removesuffix("percent").removesuffix("%"))
@@ -90,7 +89,7 @@ class UnitSystem(click.Choice):
         super().__init__(["si", "field"], case_sensitive=False)
         self.variable = variable
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
         word = str(value).strip().lower()
         if word in self.choices:
             return word

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
-from nsdrill.cli.building import Given, claim_picture, command_of, print_json, say
+from nsdrill.cli.building import Given, command_of, print_json, say
 from nsdrill.errors import printable
 from nsdrill.late import deferred
-from nsdrill.operations import answers
+from nsdrill.operations import answers, files
 from nsdrill.operations.arguments import Json, Other, Overwrite, Picture, ResultsLike, Units
 
 with deferred():
@@ -19,6 +19,8 @@ with deferred():
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from nsdrill.data import Answer, Results
 
 
 @command_of(
@@ -54,11 +56,12 @@ def command(
     penetration.
     """
     assert units is not None
-    claim_picture(picture, overwrite)
+    if picture is not None:
+        files.claim_picture(picture, overwrite)
     chosen = {"severity": given.get("severity"), "confidence": given.get("confidence")}
     names = [results] if other is None else [results, other]
     data = [answers.results_for_window(name, **chosen) for name in names]
-    found: dict[str, Any]
+    found: Answer
     if other is None:
         found = windows.window_of(data[0], **chosen)
         title = printable(f"{results}: operating window. {found['title']}".rstrip())
@@ -72,14 +75,12 @@ def command(
     else:
         click.echo("\n".join(lines))
     if picture is not None:
-        from nsdrill.plot import save
-
-        save(_drawn(data, names, units, chosen), picture, overwrite=overwrite)
+        files.save(_drawn(data, names, units, chosen), picture, overwrite=overwrite)
         say(f"{picture}: drawn.")
     return 0
 
 
-def _drawn(data: list[Any], names: list[str], units: str, chosen: dict[str, Any]) -> Figure:
+def _drawn(data: list[Results], names: list[str], units: str, chosen: Given) -> Figure:
     """The picture of one window, or of two side by side."""
     from nsdrill.plot import draw
     from nsdrill.plot.kinds.window import draw_two

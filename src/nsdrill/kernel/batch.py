@@ -21,7 +21,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.abi import MARKER, OBSERVER, Rows, aligned_zeros
-from nsdrill.compiler.functions import compiled, route
+from nsdrill.compiler.functions import LaneFunction, compiled, route
 from nsdrill.data import Array
 from nsdrill.errors import InputError
 from nsdrill.kernel.loop import (
@@ -95,13 +95,13 @@ class Compiled:
     """The compiled functions for one number of lanes: the model's right-hand side, the
     observer, and the observer's marker, which is called at the marks of a run."""
 
-    right_hand_side: Any
-    observer: Any
-    marker: Any
+    right_hand_side: LaneFunction
+    observer: LaneFunction
+    marker: LaneFunction
 
 
 @lru_cache
-def unobserved(lanes: int) -> tuple[Any, Any]:
+def unobserved(lanes: int) -> tuple[LaneFunction, LaneFunction]:
     """A compiled observer and a marker that do nothing, for runs of which only the
     final state is needed."""
 

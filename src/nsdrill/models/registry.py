@@ -11,7 +11,7 @@ import hashlib
 import importlib
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -19,7 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from nsdrill.data import frozen_modes
+from nsdrill.data import Attributes, frozen_modes
 from nsdrill.errors import InputError
 from nsdrill.variables import MODEL
 
@@ -200,13 +200,13 @@ def model_named(name: str) -> Model:
     return model
 
 
-def model_in(attrs: Mapping[str, Any]) -> Description:
+def model_in(attrs: Attributes) -> Description:
     """The description of the model of a file with the root attributes ``attrs``: the
     default model where they name none."""
     return described(str(attrs.get("model") or MODEL))
 
 
-def drawn_in(attrs: Mapping[str, Any]) -> Drawn:
+def drawn_in(attrs: Attributes) -> Drawn:
     """What pictures show of a file with the root attributes ``attrs``, without the
     modes that are frozen."""
     return model_in(attrs).drawn.without(frozen_modes(attrs))

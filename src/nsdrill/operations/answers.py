@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.check import Report
-    from nsdrill.data import Results
+    from nsdrill.data import Answer, Results
 
 
 def check(study: StudyLike, set: Settings = None, units: Units = None) -> Report:
@@ -76,7 +76,7 @@ class Shown:
     ``name``, in ``units``, with ``everything``."""
 
     name: str
-    summary: dict[str, Any]
+    summary: Answer
     units: str
     everything: bool
 
@@ -107,7 +107,7 @@ def show(data: AnyData, *, units: Units = None, everything: Everything = False) 
     return Shown(name, _summary(data, name), units, everything)
 
 
-def _summary(data: Any, name: str) -> dict[str, Any]:
+def _summary(data: AnyData, name: str) -> Answer:
     if not datasets.is_dataset(data) and (found := unfinished.summary(name)) is not None:
         return found
     if (branches := datasets.branches_in(data)) is not None:
@@ -140,7 +140,7 @@ def window(results: ResultsLike, severity: Severity = None, confidence: Confiden
     return windows.window_of(results_for_window(results, severity, confidence), severity, confidence)
 
 
-def results_for_window(results: Any, severity: Any, confidence: Any = None) -> Results:
+def results_for_window(results: ResultsLike, severity: int | None, confidence: float | None = None) -> Results:
     """The results with what a window is found of."""
     check_severity(severity)
     check_confidence(confidence)
@@ -214,7 +214,7 @@ def sensitivity(
     return indices.sensitivity(results_for_sensitivity(results, severity, chosen), severity)
 
 
-def results_for_sensitivity(results: Any, severity: Any, chosen: dict[str, float]) -> Results:
+def results_for_sensitivity(results: ResultsLike, severity: int | None, chosen: dict[str, float]) -> Results:
     """The results with what a sensitivity is found of, at the chosen values."""
     from nsdrill.plot import cut
 
@@ -308,13 +308,13 @@ def diff(a: One, b: Two) -> dict[str, Any]:
     return differences.diff(one, two)
 
 
-def check_severity(severity: Any) -> None:
+def check_severity(severity: object) -> None:
     """A Refusal of what is no severity."""
     if severity is not None and (not arguments.is_whole(severity) or severity not in range(5)):
         raise Refusal("severity", repr(severity), "0 to 4, or None")
 
 
-def check_confidence(confidence: Any) -> None:
+def check_confidence(confidence: object) -> None:
     """A Refusal of what is no probability."""
     if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
         raise Refusal("confidence", repr(confidence), "a number between 0 and 1, as 0.9, or None")

@@ -111,7 +111,7 @@ class Argument:
     help: str = ""
 
 
-def arguments_of(function: Callable[..., Any]) -> dict[str, Argument]:
+def arguments_of(function: Callable[..., object]) -> dict[str, Argument]:
     """The arguments of an operation by their names. A text beside the argument in an
     annotation is its meaning there."""
     found: dict[str, Argument] = {}
@@ -126,7 +126,7 @@ def arguments_of(function: Callable[..., Any]) -> dict[str, Argument]:
     return found
 
 
-def documented(function: Callable[..., Any]) -> str:
+def documented(function: Callable[..., object]) -> str:
     """The docstring of an operation with its parameters, as the argument types have
     them."""
     lines = []

@@ -12,7 +12,7 @@ from nsdrill.operations.argument import Units as System
 
 with deferred():
     from nsdrill.models import registry
-    from nsdrill.study import keys
+    from nsdrill.study import keys, write
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as AxesOfMatplotlib
@@ -57,9 +57,7 @@ def kinds() -> Iterable[str]:
 
 
 def examples() -> Iterable[str]:
-    from nsdrill.study.write import examples
-
-    return examples()
+    return write.examples()
 
 
 def _assignments(leaves: Mapping[str, Leaf]) -> Iterator[str]:
@@ -71,7 +69,7 @@ def _assignments(leaves: Mapping[str, Leaf]) -> Iterator[str]:
 # --- what is read
 
 StudyLike = Annotated[
-    "Study | PathLike | Mapping[str, Any]",
+    "Study | PathLike | Mapping[str, object]",
     Argument(
         "The name of a YAML file; YAML text, a string with a line break or with a colon and a blank; or a "
         "mapping with the keys of a study file, nested or dotted, with values as in a file.",
@@ -81,7 +79,7 @@ StudyLike = Annotated[
     ),
 ]
 Settings = Annotated[
-    "Mapping[str, Any] | Sequence[str] | None",
+    "Mapping[str, object] | Sequence[str] | None",
     Argument(
         'Keys of the study to change: a mapping by dotted keys, or texts "key=value".',
         "mapping or sequence of str",
@@ -92,7 +90,7 @@ Settings = Annotated[
     ),
 ]
 SettingsOfAStudy = Annotated[
-    "Mapping[str, Any] | Sequence[str] | None",
+    "Mapping[str, object] | Sequence[str] | None",
     Argument(
         'With a study: keys to change, a mapping by dotted keys, or texts "key=value".',
         "mapping or sequence of str",
@@ -103,7 +101,7 @@ SettingsOfAStudy = Annotated[
     ),
 ]
 Thresholds = Annotated[
-    "Mapping[str, Any] | Sequence[str] | None",
+    "Mapping[str, object] | Sequence[str] | None",
     Argument(
         'Keys of ``classify`` with their new values, a mapping or texts "key=value"; without any, the '
         "thresholds of the study are restored.",
@@ -620,7 +618,7 @@ NoTitle = Annotated[
     Argument("No title, and no headings of panels: for a picture with a caption.", option="--no-title", kind=Flag()),
 ]
 Style = Annotated[
-    "PathLike | Mapping[str, Any] | None",
+    "PathLike | Mapping[str, object] | None",
     Argument(
         "A style file of matplotlib, one of its styles, or a mapping of its settings. Changes of matplotlib's "
         "``rcParams`` apply as well.",

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING
 
 from nsdrill.errors import InputError, Refusal
 from nsdrill.late import deferred
-from nsdrill.operations.arguments import AnyFile, HDF5Path, ManyResults, Overwrite, Saved, SavePath
+from nsdrill.operations.arguments import AnyFile, HDF5Path, ManyResults, Overwrite, PathLike, Saved, SavePath
 
 with deferred():
     from nsdrill import store
     from nsdrill.app import arguments, datasets
     from nsdrill.app import combine as joining
-    from nsdrill.app import datasets as reading
-    from nsdrill.app import datasets as saving
     from nsdrill.models import vocabulary
 
 if TYPE_CHECKING:
@@ -59,7 +57,7 @@ def combine(results: ManyResults, path: HDF5Path = None, overwrite: Overwrite = 
     ]
     whole, key = joining.combine(parts)
     if path is not None:
-        saving.save(whole, path, overwrite=overwrite)
+        datasets.save(whole, path, overwrite=overwrite)
     return whole, key
 
 
@@ -91,7 +89,7 @@ def open_results(path: AnyFile) -> Dataset:
         return store.open_results(name)
     if kind == "branches":
         return store.open_branches(name)
-    return store.to_dataset(reading.read_any(name))
+    return store.to_dataset(datasets.read_any(name))
 
 
 def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
@@ -114,14 +112,12 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
     >>> nsdrill.save(nsdrill.open_results("out.h5"), "table.csv")
     >>> nsdrill.save(nsdrill.plot("out.h5"), "picture.pdf")
     """
-    from nsdrill.plot import check_suffix
-    from nsdrill.plot import save as save_figure
-
     path = arguments.name_in(path, "path")
     if datasets.is_figure(data):
-        check_suffix(path)
-        store.claim_file(path, overwrite)
-        save_figure(data, path, overwrite=overwrite)
+        from nsdrill.plot import save
+
+        claim_picture(path, overwrite)
+        save(data, path, overwrite=overwrite)
         return
     if not datasets.is_dataset(data):
         raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
@@ -135,4 +131,12 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its "
             f"own variables. Leave the others out with drop_vars, or write all with to_netcdf."
         )
-    saving.save(datasets.validated(store.from_dataset(data)), path, overwrite=overwrite)
+    datasets.save(datasets.validated(store.from_dataset(data)), path, overwrite=overwrite)
+
+
+def claim_picture(path: PathLike, overwrite: bool) -> None:
+    """Check, before anything is computed, that a picture may be written."""
+    from nsdrill.plot.saving import check_suffix
+
+    check_suffix(path)
+    store.claim_file(path, overwrite)

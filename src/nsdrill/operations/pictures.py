@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, cast
 
 from nsdrill.errors import Refusal, RunWarning, option, printable
 from nsdrill.late import deferred
@@ -56,10 +57,13 @@ with deferred():
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from xarray import Dataset
 
     from nsdrill.data import Results, Trace
     from nsdrill.web.notebook import View
     from nsdrill.web.server import Explorer
+
+    Drawable: TypeAlias = Dataset | Results | Trace
 
 
 def plot(
@@ -145,7 +149,7 @@ def plot(
     return figure
 
 
-def refuse_with_a_study(given: dict[str, Any]) -> None:
+def refuse_with_a_study(given: Mapping[str, object]) -> None:
     """A Refusal of an argument for which a chart has no use."""
     for name, value in given.items():
         if value not in (None, [], False):
@@ -153,21 +157,21 @@ def refuse_with_a_study(given: dict[str, Any]) -> None:
 
 
 def _drawn(
-    data: Any,
+    data: AnyData,
     kind: str | None,
     chosen: dict[str, float],
     start: int | None,
     panel: str | None,
     severity: int | None,
-    over: Any,
-) -> tuple[Any, Any]:
+    over: AnyData,
+) -> tuple[Drawable, Drawable | None]:
     """The data with what a picture is drawn of, and what is drawn behind it, or None."""
     if (branches := datasets.branches_in(data)) is not None:
         return branches, None if over is None else datasets.with_variables(
             datasets.data_in(over, None), option("over"), ("status",)
         )
     outline = datasets.outline_in(data)
-    drawn: Any = outline
+    drawn: Drawable = outline
     if isinstance(outline, forms.Results):
         drawn = _sweep_to_draw(data, outline, kind, chosen, start, panel, severity)
     if over is None:
@@ -178,7 +182,7 @@ def _drawn(
 
 
 def _sweep_to_draw(
-    data: Any,
+    data: AnyData,
     outline: Results,
     kind: str | None,
     chosen: dict[str, float],
@@ -316,7 +320,9 @@ def view(
     return notebook.View(explorer(path, over=over, set=set, units=units), height)
 
 
-def explorer(path: Any, *, over: Any = None, set: Any = None, units: str | None = None, port: int = 0) -> Explorer:
+def explorer(
+    path: object, *, over: object = None, set: object = None, units: str | None = None, port: int = 0
+) -> Explorer:
     """The explorer of a file, not yet started, on this ``port`` or any that is free."""
     from nsdrill.plot.labels import check_units
 

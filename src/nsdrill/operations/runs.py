@@ -7,10 +7,11 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import Refusal, RunWarning, StudyError, option
 from nsdrill.late import deferred
+from nsdrill.operations import files
 from nsdrill.operations.arguments import (
     At,
     Batch,
@@ -27,6 +28,7 @@ from nsdrill.operations.arguments import (
     MostRounds,
     Orbit,
     Overwrite,
+    PathLike,
     PictureOfFit,
     PointOfOrbit,
     Procedure,
@@ -159,7 +161,7 @@ def run(
         )
 
 
-def _check_path(path: Any, **meant: bool) -> None:
+def _check_path(path: object, **meant: bool) -> None:
     """A Refusal where no file is written and something is said about one."""
     if path is None:
         for name, on in meant.items():
@@ -299,7 +301,11 @@ def simulate(
 
 
 def _orbit(
-    study: Study, orbit: Any, point: Any, chosen: Mapping[str, Any], spans: Mapping[str, float | None]
+    study: Study,
+    orbit: PathLike | None,
+    point: int | None,
+    chosen: Mapping[str, object],
+    spans: Mapping[str, float | None],
 ) -> Trajectory:
     """The motion at a point of a file of branches."""
     if orbit is None or point is None:
@@ -343,7 +349,7 @@ def replay(
     >>> trace.attrs["same_bits"]
     1
     """
-    source: Any
+    source: Results | str
     if datasets.is_dataset(results):
         names = ("status", "initial_state", "final_state")
         source = datasets.with_variables(datasets.data_in(results, names), "replay", names)
@@ -463,7 +469,8 @@ def fit(
     units = units or loaded.units
     _check_counts(batch, rounds, samples)
     _check_path(path, resume=resume, overwrite=overwrite and picture is None)
-    _claim_picture(picture, overwrite)
+    if picture is not None:
+        files.claim_picture(picture, overwrite)
     times = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)
     reading = measured.Reading(dict(rename or {}), tuple(ignore), dict(errors or {}), skip_gaps, *times)
     table = measured.read_measured(arguments.name_in(data, "data"), loaded, reading)
@@ -491,29 +498,14 @@ def fit(
                 large=large,
             )
         if picture is not None:  # before the study: then the rounds beside it are deleted
-            _save_picture(found, picture, units, overwrite)
+            files.save(found.picture(units), picture, overwrite=overwrite)
         if path is not None:
             store.write_text(path, found.study, calls.recovery_text, overwrite=overwrite or resume)
             calls.discard()
     return found
 
 
-def _check_counts(batch: Any, rounds: Any, samples: Any) -> None:
+def _check_counts(batch: int, rounds: int, samples: int) -> None:
     for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
         if not arguments.is_whole(number) or number < least:
             raise Refusal(name, repr(number), f"a whole number, {least} or more")
-
-
-def _claim_picture(picture: Any, overwrite: bool) -> None:
-    """Check, before anything is run, that the picture may be written."""
-    from nsdrill.plot.saving import check_suffix
-
-    if picture is not None:
-        check_suffix(picture)
-        store.claim_file(picture, overwrite)
-
-
-def _save_picture(found: Fit, picture: Any, units: str, overwrite: bool) -> None:
-    from nsdrill.plot import save
-
-    save(found.picture(units), arguments.name_in(picture, "picture"), overwrite=overwrite)

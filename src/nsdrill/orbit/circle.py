@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -52,7 +51,7 @@ class Circle(Shooting):
     tolerance_factor = TOLERANCE_FACTOR
 
     @property
-    def angles(self) -> Any:
+    def angles(self) -> Array:
         """The angles theta of the points [points], in rad."""
         return 2.0 * math.pi * np.arange(self.segments) / self.segments
 
@@ -166,7 +165,7 @@ class Circle(Shooting):
         return circles
 
 
-def _map_legs(states: Array, angle: float, values: Array, tangent: Any = False) -> Legs:
+def _map_legs(states: Array, angle: float, values: Array, tangent: bool | Array = False) -> Legs:
     """The map over an ``angle`` of the drive from ``states`` at the drive angle 0."""
     return Legs(states, 0.0, angle, values, tangent, TOLERANCE_FACTOR, True)
 
@@ -258,7 +257,7 @@ def _mean_step(angle: Array) -> float:
     return float(weights @ steps / weights.sum())
 
 
-def _harmonics(theta: Any, points: int) -> Array:
+def _harmonics(theta: Array, points: int) -> Array:
     """A constant, cosines and sines of ``theta`` [n], as many as a circle has points."""
     phases = theta[:, None] * np.arange(1, points // 2 + 1)
     return np.concatenate([np.ones((len(theta), 1)), np.cos(phases), np.sin(phases)], axis=1)

@@ -8,9 +8,12 @@ SuperLU, which has no threads, is as fast as OpenBLAS alone.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from scipy.sparse.linalg import SuperLU
 
 from nsdrill.data import Array
 from nsdrill.models.base import Symmetry
@@ -39,7 +42,7 @@ def sign_of_determinant(matrix: Array) -> float:
     return diagonal * _parity(factors.perm_r) * _parity(factors.perm_c)
 
 
-def _factors(matrix: Array) -> Any:
+def _factors(matrix: Array) -> SuperLU:
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
 
@@ -51,7 +54,7 @@ def _factors(matrix: Array) -> Any:
         raise np.linalg.LinAlgError(str(error)) from None
 
 
-def _parity(permutation: np.ndarray[Any, np.dtype[Any]]) -> float:
+def _parity(permutation: Array) -> float:
     """1 for an even permutation, -1 for an odd one: by its pairs in falling order."""
     return -1.0 if np.triu(np.greater.outer(permutation, permutation)).sum() % 2 else 1.0
 
@@ -59,7 +62,7 @@ def _parity(permutation: np.ndarray[Any, np.dtype[Any]]) -> float:
 # The rotating frame of the drive, in which motions repeat.
 
 
-def rotated(symmetry: Symmetry, state: Array, angle: Any) -> Array:
+def rotated(symmetry: Symmetry, state: Array, angle: float | Array) -> Array:
     """States (..., states) rotated by ``angle`` [rad], a number or an array over all
     but the last dimension."""
     rotated_state = np.array(state, dtype=float)

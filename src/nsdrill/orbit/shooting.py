@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -48,7 +48,7 @@ class Orbit:
     state: Array
     values: Array
     period: float
-    multipliers: np.ndarray[Any, np.dtype[Any]]
+    multipliers: Array
     touches: Array
     trivial: int
     monodromy: Array | None
@@ -57,7 +57,7 @@ class Orbit:
     free: tuple[int, ...]
 
     @property
-    def nontrivial(self) -> np.ndarray[Any, np.dtype[Any]]:
+    def nontrivial(self) -> Array:
         """The multipliers that decide on stability."""
         if not self.trivial:
             return self.multipliers

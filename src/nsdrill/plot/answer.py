@@ -129,7 +129,8 @@ def answer(summary: Plain, units: str) -> str:
     if summary["confidence"] is not None:
         text += f"; with a probability of {percent(best)}"
     text += ", whatever the history" if summary["history_examined"] else ", on the one history that was run"
-    words = {side: _side_verb(sides[side], "below" if side == "less" else "above") for side in ("less", "more")}
+    may = summary["confidence"] is not None  # some of the samples do
+    words = {side: _side_verb(sides[side], "below" if side == "less" else "above", may) for side in ("less", "more")}
     if all(side["why"] == "edge" for side in sides.values()):
         return f"{text}; the map ends on both sides."
     return f"{text}; {words['less']}, {words['more']}."
@@ -159,15 +160,15 @@ def chosen_map(summary: Plain) -> Plain | None:
     return best
 
 
-def _side_verb(side: Plain, where: str) -> str:
-    """``below it sticks``, ``above the map ends``."""
+def _side_verb(side: Plain, where: str, may: bool) -> str:
+    """``below it sticks``, or that it ``may``; ``above the map ends``."""
     if side["why"] == "edge":
         return f"{where} the map ends"
     if side["why"] == "distrusted":
         return f"{where} the checks disagree"
     if side["why"] in ("failed", "unknown"):
         return f"{where} nothing is known"
-    depends = side["why"] == "rim"
+    depends = may or side["why"] == "rim"
     verbs = [VERBS[name] + ("" if depends else "s") for name in side["responses"]]
     if not verbs:
         return f"{where} it {'may be' if depends else 'is'} critical"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nsdrill import quantity as quantities
-from nsdrill.data import Results, drive_kind, frozen_modes, overrides, resolved_study
+from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, overrides, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import as_value
 from nsdrill.quantity import SYSTEMS
@@ -55,20 +55,20 @@ def written(word: str) -> str:
     return WRITTEN.get(word, word.replace("_", " "))
 
 
-def way_word(procedure: str, attrs: Mapping[str, Any]) -> str:
+def way_word(procedure: str, attrs: Attributes) -> str:
     """The word for a procedure of a sweep with these ``attrs``: ``deeper`` for up where
     the state was carried along the depth, which increases downwards."""
     sweep = resolved_study(attrs).get("sweep") or {}
     return DEPTH_WAYS.get(procedure, procedure) if sweep.get("along") == "depth" else procedure
 
 
-def carried(procedure: str, attrs: Mapping[str, Any]) -> str:
+def carried(procedure: str, attrs: Attributes) -> str:
     """``carried up``; of a procedure in which nothing is carried its name."""
     word = way_word(procedure, attrs)
     return f"carried {word}" if procedure in DEPTH_WAYS else word
 
 
-def both_ways(attrs: Mapping[str, Any]) -> str:
+def both_ways(attrs: Attributes) -> str:
     """``up and down``, in the words for a sweep with these ``attrs``."""
     return " and ".join(way_word(procedure, attrs) for procedure in DEPTH_WAYS)
 
@@ -102,7 +102,7 @@ def operating_point(values: Mapping[str, Any], units: str) -> str:
     return ", ".join(texts)
 
 
-def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
+def heading(attrs: Attributes, point: str, *, width: int = 100) -> str:
     """The title of the study in the words of the user; on lines of their own what
     ``--set`` changed, in ``width`` characters, and the operating values that the title
     does not give."""
@@ -155,7 +155,7 @@ def _values_not_in_title(point: str, title: str) -> str:
 _LONG_NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)
 
 
-def _unusual_features(attrs: Mapping[str, Any]) -> list[str]:
+def _unusual_features(attrs: Attributes) -> list[str]:
     """What sets the string apart: a drive that is not ideal, and frozen motions."""
     drive, frozen = drive_kind(attrs), frozen_modes(attrs)
     return [
@@ -168,7 +168,7 @@ def _unusual_features(attrs: Mapping[str, Any]) -> list[str]:
 NOT_PHYSICAL = ("sweep", "simulation", "uncertain", "check", "output", "units", "classify")
 
 
-def describe_overrides(attrs: Mapping[str, Any], width: int) -> str:
+def describe_overrides(attrs: Attributes, width: int) -> str:
     """What ``--set`` of run and classify changed, in one line:
     ``bit.lobes = 1 and 3 more``. The title and the operating point, which stand in the
     heading anyway, and the sweep, which the axes show, are left out; where something

@@ -19,6 +19,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from nsdrill.data import Attributes
 from nsdrill.errors import InputError, option
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import look as look
@@ -210,7 +211,7 @@ def motion_entries(codes: Iterable[int]) -> list[Artist]:
     return [marker_entry(style.name, "o", style.colour, size=4) for style in (MOTIONS[code] for code in sorted(codes))]
 
 
-def direction_entries(procedures: Sequence[str], attrs: Mapping[str, Any]) -> list[Artist]:
+def direction_entries(procedures: Sequence[str], attrs: Attributes) -> list[Artist]:
     """What filled and open markers mean; no entries where the state was not carried
     both up and down."""
     if not {"up", "down"} <= set(procedures):
@@ -228,10 +229,14 @@ def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> Non
         if width <= figure.bbox.width:
             return
         if count == 1:
+            height = legend.get_window_extent().height
             for text in legend.get_texts():
                 characters = int(len(text.get_text()) * 0.95 * figure.bbox.width / width)
                 if len(text.get_text()) > characters:
                     text.set_text(textwrap.fill(text.get_text(), max(characters, SHORTEST_LINE)))
+            if isinstance(figure, Picture) and look.get().height is None:  # else the panels become lower
+                more = (legend.get_window_extent().height - height) / figure.dpi
+                figure.set_figheight(figure.get_figheight() + more)
             return
         legend.remove()
 

@@ -20,7 +20,7 @@ from matplotlib.font_manager import FontProperties
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.probability import FAILED_POINT
-from nsdrill.data import Array, Results, resolved_study
+from nsdrill.data import Array, Attributes, Results, resolved_study
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.plot.cells import overlay_verdicts, verdict_handles
 from nsdrill.plot.labels import quantity, sweep_title, way_word
@@ -267,7 +267,7 @@ def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
     return [line_entry(label="rotary speed", **style)] if panels else []
 
 
-def draw_wall(attrs: Mapping[str, Any], panels: list[Axes], units: str) -> list[Artist]:
+def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]:
     """The wall of the hole as a line, where the file with these ``attrs`` has its
     distance, and its entry of the legend; where the motion stays far from it, its
     distance beside an arrow in the panels, and no entry."""
@@ -309,7 +309,7 @@ _GRADED: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
 }
 
 
-def severity_bounds(attrs: Mapping[str, Any], name: str) -> tuple[float, ...]:
+def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
     """The four bounds of severity of variable ``name`` in its own units, none where it
     is not graded.
 
@@ -386,7 +386,7 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
                     axes.plot(x, np.full(x.size, border), marker=marker, color=colour, gid=gid, **arrow)
 
 
-def shade_severity(axes: Axes, attrs: Mapping[str, Any], name: str, units: str, *, with_names: bool) -> None:
+def shade_severity(axes: Axes, attrs: Attributes, name: str, units: str, *, with_names: bool) -> None:
     """The bands of severity of a variable behind its curve, where it is graded, with
     their names at the right where ``with_names``."""
     bounds = [bound / quantity(name, units).scale for bound in severity_bounds(attrs, name)]

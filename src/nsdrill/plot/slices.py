@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
@@ -24,13 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axis import XAxis, YAxis
 
 T = TypeVar("T")
-
-
-def evenly_spaced(items: Sequence[T], most: int) -> list[T]:
-    """At most so many of the items, evenly spaced, with the first and the last."""
-    if len(items) <= most:
-        return list(items)
-    return [items[round(number * (len(items) - 1) / (most - 1))] for number in range(most)]
 
 
 def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:

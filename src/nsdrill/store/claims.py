@@ -34,7 +34,7 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
         raise FileError(
             f"{option('overwrite')} and {option('resume')} exclude each other: start anew, or go on with what is there?"
         )
-    check_target(path)
+    claim_file(path, overwrite or resume)
     part = part_path(path)
     finished, unfinished = os.path.lexists(path), os.path.lexists(part)
     for name in (Path(os.path.realpath(path)), part):
@@ -43,8 +43,6 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
         # Where both exist, the log belongs to a run that was allowed to overwrite the
         # file, so it is the newer of the two.
         return "resume" if unfinished else "finished" if finished else "new"
-    if finished and not overwrite:
-        raise FileError(f"{path}: the file exists. Choose another name, or replace it by {option('overwrite')}.")
     if unfinished:
         if not overwrite:
             # raises the FileError of a log that another process is writing

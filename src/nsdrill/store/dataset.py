@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.data import Results, Trace
+from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import FileError
 from nsdrill.files import reason
 from nsdrill.models.registry import model_in
@@ -31,11 +31,15 @@ from nsdrill.store.read import Points, kept_of, read_results
 from nsdrill.store.trace import trace_in, trace_variables
 from nsdrill.variables import FORMAT_VERSION, POINT
 
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
 _NAME = "the Dataset"
 _GIVE = "Give one of nsdrill.run or nsdrill.open_results, or a part of it by isel or sel."
 
 
-def to_dataset(data: Results | Trace) -> Any:
+def to_dataset(data: Results | Trace) -> Dataset:
     """``data`` as the xarray Dataset that xarray reads from its file: the same
     dimensions, coordinates, attributes and types; flags are whole numbers."""
     if isinstance(data, Trace):
@@ -59,7 +63,7 @@ def to_dataset(data: Results | Trace) -> Any:
     return _dataset(variables, stored_coordinates(data.coords, order, kept, data.drawn), attrs)
 
 
-def _dataset(variables: Mapping[str, Stored], coordinates: Mapping[str, Stored], attrs: Mapping[str, Any]) -> Any:
+def _dataset(variables: Mapping[str, Stored], coordinates: Mapping[str, Stored], attrs: Attributes) -> Dataset:
     """A Dataset with root attributes as xarray reads them, where numbers are numpy scalars
     or arrays, and encoded as a file of nsdrill is."""
     import xarray
@@ -80,7 +84,7 @@ def _dataset(variables: Mapping[str, Stored], coordinates: Mapping[str, Stored],
     return data
 
 
-def from_dataset(data: Any) -> Results | Trace:
+def from_dataset(data: Dataset) -> Results | Trace:
     """The inverse of :func:`to_dataset`. The dimensions may be in any order, and the
     Dataset may be a selection of axes, procedures, peaks and variables. FileError where
     ``data`` is not a Dataset of nsdrill."""
@@ -104,7 +108,7 @@ def from_dataset(data: Any) -> Results | Trace:
         raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
 
 
-def open_results(path: str | os.PathLike[str]) -> Any:
+def open_results(path: str | os.PathLike[str]) -> Dataset:
     """The results file ``path`` as an xarray Dataset that reads its numbers lazily. A
     file of version 1 is read at once, with the dimensions of version 2. FileError if it
     cannot be read."""

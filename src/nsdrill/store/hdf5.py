@@ -13,13 +13,18 @@ import os
 import shutil
 import stat
 import struct
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from h5py import Dataset, File
+    from numpy.typing import ArrayLike
+
+from nsdrill.data import Attributes
 from nsdrill.errors import FileError, option
 from nsdrill.files import MAKE_ROOM, reason, replacing
 from nsdrill.store.layout import plain_attribute, stored_attributes, variable_attributes
@@ -51,7 +56,7 @@ def writing(
     *,
     overwrite: bool = True,
     copy_of: str | os.PathLike[str] | None = None,
-) -> Iterator[Any]:
+) -> Iterator[File]:
     """A new HDF5 file, or a ``copy_of`` another, or of ``path`` itself, which is sealed and
     takes the name ``path`` at the end, by the rules of
     :func:`nsdrill.files.replacing`.
@@ -77,7 +82,7 @@ def writing(
         seal(temporary)
 
 
-def add_array(file: Any, name: str, dims: Sequence[str], values: Any, attrs: Mapping[str, Any]) -> None:
+def add_array(file: File, name: str, dims: Sequence[str], values: ArrayLike, attrs: Attributes) -> None:
     """Write ``values`` along the dimensions ``dims``, text as UTF-8. Along a dimension of
     its own name it becomes a dimension scale; else the scales of its dimensions
     exist."""
@@ -97,8 +102,8 @@ def add_array(file: Any, name: str, dims: Sequence[str], values: Any, attrs: Map
 
 
 def add_variable(
-    file: Any, variable: Variable, dims: tuple[str, ...], chunk: tuple[int, ...], scalars: Sequence[str] = ()
-) -> Any:
+    file: File, variable: Variable, dims: tuple[str, ...], chunk: tuple[int, ...], scalars: Sequence[str] = ()
+) -> Dataset:
     """An empty dataset for ``variable`` on the existing coordinates ``dims``, in chunks
     of shape ``chunk`` if it is large. ``scalars`` names its scalar coordinates."""
     shape = tuple(len(file[name]) for name in dims)
@@ -114,12 +119,12 @@ def add_variable(
     return dataset
 
 
-def _attach_scales(file: Any, dataset: Any, dims: Sequence[str]) -> None:
+def _attach_scales(file: File, dataset: Dataset, dims: Sequence[str]) -> None:
     for axis, name in enumerate(dims):
         dataset.dims[axis].attach_scale(file[name])
 
 
-def _storage(shape: tuple[int, ...], kind: np.dtype[Any], chunk: tuple[int, ...]) -> dict[str, Any]:
+def _storage(shape: tuple[int, ...], kind: np.dtype, chunk: tuple[int, ...]) -> dict[str, Any]:
     """Storage options of a dataset: in the object header where it is small, else in
     compressed chunks, with checksums in both cases."""
     import h5py
@@ -131,13 +136,13 @@ def _storage(shape: tuple[int, ...], kind: np.dtype[Any], chunk: tuple[int, ...]
     return {"chunks": chunk, "shuffle": True, "compression": "gzip", "compression_opts": 2, "fletcher32": True}
 
 
-def put_attributes(file: Any, attrs: Mapping[str, Any]) -> None:
+def put_attributes(file: File, attrs: Attributes) -> None:
     """Set root attributes, converted by
     :func:`nsdrill.store.layout.stored_attributes`."""
     file.attrs.update(stored_attributes(attrs))
 
 
-def arrays_in(file: Any) -> dict[str, Any]:
+def arrays_in(file: File) -> dict[str, Dataset]:
     """The datasets of an open file by name."""
     return {name: node for name, node in file.items() if hasattr(node, "dtype")}
 
@@ -171,7 +176,7 @@ def _state(path: str | os.PathLike[str]) -> tuple[int, ...] | None:
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[Any]:
+def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[File]:
     """The HDF5 file ``path``, checked and open for reading; every error becomes a
     FileError, as does another ``kind`` of file, where one is given. A file that stays as
     it is is checked once."""
@@ -192,7 +197,7 @@ def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[Any]:
         raise damaged(path, reason(error)) from error
 
 
-def check_version(path: str | os.PathLike[str], attrs: Any) -> str:
+def check_version(path: str | os.PathLike[str], attrs: Attributes) -> str:
     """The kind of the file with the root attributes ``attrs``; FileError unless nsdrill
     made it, in a format that this version reads."""
     version, kind = (plain_attribute(attrs, name) for name in ("format_version", "nsdrill_kind"))
@@ -260,7 +265,7 @@ def damaged(path: str | os.PathLike[str], why: str) -> FileError:
     return FileError(f"{path}: the file is damaged or incomplete: {why}. Take it from a backup or make it again.")
 
 
-def _read_seal(file: Any) -> tuple[int | None, bytes]:
+def _read_seal(file: BinaryIO) -> tuple[int | None, bytes]:
     """Length of the HDF5 part and its digest; (None, b"") where the open ``file`` does
     not end in a seal."""
     size = file.seek(0, os.SEEK_END)
@@ -271,7 +276,7 @@ def _read_seal(file: Any) -> tuple[int | None, bytes]:
     return (length, digest) if magic == _SEAL_MAGIC and length == size - _SEAL.size else (None, b"")
 
 
-def _digest(file: Any, length: int) -> bytes:
+def _digest(file: BinaryIO, length: int) -> bytes:
     """SHA-256 of the first ``length`` bytes of the open ``file``."""
     file.seek(0)
     digest = hashlib.sha256()

@@ -11,11 +11,11 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsdrill.data import Array, json_text, resolved_study
+from nsdrill.data import Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, printable
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
@@ -24,11 +24,15 @@ from nsdrill.models.vocabulary import IN_TRACE
 from nsdrill.units import CF
 from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, Axis, Unknown, Variable, dimension_of
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
-Stored = tuple[tuple[str, ...], Any, dict[str, Any]]  # dimensions, values and attributes of an array
+Stored = tuple[tuple[str, ...], "ArrayLike", Attributes]  # dimensions, values and attributes of an array
 
 
-def file_order(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> tuple[str, ...]:
+def file_order(lengths: Mapping[str, int], attrs: Attributes) -> tuple[str, ...]:
     """The dimensions of the grid in a file with the root attributes ``attrs``: those with
     more than one value, in the order procedure, the axes as the study names them,
     sample, start. ``lengths`` has the length of every dimension in memory."""
@@ -90,11 +94,11 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
     return {"long_name": long_name, **({"key": key} if key else {}), **({} if text else {"units": units})}
 
 
-def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[str, Any]:
+def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> Attributes:
     """The attributes of ``variable``, with flags as in CF, of the type of the variable.
     For a variable over states, ``states`` are their names."""
     units_of_states = ", ".join(IN_TRACE[name].units for name in states)
-    attributes: dict[str, Any] = {"units": variable.units} if variable.units else {"state_units": units_of_states}
+    attributes: Attributes = {"units": variable.units} if variable.units else {"state_units": units_of_states}
     attributes["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):
         if getattr(variable, name) is not None:
@@ -106,11 +110,11 @@ def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[
 
 def root_attributes(
     kind: str,
-    attrs: Mapping[str, Any],
+    attrs: Attributes,
     axes: Sequence[Axis] = (),
     lengths: Mapping[str, int] | None = None,
     unknowns: Sequence[Axis] = (),
-) -> dict[str, Any]:
+) -> Attributes:
     """``attrs`` and the attributes that every file of nsdrill has. Results, with the
     ``lengths`` of their dimensions in memory, also have the names of the dimensions of
     the file, of the ``axes`` other than those of the operation, and of the
@@ -131,12 +135,12 @@ def root_attributes(
     }
 
 
-def stored_attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
+def stored_attributes(attrs: Attributes) -> Attributes:
     """Attributes as a file stores them: text, numbers and arrays of numbers unchanged,
     booleans as 0 or 1, None left out, all else as JSON text. Text that HDF5 cannot
     store, such as a null character, is escaped, so that writing the file does not
     fail."""
-    stored: dict[str, Any] = {}
+    stored: Attributes = {}
     for name, value in attrs.items():
         if value is None:
             continue
@@ -197,7 +201,7 @@ _JSON = {
 }
 
 
-def plain_attributes(where: str | os.PathLike[str], attrs: Mapping[str, Any]) -> dict[str, Any]:
+def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attributes:
     """Root attributes of a file or a Dataset as plain Python values; arrays stay arrays.
     FileError, about ``where``, if an attribute of nsdrill has the wrong type. Attributes
     of other programs are taken where they are text or numbers."""
@@ -216,7 +220,7 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Mapping[str, Any]) ->
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
-def plain_attribute(attrs: Mapping[str, Any], name: str) -> Any:
+def plain_attribute(attrs: Attributes, name: str) -> Any:
     """The attribute ``name`` as plain text, one number or a short array of numbers; None
     where there is none or where it is anything else. An array with one element becomes a
     number, as xarray writes numbers as such arrays."""

@@ -16,7 +16,7 @@ import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -26,8 +26,12 @@ from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_
 from nsdrill.models.kept import Kept
 from nsdrill.store.log_header import first_slot, pack_header, read_header
 from nsdrill.store.records import check_write, intact, pack_slots, pending_records, raw_bytes, slot_dtype
-from nsdrill.store.sink import Sink, check_header
+from nsdrill.store.sink import Header, Sink, check_header
 from nsdrill.variables import PENDING
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 
 # of one read or write, so that memory does not grow with the sweep
 _BLOCK_BYTES = 4 << 20
@@ -51,7 +55,7 @@ class RunLog(Sink):
         self,
         path: Path,
         file: io.FileIO,
-        header: dict[str, Any],
+        header: Header,
         n_points: int,
         kept: Kept,
         offset: int,
@@ -76,7 +80,7 @@ class RunLog(Sink):
         self._synced_count = int(np.count_nonzero(self._status))
 
     @classmethod
-    def create(cls, path: str | os.PathLike[str], header: dict[str, Any], n_points: int, kept: Kept) -> RunLog:
+    def create(cls, path: str | os.PathLike[str], header: Header, n_points: int, kept: Kept) -> RunLog:
         """A new, empty log at ``path``, which must not exist.
 
         ``header`` is plain data: ``coords`` (the four axes) and ``attrs`` (the root
@@ -115,7 +119,7 @@ class RunLog(Sink):
             raise
 
     @classmethod
-    def begin(cls, path: Path, header: dict[str, Any], n_points: int, kept: Kept) -> tuple[Temporary, RunLog]:
+    def begin(cls, path: Path, header: Header, n_points: int, kept: Kept) -> tuple[Temporary, RunLog]:
         """A log without points that still has a temporary name; OSError if the disk has
         no room for the points."""
         check_header(header, n_points, kept)
@@ -180,7 +184,7 @@ class RunLog(Sink):
             lock(file, Path(path))
             os.unlink(path)
 
-    def write(self, indices: Any, records: Array) -> None:
+    def write(self, indices: ArrayLike, records: Array) -> None:
         """Store ``records`` [n] of the points ``indices`` [n]; they are safe after the
         next :meth:`sync`.
 
@@ -195,7 +199,7 @@ class RunLog(Sink):
             self._write_slots(places[chosen], pack_slots(places[chosen], records[chosen], self._salt))
             self._status[places[chosen]] = records["status"][chosen]
 
-    def clear(self, indices: Any) -> None:
+    def clear(self, indices: ArrayLike) -> None:
         """Make the points ``indices`` [n] pending, so that they run again."""
         places = np.unique(np.asarray(indices, np.int64))
         for run in _consecutive_slices(places, self._block):

@@ -25,6 +25,7 @@ import numpy as np
 from nsdrill.errors import FileError, option
 from nsdrill.models.kept import Kept
 from nsdrill.store.records import raw_bytes, record_dtype
+from nsdrill.store.sink import Header
 
 MAGIC = b"nsdrill run log\n"
 LOG_VERSION = 3
@@ -33,7 +34,7 @@ _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
 
 
-def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> tuple[list[bytes | memoryview], int]:
+def pack_header(header: Header, n_points: int, kept: Kept) -> tuple[list[bytes | memoryview], int]:
     """The header of a log as consecutive pieces of bytes, and the salt; ``header`` is
     plain data and numpy values."""
     axes = {name: np.asarray(header["coords"][name], "<f8") for name in _binary_axes(kept)}
@@ -130,7 +131,7 @@ def _fields(kept: Kept) -> list[list[str]]:
     return [[name, str(kind[name])] for name in kind.names or ()]
 
 
-def _to_plain(value: Any) -> Any:
+def _to_plain(value: object) -> Any:
     """numpy values in a header as plain ones."""
     if isinstance(value, np.ndarray):
         return value.tolist()

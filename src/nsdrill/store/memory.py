@@ -4,7 +4,7 @@ are written to one."""
 from __future__ import annotations
 
 import math
-from typing import Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -14,15 +14,18 @@ from nsdrill.models.kept import Kept
 from nsdrill.models.registry import model_in
 from nsdrill.store.read import kept_of
 from nsdrill.store.records import check_write, pending_records, record_dtype, recorded
-from nsdrill.store.sink import Sink, check_header
+from nsdrill.store.sink import Header, Sink, check_header
 from nsdrill.variables import PENDING
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class MemoryLog(Sink):
     """Points in one array [n_points]; pages that no point has written take no
     memory."""
 
-    def __init__(self, header: dict[str, Any], n_points: int, kept: Kept) -> None:
+    def __init__(self, header: Header, n_points: int, kept: Kept) -> None:
         check_header(header, n_points, kept)
         super().__init__(header, n_points, kept)
         self._records: Array = np.zeros(n_points, record_dtype(kept))
@@ -52,13 +55,13 @@ class MemoryLog(Sink):
         records[good] = self._records[start:stop][good]
         return records
 
-    def write(self, indices: Any, records: Array) -> None:
+    def write(self, indices: ArrayLike, records: Array) -> None:
         """Store ``records`` [n] of the points ``indices`` [n]."""
         places = check_write(indices, records, self.n_points, self.kept)
         self._records[places] = records
         self._status[places] = records["status"]
 
-    def clear(self, indices: Any) -> None:
+    def clear(self, indices: ArrayLike) -> None:
         """Make the points ``indices`` [n] pending."""
         self._status[np.asarray(indices, np.int64)] = PENDING
 

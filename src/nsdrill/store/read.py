@@ -10,11 +10,11 @@ from __future__ import annotations
 import os
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from nsdrill.data import Array, Results
+from nsdrill.data import Array, Attributes, Results
 from nsdrill.errors import FileError, printable
 from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
@@ -42,6 +42,10 @@ from nsdrill.variables import (
     Unknown,
     Variable,
 )
+
+if TYPE_CHECKING:
+    from h5py import File
+
 
 PathLike = str | os.PathLike[str]
 Arrays = Mapping[str, Any]  # datasets of a file, or variables of a Dataset, by name
@@ -86,13 +90,13 @@ def variables_in(path: PathLike) -> tuple[Variable, ...]:
         return _points(path, file).present
 
 
-def read_attributes(path: PathLike) -> dict[str, Any]:
+def read_attributes(path: PathLike) -> Attributes:
     """Root attributes of a results or trace file."""
     with hdf5.opened(path) as file:
         return plain_attributes(path, file.attrs)
 
 
-def read_point(path: PathLike, *index: int) -> dict[str, Any]:
+def read_point(path: PathLike, *index: int) -> dict[str, Array]:
     """One point of a results file: its coordinates and every variable, as numpy scalars
     and 1-D arrays.
 
@@ -104,7 +108,7 @@ def read_point(path: PathLike, *index: int) -> dict[str, Any]:
         shape, grid = points.shape, points.kept.grid
         if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
             raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
-        point: dict[str, Any] = {name: points.coords[name][i] for name, i in zip(grid, index, strict=True)}
+        point: dict[str, Array] = {name: points.coords[name][i] for name, i in zip(grid, index, strict=True)}
         here = tuple(slice(i, i + 1) for i in index)
         return point | {v.name: points.values(v, here)[(0,) * len(grid)] for v in points.present}
 
@@ -141,7 +145,7 @@ def rewrite_labels(
     path: PathLike,
     labels: Mapping[str, Array],
     history: str,
-    attrs: Mapping[str, Any] | None = None,
+    attrs: Attributes | None = None,
     output: PathLike | None = None,
     *,
     overwrite: bool = True,
@@ -224,7 +228,7 @@ def real_values(where: PathLike, array: Any, name: str, remedy: str) -> Array:
     return values
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
@@ -245,14 +249,14 @@ class Points:
 
     where: PathLike
     arrays: Arrays
-    attrs: dict[str, Any]
+    attrs: Attributes
     coords: dict[str, Array]
     kept: Kept
     samples: dict[Unknown, Array]
     remedy: str
 
     @classmethod
-    def of(cls, where: PathLike, arrays: Arrays, attrs: dict[str, Any], remedy: str, *, whole: bool) -> Points:
+    def of(cls, where: PathLike, arrays: Arrays, attrs: Attributes, remedy: str, *, whole: bool) -> Points:
         """The points in ``arrays``; FileError where their coordinates are invalid. Not
         ``whole`` are those of a selection."""
         model = model_in(attrs)
@@ -333,7 +337,7 @@ class Points:
         return np.asarray(values, variable.dtype)
 
 
-def _points(path: PathLike, file: Any) -> Points:
+def _points(path: PathLike, file: File) -> Points:
     return Points.of(path, hdf5.arrays_in(file), plain_attributes(path, file.attrs), hdf5.EDITED, whole=True)
 
 

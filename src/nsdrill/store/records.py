@@ -8,7 +8,7 @@ detected.
 from __future__ import annotations
 
 import zlib
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,13 +16,16 @@ from nsdrill.data import Array
 from nsdrill.models.kept import Kept
 from nsdrill.variables import PENDING, POINT, Variable
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 
 def recorded(kept: Kept) -> tuple[Variable, ...]:
     """The variables that a record holds."""
     return kept.variables
 
 
-def record_dtype(kept: Kept) -> np.dtype[Any]:
+def record_dtype(kept: Kept) -> np.dtype:
     """Type of the record of one point, little-endian, with one field per variable.
 
     Fields with a further dimension have its length: peak fields (peaks,), state
@@ -47,7 +50,7 @@ def pending_records(count: int, kept: Kept) -> Array:
     return records
 
 
-def slot_dtype(kept: Kept) -> np.dtype[Any]:
+def slot_dtype(kept: Kept) -> np.dtype:
     """Type of a slot of the run log: checksum, index of the point, record."""
     return np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", record_dtype(kept))])
 
@@ -76,7 +79,7 @@ def intact(slots: Array, start: int, salt: int) -> Array:
     return np.asarray(good)
 
 
-def check_write(indices: Any, records: Array, n_points: int, kept: Kept) -> Array:
+def check_write(indices: ArrayLike, records: Array, n_points: int, kept: Kept) -> Array:
     """``indices`` as an int64 array; ValueError unless they and ``records`` are valid
     for writing."""
     places = np.atleast_1d(np.asarray(indices))

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError
 from nsdrill.files import MAKE_ROOM, reason
 from nsdrill.models.kept import Kept
@@ -20,12 +20,16 @@ from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import POINT, Unknown
 
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
 T = TypeVar("T")
 _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096
 
 
-def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str, Any] | None = None) -> None:
+def write_results(path: str | os.PathLike[str], log: Source, attrs: Attributes | None = None) -> None:
     """Write the results file ``path`` from ``log``; pending points keep status 0.
 
     ``attrs`` are added to the root attributes of the log's header. ``path`` is replaced
@@ -62,7 +66,7 @@ def _in_order(place: Sequence[T], kept: Kept, order: Sequence[str]) -> tuple[T, 
     return tuple(place[kept.grid.index(name)] for name in order)
 
 
-def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+def coordinates(log: Source) -> dict[str, Array]:
     """The coordinates of the results in ``log``, in the order of the dimensions in
     memory."""
     coords = {name: np.asarray(log.header["coords"][name]) for name in (*POINT, *(a.name for a in log.kept.axes))}
@@ -152,7 +156,11 @@ _REQUIRED = (
 
 
 def write_branches(
-    path: str | os.PathLike[str], data: Any, remedy: Callable[[], str] = lambda: MAKE_ROOM, *, overwrite: bool = True
+    path: str | os.PathLike[str],
+    data: Dataset,
+    remedy: Callable[[], str] = lambda: MAKE_ROOM,
+    *,
+    overwrite: bool = True,
 ) -> None:
     """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError, with
     ``remedy``, if the disk refuses."""
@@ -167,7 +175,7 @@ def write_branches(
                 hdf5.add_array(file, name, data[name].dims, data[name].values, {**data[name].attrs, **fill})
 
 
-def open_branches(path: str | os.PathLike[str]) -> Any:
+def open_branches(path: str | os.PathLike[str]) -> Dataset:
     """The Dataset of the branches in ``path``, in memory; FileError if it cannot be
     read as one."""
     import xarray

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import reason, sync_folder
 from nsdrill.store.log import RunLog
@@ -16,7 +15,7 @@ from nsdrill.variables import PENDING
 
 
 def rewrite_log(
-    log: RunLog, attrs: Mapping[str, Any], rerun: Array, change: Callable[[Array], None] = lambda records: None
+    log: RunLog, attrs: Attributes, rerun: Array, change: Callable[[Array], None] = lambda records: None
 ) -> RunLog:
     """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which
     the points ``rerun`` (bool [n_points]) are pending; ``change`` edits the records of

@@ -8,23 +8,33 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any, Protocol, Self
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol, Self, TypedDict
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Attributes
 from nsdrill.models.kept import Kept
 from nsdrill.variables import PENDING
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+class Header(TypedDict):
+    """The coordinates of the points [SI], and the root attributes of the results file."""
+
+    coords: Mapping[str, Array | Sequence[float | str]]
+    attrs: Attributes
 
 
 class Source(Protocol):
     """A source of points, which are read in order.
 
-    ``header`` has ``coords``, the axes as lists [SI], and ``attrs``, the root attributes
-    of the results file; ``n_points`` counts all points, pending ones included; ``kept``
-    says what the record of each has."""
+    ``n_points`` counts all points, pending ones included; ``kept`` says what the record
+    of each has."""
 
-    header: dict[str, Any]
+    header: Header
     n_points: int
     kept: Kept
 
@@ -35,7 +45,7 @@ class Source(Protocol):
 class Sink(ABC):
     """A store of points, which are written in any order. It is a :class:`Source`."""
 
-    def __init__(self, header: dict[str, Any], n_points: int, kept: Kept) -> None:
+    def __init__(self, header: Header, n_points: int, kept: Kept) -> None:
         self.header, self.n_points, self.kept = header, n_points, kept
         self._status: Array = np.zeros(n_points, np.int8)
 
@@ -44,12 +54,12 @@ class Sink(ABC):
         """Records [stop - start]; pending points have status 0 and NaN features."""
 
     @abstractmethod
-    def write(self, indices: Any, records: Array) -> None:
+    def write(self, indices: ArrayLike, records: Array) -> None:
         """Store ``records`` [n] of the points ``indices`` [n], in place of earlier
         ones."""
 
     @abstractmethod
-    def clear(self, indices: Any) -> None:
+    def clear(self, indices: ArrayLike) -> None:
         """Make the points ``indices`` [n] pending, so that they run again."""
 
     def sync(self) -> None:
@@ -79,13 +89,13 @@ class Sink(ABC):
         self.close()
 
 
-def grid_shape(header: dict[str, Any], kept: Kept) -> tuple[int, ...]:
+def grid_shape(header: Header, kept: Kept) -> tuple[int, ...]:
     """The lengths of the dimensions of a header: procedures, values of each axis, and
     samples or starts where there are several."""
     return tuple(len(header["coords"][name]) for name in kept.grid)
 
 
-def check_header(header: dict[str, Any], n_points: int, kept: Kept) -> None:
+def check_header(header: Header, n_points: int, kept: Kept) -> None:
     """ValueError unless ``header`` describes ``n_points`` points."""
     missing = [name for name in kept.grid if name not in header.get("coords", {})]
     if missing or "attrs" not in header:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Trace
+from nsdrill.data import Attributes, Trace
 from nsdrill.errors import FileError
 from nsdrill.models.registry import model_in
 from nsdrill.store import hdf5
@@ -45,7 +44,7 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
         return trace_in(path, hdf5.arrays_in(file), plain_attributes(path, file.attrs), hdf5.EDITED)
 
 
-def trace_in(where: PathLike, arrays: Arrays, attrs: dict[str, Any], remedy: str) -> Trace:
+def trace_in(where: PathLike, arrays: Arrays, attrs: Attributes, remedy: str) -> Trace:
     """The trace in the ``arrays`` of a file or a Dataset, which ``where`` names in
     messages; ``remedy`` ends them."""
     time = coordinate(where, arrays, "time", remedy)

@@ -7,20 +7,17 @@ import copy
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from itertools import pairwise, product
-from operator import getitem
-from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.ranges import bound_text
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import SLICE, Resolved, shown
+from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import axis_values, refined_axes
 from nsdrill.units import USUAL
@@ -58,7 +55,7 @@ class Checker:
         self.document, self.faulty, self.resolved = at.document, tuple(at.faulty), resolved
         self.model, self.leaves = at.keys.model, at.keys.leaves
         self.drawn = drawn or {}
-        self.words: dict[str, Any] = {}  # of the axes over words, where one of each is looked at
+        self.words: Resolved = {}  # of the axes over words, where one of each is looked at
 
     def faults(self) -> Iterator[Fault]:
         """All of them."""
@@ -318,8 +315,8 @@ class Checker:
     def given(self, key: str) -> bool:
         return self.document.has(tuple(key.split(".")))
 
-    def value(self, key: str) -> Any:
-        return reduce(getitem, key.split("."), self.resolved)
+    def value(self, key: str) -> Value:
+        return value_at(self.resolved, key)
 
     def text(self, key: str, end: int | None = None) -> str:
         """The value of ``key`` in words; of a swept one, if ``end`` is 0 or 1, the
@@ -347,6 +344,6 @@ def _of_unknown(found: str) -> str:
     return found
 
 
-def size(axis: Any, refine: int = 0) -> int:
+def size(axis: Resolved | Sequence[float | str], refine: int = 0) -> int:
     """The number of values of a resolved axis."""
     return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)

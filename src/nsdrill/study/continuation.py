@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
+from nsdrill.data import Resolved
 from nsdrill.errors import option
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.study.forms import FAULTY, Either, Form, Member, One, Read, Reading, Section, Several, ascending_ends
-from nsdrill.study.keys import MEANINGS, QUANTITY, Keys, Leaf, Plain, Schema, did_you_mean, shown
+from nsdrill.study.keys import MEANINGS, QUANTITY, Keys, Leaf, Plain, Schema, Value, did_you_mean, shown
 from nsdrill.study.read import KeyPath
 from nsdrill.units import QuantityError
 from nsdrill.variables import short_key
@@ -58,7 +58,7 @@ class Continuation:
     curves: Curves | None
 
 
-def continuation_of(resolved: Mapping[str, Any]) -> Continuation | None:
+def continuation_of(resolved: Resolved) -> Continuation | None:
     """The continuation in a resolved study, None where it has none. KeyError, TypeError
     or ValueError for what is no resolved section."""
     found = resolved.get(SECTION)
@@ -93,7 +93,7 @@ class _Range(Section):
         told = {key: Member(form, MEANINGS[f"{prefix}.{key}"]) for key, form in members.items()}
         super().__init__(prefix.rpartition(".")[2].capitalize(), told, True, required, missing)
 
-    def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: dict[str, Any]) -> Any:
+    def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: Resolved) -> Value:
         remark = "the range is taken in ascending order. Branches are followed both up and down."
         low, high = ascending_ends(at, path, raw, found, remark)
         if high - low <= 1e-6 * max(abs(low), abs(high)):
@@ -108,7 +108,7 @@ class _Curves(_Range):
         members = {"over": axis, "from": _number(over), "to": _number(over), "of": _words(BORDERS)}
         super().__init__("continue.curves", {**members, "points": One(CURVE_POINTS)})
 
-    def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: dict[str, Any]) -> Any:
+    def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: Resolved) -> Value:
         made = super().checked(at, path, raw, found)
         if made is FAULTY:
             return FAULTY
@@ -138,12 +138,12 @@ class Continue(_Range):
             },
         )
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         curves = raw.get("curves") if isinstance(raw, dict) else None
         known = Continue(at.keys, _given(at.keys, raw, "along"), _given(at.keys, curves, "over"))
         return super(Continue, known).read(at, path, raw)
 
-    def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: dict[str, Any]) -> Any:
+    def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: Resolved) -> Value:
         made = super().checked(at, path, raw, found)
         if made is FAULTY:
             return FAULTY
@@ -176,7 +176,7 @@ class _Seeds:
 
     along: Leaf | None
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         key = "KEY" if self.along is None else short_key(self.along.key)
         if isinstance(raw, dict) and list(raw) == [key]:
             return Several(_number(self.along)).read(at, (*path, key), raw[key])

@@ -10,16 +10,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
+from nsdrill.data import Resolved
 from nsdrill.errors import Fault
 from nsdrill.models.leaves import place_of, words_of
-from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, did_you_mean, shown
+from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, Value, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath, dotted
 from nsdrill.units import QuantityError
 
 T = TypeVar("T")
-FAULTY: Any = object()  # in place of a value that cannot be read
+FAULTY: Value = object()  # in place of a value that cannot be read
 RANGE = ("from", "to", "points")
 ALL_OF_RANGE = "all of from, to and points"
 LEAST_LEG = 1e-3  # s between knots: a shorter leg is a jump to a drill string
@@ -36,7 +37,7 @@ class Reading:
 
     def refuse(
         self, path: KeyPath, found: str, allowed: str, suggestion: str | None = None, *, of_key: bool = False
-    ) -> Any:
+    ) -> Value:
         """Note a fault at ``path``; :data:`FAULTY`."""
         fault = self.document.fault(path, found, allowed, suggestion, of_key=of_key)
         self.faults.append(fault)
@@ -51,7 +52,7 @@ class Reading:
             refused: T = self.refuse(path, error.found, error.allowed, error.suggestion)
             return refused
 
-    def in_chosen_units(self, leaf: Leaf, raw: Plain) -> Any:
+    def in_chosen_units(self, leaf: Leaf, raw: Plain) -> Value:
         """The value in the units that the word of a choice asks for, a stiffness in those
         of its contact law. Where the choice itself is at fault, a value in other units than
         those of its default is left out, and nothing is said of it."""
@@ -76,7 +77,7 @@ class Reading:
 class Form(Protocol):
     """How a value stands in a study."""
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         """The value that ``raw`` stands for, or :data:`FAULTY`."""
 
     def schema(self, parts: dict[str, Schema]) -> Schema:
@@ -90,7 +91,7 @@ class One:
     leaf: Leaf
     brief: Schema | None = None
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         decided = self.leaf.key in at.keys.model.units_by and not (raw is None and self.leaf.nullable)
         return at.take(path, partial(at.in_chosen_units, self.leaf) if decided else self.leaf.read, raw)
 
@@ -102,10 +103,10 @@ class One:
 class Read:
     """A value that the function ``take`` reads; with it a QuantityError is a fault."""
 
-    read_raw: Callable[[Plain], Any]
+    read_raw: Callable[[Plain], Value]
     plain: Schema
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         return at.take(path, self.read_raw, raw)
 
     def schema(self, parts: dict[str, Schema]) -> Schema:
@@ -122,7 +123,7 @@ class Listed:
     length: tuple[int, int] | None = None
     wrong_length: str = "{} of them"
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         if not isinstance(raw, list):
             return at.refuse(path, shown(raw), self.allowed)
         if self.length and not self.length[0] <= len(raw) <= self.length[1]:
@@ -144,7 +145,7 @@ class Either:
     listed: Form | None = None
     mapping: Form | None = None
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         form = self.mapping if isinstance(raw, dict) else self.listed if isinstance(raw, list) else None
         return (form or self.one).read(at, path, raw)
 
@@ -160,7 +161,7 @@ class Several(Either):
     def __init__(self, one: Form) -> None:
         super().__init__(one, Listed(one, "one or more values", (1, 10**4)))
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         found = super().read(at, path, raw)
         return found if isinstance(raw, list) or found is FAULTY else [found]
 
@@ -169,7 +170,7 @@ class Axis(Either):
     """The values of an axis, which come out in ascending order: {from, to, points}, a
     list, or one value. Words have the order of their choice."""
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         found = super().read(at, path, raw)
         if found is FAULTY or isinstance(found, dict):
             return found
@@ -219,7 +220,7 @@ class Section:
     empty: Mapping[str, Plain] | None = field(default_factory=dict)
     listed: Sequence[str] = ()
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         if raw is None and self.empty is not None:
             raw = dict(self.empty)
         if not isinstance(raw, dict):
@@ -239,11 +240,11 @@ class Section:
         at.faulty |= {dotted((*path, name)) for name in bad}
         return self.checked(at, path, raw, {name: value for name, value in found.items() if value is not FAULTY})
 
-    def checked(self, at: Reading, path: KeyPath, raw: dict[str, Plain], found: dict[str, Any]) -> Any:
+    def checked(self, at: Reading, path: KeyPath, raw: dict[str, Plain], found: Resolved) -> Value:
         """The values ``found``, or :data:`FAULTY` where they do not go together."""
         return found
 
-    def unknown(self, at: Reading, path: KeyPath) -> Any:
+    def unknown(self, at: Reading, path: KeyPath) -> Value:
         """Note that there is no such key as that at ``path``, and the key that may have been
         meant: one of nearly this name here, else one of this name elsewhere."""
         *above, name = path
@@ -281,7 +282,7 @@ class Span(Section):
             members["spacing"] = Member(One(SPACING), "linear, or log for equal ratios")
         super().__init__(name, members, True, RANGE, ALL_OF_RANGE, empty=None)
 
-    def checked(self, at: Reading, path: KeyPath, raw: dict[str, Plain], found: dict[str, Any]) -> Any:
+    def checked(self, at: Reading, path: KeyPath, raw: dict[str, Plain], found: Resolved) -> Value:
         remark = "its values are taken in ascending order. To carry the state downwards, write procedure: down."
         low, high = ascending_ends(at, path, raw, found, remark)
         spacing = (high - low) / (found["points"] - 1)
@@ -318,7 +319,7 @@ class Knot:
     time: Form
     value: Form
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         if not isinstance(raw, list) or len(raw) != 2:
             found = f"a list of {len(raw)}" if isinstance(raw, list) else shown(raw)
             return at.refuse(path, found, "a knot: [time, value]")
@@ -338,7 +339,7 @@ class Ramp(Section):
         text = "Knots [time, value], the first at 0 s; linear between them, constant after the last"
         super().__init__(f"Ramp_{name}", {"ramp": Member(knots, text)}, True, ["ramp"], RAMP, empty=None)
 
-    def checked(self, at: Reading, path: KeyPath, raw: Any, found: dict[str, Any]) -> Any:
+    def checked(self, at: Reading, path: KeyPath, raw: Value, found: Resolved) -> Value:
         knots, path = found["ramp"], (*path, "ramp")
         if len(knots) < 2:
             what = "one knot" if knots else "an empty list"
@@ -360,5 +361,5 @@ class Operating(Either):
 
     allowed: str = ""
 
-    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Any:
+    def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         return at.refuse(path, shown(raw), self.allowed) if isinstance(raw, list) else super().read(at, path, raw)

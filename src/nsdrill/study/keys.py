@@ -15,6 +15,7 @@ from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
 from nsdrill import units as si
+from nsdrill.data import Resolved, value_at
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
@@ -78,7 +79,7 @@ MEANINGS: dict[str, str] = {
 
 
 Schema = dict[str, Any]  # a part of a JSON Schema
-Resolved = dict[str, Any]  # a complete study, or a part of one, as plain data in SI
+Value: TypeAlias = Any  # of a key, as its kind says
 Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"  # what YAML has
 
 
@@ -94,7 +95,7 @@ class Leaf:
 
     key: str
     kind: Literal["quantity", "number", "whole", "choice", "switch", "list", "table"]
-    default: Any
+    default: Value
     units: str = ""
     choices: tuple[str, ...] = ()
     nullable: bool = False
@@ -118,7 +119,7 @@ class Leaf:
         """The default as it would stand in the file."""
         return self.text(self.default)
 
-    def text(self, value: Any) -> str:
+    def text(self, value: Value) -> str:
         """A value of this key as YAML text that :meth:`read` turns into the very same
         value."""
         if value is None:
@@ -135,7 +136,7 @@ class Leaf:
             return si.exact_text(value, self.units)
         return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
 
-    def _record_text(self, record: Any) -> str:
+    def _record_text(self, record: Value) -> str:
         """A record of a table, without the values that are the defaults."""
         found = record if isinstance(record, dict) else vars(record)
         given = ((part, found[part.key.rpartition(".")[2]]) for part in self.parts)
@@ -202,7 +203,7 @@ class Leaf:
             schema = {"type": kind, "minimum": self.low, "maximum": self.high}
         return {"anyOf": [schema, {"type": "null"}]} if self.nullable else schema
 
-    def read(self, raw: Plain) -> Any:
+    def read(self, raw: Plain) -> Value:
         """The value of ``raw``, in SI; :class:`QuantityError` says what is wrong with
         it."""
         if (raw is None and self.nullable) or (isinstance(raw, str) and raw in self.words):
@@ -298,13 +299,13 @@ def groups(cls: type, prefix: str) -> Iterator[tuple[str, str]]:
             yield from groups(kind, key)
 
 
-def in_file_order(cls: type) -> list[Field[Any]]:
+def in_file_order(cls: type) -> list[Field[Value]]:
     """The fields of a section: how many starts there are stands after the states."""
     last = {item.name for item in fields(Starts)} if issubclass(cls, Starts) else set()
     return sorted(fields(cls), key=lambda item: item.name in last)
 
 
-def leaf(key: str, item: Field[Any], hint: Any, meaning: str, model: Description) -> Leaf:
+def leaf(key: str, item: Field[Value], hint: type, meaning: str, model: Description) -> Leaf:
     """One leaf from the dataclass field ``item`` with the type ``hint``."""
     meta = {"meaning": meaning, **item.metadata}
     # those of the first choice; the validation knows what the choice asks for
@@ -357,7 +358,7 @@ class Keys:
         """The leaves of a section."""
         return [leaf for key, leaf in self.leaves.items() if key.startswith(f"{section}.")]
 
-    def leaf(self, key: str, resolved: Mapping[str, Any]) -> Leaf:
+    def leaf(self, key: str, resolved: Resolved) -> Leaf:
         """The leaf of ``key``, whose units may depend on a choice of the ``resolved``
         study."""
         found = self.leaves[key]
@@ -365,14 +366,11 @@ class Keys:
             replace(found, parts=tuple(self._in_its_units(part, resolved) for part in found.parts)), resolved
         )
 
-    def _in_its_units(self, found: Leaf, resolved: Mapping[str, Any]) -> Leaf:
+    def _in_its_units(self, found: Leaf, resolved: Resolved) -> Leaf:
         if found.key not in self.model.units_by:
             return found
         choice, units = self.model.units_by[found.key]
-        value: Any = resolved
-        for part in choice.split("."):
-            value = value[part]
-        return replace(found, units=units[value])
+        return replace(found, units=units[value_at(resolved, choice)])
 
 
 def keys_named(model: str = MODEL) -> Keys:

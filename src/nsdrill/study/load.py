@@ -9,15 +9,15 @@ from dataclasses import asdict, replace
 from functools import reduce
 from operator import getitem
 from pathlib import Path
-from typing import Any
 
+from nsdrill.data import Resolved, value_at
 from nsdrill.errors import Fault, StudyError, option
 from nsdrill.models.leaves import is_compiled_in
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import MODEL_LEAF, Resolved, keys_named, shown
+from nsdrill.study.keys import MODEL_LEAF, Value, keys_named, shown
 from nsdrill.study.read import Document, apply_overrides, parse, read_text
 from nsdrill.study.schema import study_form
 from nsdrill.study.study import Study, build, study_from_resolved
@@ -140,13 +140,13 @@ def _swept_axes(at: Reading, sweep: Resolved, resolved: Resolved) -> Resolved:
         if key in sweep and keys.leaf(key, resolved).units != keys.leaves[key].units:
             # The name of an axis does not tell that its units are others.
             name, default = choice.rpartition(".")[2], keys.leaves[choice].default
-            found = reduce(getitem, choice.split("."), resolved)
+            found = value_at(resolved, choice)
             allowed = f"it with {name}: {default}; else run a study for each value, with {option('set', f'{key}=...')}"
             at.refuse(("sweep", key), f"an axis with {name}: {found}", allowed, of_key=True)
     return {axis: values for axis, values in sweep.items() if axis in keys.axes}
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Value) -> Value:
     """Nested data with lists in place of tuples, as a file gives it back."""
     if isinstance(value, dict):
         return {name: _plain(one) for name, one in value.items()}

@@ -20,12 +20,15 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from nsdrill.errors import Fault, FileError, StudyError, option, printable
-from nsdrill.study.keys import AROUND, axes_of_all, shown
+from nsdrill.study.keys import AROUND, Plain, Value, axes_of_all, shown
 from nsdrill.units import quoted
 from nsdrill.variables import AXES, long_key, short_key
+
+if TYPE_CHECKING:
+    from ruamel.yaml.error import FileMark
 
 LARGEST_FILE = 1_000_000  # bytes
 _DEEPEST = 20  # levels; a study has five
@@ -48,7 +51,7 @@ class Document:
     """Plain data (dict, list, str, int, float, bool, None) with the places of values
     and of keys by path; ``notes`` say what is right and yet may not be meant."""
 
-    data: Any
+    data: Value
     values: dict[KeyPath, Place] = field(default_factory=dict)
     keys: dict[KeyPath, Place] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
@@ -89,7 +92,7 @@ class Document:
         holder = self.value(path[:-1])
         return isinstance(holder, dict) and path[-1] in holder
 
-    def value(self, path: Sequence[str | int]) -> Any:
+    def value(self, path: Sequence[str | int]) -> Value:
         """The value at ``path``, as it is written; None where there is none."""
         inside = self.data
         for part in path:
@@ -206,13 +209,23 @@ def _not_yaml(source: str, found: str, line: int | None, hint: str | None = None
     return StudyError(source, [Fault("", found[:200], allowed, line, None, hint)])
 
 
+class Event(Protocol):
+    """What is asked of an event of the parser; some kinds lack the later ones."""
+
+    start_mark: FileMark
+    anchor: str | None
+    tag: object
+    value: str
+    style: str | None
+
+
 class _Builder:
     """Builds a :class:`Document` from the events of the parser."""
 
-    def __init__(self, events: Iterator[Any], source: str) -> None:
+    def __init__(self, events: Iterator[Event], source: str) -> None:
         self.events, self.source = events, source
         self.document = Document({})
-        self.anchors: dict[str, tuple[Any, int]] = {}
+        self.anchors: dict[str, tuple[Plain, int]] = {}
         self.count = 0
 
     def build(self) -> Document:
@@ -228,7 +241,7 @@ class _Builder:
                 self.document.data = self.value(event, ())
         return self.document
 
-    def value(self, event: Any, path: KeyPath) -> Any:
+    def value(self, event: Event, path: KeyPath) -> Plain:
         """The value at ``path`` that begins with ``event``."""
         if type(event).__name__ == "AliasEvent":
             if event.anchor not in self.anchors:
@@ -247,12 +260,12 @@ class _Builder:
             self.anchors[event.anchor] = (value, self.count - before)
         return value
 
-    def counted(self, event: Any, path: KeyPath, size: int) -> None:
+    def counted(self, event: Event, path: KeyPath, size: int) -> None:
         self.count += size
         if self.count > _MAX_VALUES:
             raise self.fault(event, path[:-1], f"more than {_MAX_VALUES} values (aliases counted)", "a smaller study")
 
-    def content(self, event: Any, path: KeyPath) -> Any:
+    def content(self, event: Event, path: KeyPath) -> Plain:
         """A scalar, a list or a mapping."""
         self.check_tag(event, path[:-1])
         if type(event).__name__ == "ScalarEvent":
@@ -260,17 +273,17 @@ class _Builder:
         if len(path) >= _DEEPEST:
             raise self.fault(event, path[:-1], f"more than {_DEEPEST} levels", "the five levels of a study")
         if type(event).__name__ == "SequenceStartEvent":
-            items: list[Any] = []
+            items: list[Plain] = []
             while type(item := next(self.events)).__name__ != "SequenceEndEvent":
                 items.append(self.value(item, (*path, len(items))))
             return items
-        found: dict[str, Any] = {}
+        found: dict[str, Plain] = {}
         while type(key := next(self.events)).__name__ != "MappingEndEvent":
             name = self.key(key, path, found)
             found[name] = self.value(next(self.events), (*path, name))
         return found
 
-    def key(self, event: Any, above: KeyPath, found: dict[str, Any]) -> str:
+    def key(self, event: Event, above: KeyPath, found: dict[str, Plain]) -> str:
         """The name of a key of the mapping at ``above``."""
         kind = type(event).__name__
         if kind == "AliasEvent":
@@ -289,16 +302,16 @@ class _Builder:
         self.document.keys[path] = _place(event)
         return name
 
-    def check_tag(self, event: Any, above: KeyPath) -> None:
+    def check_tag(self, event: Event, above: KeyPath) -> None:
         if event.tag:
             raise self.fault(event, above, f"the tag {str(event.tag)[:60]}", "plain YAML without tags")
 
-    def fault(self, event: Any, above: KeyPath, found: str, allowed: str) -> StudyError:
+    def fault(self, event: Event, above: KeyPath, found: str, allowed: str) -> StudyError:
         place = _place(event)
         return StudyError(self.source, [Fault(dotted(above), found, allowed, place.line, place.column)])
 
 
-def _place(event: Any) -> Place:
+def _place(event: Event) -> Place:
     return Place(event.start_mark.line + 1, event.start_mark.column + 1)
 
 
@@ -390,7 +403,7 @@ def path_of(key: str) -> KeyPath:
     return (*before, *rest)
 
 
-def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:
+def _put(document: Document, path: KeyPath, value: Plain, place: Place) -> None:
     """Set a value; sections on the way to it that are not there, or empty, are made."""
     inside = document.data
     for depth, part in enumerate(path[:-1], start=1):
@@ -415,7 +428,7 @@ def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:
 TAKEN = "text, numbers, True, False, None, and lists and mappings of these"
 
 
-def yaml_text(mapping: Mapping[Any, Any], name: str) -> str:
+def yaml_text(mapping: Mapping[str, object], name: str) -> str:
     """The study ``mapping`` as YAML; its keys may be nested or dotted, as
     ``well.friction.static``, or both. StudyError about the study ``name`` where a key
     is given twice or a value is none that a study has."""
@@ -429,7 +442,7 @@ def yaml_text(mapping: Mapping[Any, Any], name: str) -> str:
     return _dumped(document.data)
 
 
-def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
+def override_texts(changes: Mapping[str, object], name: str) -> list[str]:
     """``changes`` by dotted keys as texts ``key=value``, the values in YAML."""
     faults: list[Fault] = []
     texts = []
@@ -445,7 +458,7 @@ def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
     return texts
 
 
-def _take_mapping(mapping: Mapping[Any, Any], above: KeyPath, document: Document) -> None:
+def _take_mapping(mapping: Mapping[str, object], above: KeyPath, document: Document) -> None:
     """Put the values of a mapping, nested or dotted, where they belong."""
     for key, value in mapping.items():
         if not isinstance(key, str) or not all(key.split(".")):
@@ -464,7 +477,7 @@ def _take_mapping(mapping: Mapping[Any, Any], above: KeyPath, document: Document
             _put(document, path, _plain_value(value, path, document.faults), Place())
 
 
-def _plain_value(value: Any, path: KeyPath, faults: list[Fault]) -> Any:
+def _plain_value(value: Any, path: KeyPath, faults: list[Fault]) -> Plain:
     """``value`` as YAML has it; what numpy made becomes Python's own."""
     if hasattr(value, "tolist"):
         value = value.tolist()
@@ -480,7 +493,7 @@ def _plain_value(value: Any, path: KeyPath, faults: list[Fault]) -> Any:
     return None
 
 
-def _dumped(nested: dict[str, Any], *, lines: bool = True) -> str:
+def _dumped(nested: Plain, *, lines: bool = True) -> str:
     from ruamel.yaml import YAML
 
     yaml = YAML()

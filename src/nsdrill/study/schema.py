@@ -9,7 +9,6 @@ import typing
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.study.continuation import Continue
@@ -37,6 +36,7 @@ from nsdrill.study.keys import (
     Leaf,
     Plain,
     Schema,
+    Value,
     did_you_mean,
     keys_named,
     shown,
@@ -109,7 +109,7 @@ def _form_of(found: Leaf) -> Form:
 class _Axes(Section):
     """A mapping with the keys of axes, or of unknowns: too many for a message."""
 
-    def unknown(self, at: Reading, path: KeyPath) -> Any:
+    def unknown(self, at: Reading, path: KeyPath) -> Value:
         """Note what is wrong with a key that is no axis, or no unknown."""
         name, keys, model = str(path[-1]), at.keys, at.keys.model
         others = HOW if path[0] == "uncertain" else ("procedure", "along", "refine")

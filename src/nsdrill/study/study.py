@@ -15,6 +15,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from nsdrill.data import Resolved
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
@@ -25,7 +26,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
-from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, Resolved, keys_named
+from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, Value, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
 
@@ -132,7 +133,7 @@ IN_WORDS_ONLY = ("title", "units")  # keys that change no number
 LATER = ("drive", "modes", "stabilizer")  # sections that the first studies did not have
 # What the sections of earlier versions did not have, and its value where nothing has
 # changed.
-NEW_KEYS: dict[tuple[str, str], Any] = {
+NEW_KEYS: dict[tuple[str, str], float | bool] = {
     ("drillstring", "eccentric_weight"): True,
     ("mud", "swirl"): 0.0,
     ("well", "inclination"): 0.0,
@@ -287,7 +288,7 @@ def refined_axes(sweep: Resolved) -> tuple[str, ...]:
     return tuple(axis for axis, values in sweep.items() if isinstance(values, dict) and axis != sweep["along"])
 
 
-def axis_values(axis: Any, refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
+def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
     """The values of a resolved axis: a list, or {from, to, points} with the spacing
     halved ``refine`` times. The values that the axis has without refinement keep their
     bits: halving is exact. Of an axis over the words of a ``choice``, by its key, their

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Resolved
 from nsdrill.models.leaves import is_compiled_in
 from nsdrill.sampling import (
     BOUNDS,
@@ -26,7 +26,7 @@ from nsdrill.sampling import (
     part_below,
 )
 from nsdrill.study.forms import Form, Listed, Member, One, Reading, Section
-from nsdrill.study.keys import MEANINGS, Keys, Leaf, Plain, Resolved, Schema, shown
+from nsdrill.study.keys import MEANINGS, Keys, Leaf, Plain, Schema, Value, shown
 from nsdrill.study.read import KeyPath
 from nsdrill.units import QuantityError
 from nsdrill.variables import short_key
@@ -109,7 +109,7 @@ class Distribution(Section):
         one = {"type": "object", "additionalProperties": False, "minProperties": 1, "maxProperties": 1}
         return {**one, "properties": properties}
 
-    def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: dict[str, Any]) -> Any:
+    def checked(self, at: Reading, path: KeyPath, raw: Mapping[str, Plain], found: Resolved) -> Value:
         if len(found) != 1:
             what = " and ".join(found) or "no distribution"
             return at.refuse(path, what, f"one of {', '.join(f'{kind}: {EXAMPLES[kind]}' for kind in KINDS)}")
@@ -125,7 +125,7 @@ class Distribution(Section):
         return found if value else at.refuse(path, "an empty list", "at least one value")
 
 
-def _named(at: Reading, path: KeyPath, numbers: dict[str, Any], leaf: Leaf) -> Any:
+def _named(at: Reading, path: KeyPath, numbers: Resolved, leaf: Leaf) -> Value:
     """A normal or lognormal distribution, which lies within the range of its key, and is
     cut off there."""
     ((kind, value),) = numbers.items()
@@ -155,7 +155,7 @@ def _named(at: Reading, path: KeyPath, numbers: dict[str, Any], leaf: Leaf) -> A
     return {kind: {name: value[name] for name in NUMBERS_OF[kind]} | {k: v for k, v in ends.items() if v is not None}}
 
 
-def take_uncertain(at: Reading, given: Resolved, swept: Mapping[str, Any]) -> Resolved | None:
+def take_uncertain(at: Reading, given: Resolved, swept: Resolved) -> Resolved | None:
     """The resolved section from the values ``given``, None where no number is uncertain
     or where the section is at fault. ``swept`` are the axes of the sweep."""
     keys, faults_before = at.keys, len(at.faults)
@@ -186,7 +186,7 @@ def take_uncertain(at: Reading, given: Resolved, swept: Mapping[str, Any]) -> Re
     }
 
 
-def _check_unknowns(at: Reading, told: list[str], table: Mapping[str, Any], swept: Mapping[str, Any]) -> None:
+def _check_unknowns(at: Reading, told: list[str], table: Resolved, swept: Resolved) -> None:
     """Not too many of them, each once, and none that is swept."""
     if len(told) + len(table) > MAX_UNKNOWNS:
         at.refuse(("uncertain",), f"{len(told) + len(table)} unknowns", f"at most {MAX_UNKNOWNS}")
@@ -198,7 +198,7 @@ def _check_unknowns(at: Reading, told: list[str], table: Mapping[str, Any], swep
             at.refuse(path, f"{key} a second time", "a distribution, or a column")
 
 
-def _check_table(at: Reading, given: Mapping[str, Any], table: Mapping[str, Any]) -> None:
+def _check_table(at: Reading, given: Resolved, table: Resolved) -> None:
     """Columns of one length, which is the number of samples."""
     if not table:
         return
@@ -214,9 +214,7 @@ def _check_table(at: Reading, given: Mapping[str, Any], table: Mapping[str, Any]
         at.refuse(("uncertain", "samples"), found, "left out: every row is a sample")
 
 
-def _check_correlations(
-    at: Reading, told: list[str], table: Mapping[str, Any], found: Sequence[tuple[str, str, float]]
-) -> None:
+def _check_correlations(at: Reading, told: list[str], table: Resolved, found: Sequence[tuple[str, str, float]]) -> None:
     """Each pair once, of unknowns with distributions, and all of them together possible."""
     written = [*(at.document.value(("uncertain",)) or ())]
     seen: set[frozenset[str]] = set()

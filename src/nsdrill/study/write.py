@@ -9,13 +9,12 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
-from nsdrill.data import differences
+from nsdrill.data import Resolved, differences
 from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Resolved, keys_named
+from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, Value, keys_named
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.uncertain import FACTOR, HOW
 from nsdrill.units import from_si
@@ -80,7 +79,7 @@ def _continued(keys: Keys, found: Resolved, prefix: str = CONTINUE, indent: str 
         yield line(indent + "  ", name, text, MEANINGS[key])
 
 
-def name_like(value: Any) -> bool:
+def name_like(value: object) -> bool:
     """Whether a value is a plain word in YAML."""
     return isinstance(value, str) and value.replace("_", "").replace(".", "").isalpha() and value.isascii()
 
@@ -113,7 +112,7 @@ def value_text(resolved: Resolved, key: str) -> str | None:
         return f"{{ramp: [{', '.join(f'[{TIME.text(time)}, {leaf.text(value)}]' for time, value in knots)}]}}"
     if key.startswith("uncertain."):
         return _of_unknowns(keys, resolved, key.removeprefix("uncertain."))
-    value: Any = resolved
+    value: Value = resolved
     section, _, axis = key.partition(".")
     for part in (section, axis) if section == "sweep" else key.split("."):
         if not isinstance(value, dict) or part not in value:
@@ -195,7 +194,7 @@ def _unknown_of(entry: str) -> str:
 
 
 def _keys(resolved: Resolved) -> Keys:
-    return keys_named(resolved.get("model", MODEL_LEAF.default))
+    return keys_named(str(resolved.get("model", MODEL_LEAF.default)))
 
 
 def _needed(resolved: Resolved, leaf: Leaf) -> str | None:

@@ -14,14 +14,13 @@ import math
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.data import Array
 from nsdrill.errors import NsdrillError, again
-from nsdrill.kernel.batch import Batch
+from nsdrill.kernel.batch import Batch, FinishedRuns
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, advance
 from nsdrill.variables import OK
@@ -159,7 +158,7 @@ class Engine:
         count = max(1, min(self.workers, self._pending_count()))
         slots = [_WorkerSlot(self.work.new_batch(self.lanes, self.slots)) for _ in range(count)]
         self._segment = min(SEGMENT, slots[0].batch.slots // self._segments)
-        futures: dict[Future[Any], _WorkerSlot] = {}
+        futures: dict[Future[tuple[Batch, FinishedRuns]], _WorkerSlot] = {}
         with interrupt.interruptible():
             try:
                 for worker in slots:
@@ -202,7 +201,7 @@ class Engine:
     def _pending_count(self) -> int:
         return len(self._pending) - self._next
 
-    def _submit(self, worker: _WorkerSlot, futures: dict[Future[Any], _WorkerSlot]) -> None:
+    def _submit(self, worker: _WorkerSlot, futures: dict[Future[tuple[Batch, FinishedRuns]], _WorkerSlot]) -> None:
         self._refill(worker)
         if worker.batch.idle:
             return
@@ -210,7 +209,7 @@ class Engine:
         future = self.executor.submit(advance, worker.batch, self.work.variant, self.quantum_seconds, drain)
         futures[future] = worker
 
-    def _is_lost(self, worker: _WorkerSlot, future: Future[Any]) -> bool:
+    def _is_lost(self, worker: _WorkerSlot, future: Future[tuple[Batch, FinishedRuns]]) -> bool:
         """Whether the task was lost with its worker. The batch in this process is still
         as it was sent, and is sent again."""
         if not self.remote or (not future.cancelled() and future.exception() is None):
@@ -269,7 +268,7 @@ class Engine:
         worker.ends[int(points[-1])] = (chain, end) if end < plan.chain_length else None
         worker.batch.add(points, runs)
 
-    def _receive(self, worker: _WorkerSlot, future: Future[Any]) -> None:
+    def _receive(self, worker: _WorkerSlot, future: Future[tuple[Batch, FinishedRuns]]) -> None:
         batch, finished = future.result()
         worker.batch = batch
         n = len(finished.job)

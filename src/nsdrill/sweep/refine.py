@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -101,7 +100,7 @@ def _along(axis: int, *bounds: int | None) -> tuple[slice, ...]:
     return (*[slice(None)] * axis, slice(*bounds))
 
 
-def _over_cells(values: Array, axes: Sequence[bool], join: Any) -> Array:
+def _over_cells(values: Array, axes: Sequence[bool], join: np.ufunc) -> Array:
     """``join`` of all units of each cell: three along every refined axis, the outer of
     which are shared with the adjacent cells."""
     for axis, refined in enumerate(axes):

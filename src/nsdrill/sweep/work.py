@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from nsdrill.abi import MARKER, OBSERVER, RATES, Rows
-from nsdrill.compiler.functions import address, compiled
+from nsdrill.compiler.functions import LaneFunction, address, compiled
 from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.loop import make_advance
@@ -101,7 +101,7 @@ class Work:
             fixed = self.kind.implicit(fixed)
         return Variant(self.model, fixed, self.record.exponent, self.simulation.stepper)
 
-    def at(self, values: Mapping[str, Any]) -> Values:
+    def at(self, values: Mapping[str, float | Array]) -> Values:
         """Parameters, operation and start of the points at these values of the axes,
         scalars or arrays [points]. What is compiled in is that of the work's own
         parameters (:meth:`parts`)."""
@@ -300,7 +300,7 @@ def _landing_place(model: Model) -> int:
 
 
 @lru_cache
-def make_observers(lanes: int, variant: Variant) -> tuple[Any, Any]:
+def make_observers(lanes: int, variant: Variant) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) that combine all observers: they correct the
     deviation across contacts, and measure the features of the motion and the growth of
     its deviation."""

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
+from nsdrill.data import Answer
 from nsdrill.quantity import amount
-from nsdrill.text.words import count, in_words, value_text
+from nsdrill.text.words import count, in_words, rest, value_text
 
 MAX_ROWS = 48
 MAX_ATTRACTORS = 5  # of one point; one line sums up the others
 
 
-def attractor_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+def attractor_lines(summary: Answer, units: str) -> Iterator[str]:
     """A line for each attractor: its share of the starts, with a confidence interval
     where they are drawn at random, and its motion."""
     points, axes = summary["operating_points"], summary["axes"]
@@ -24,12 +24,11 @@ def attractor_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     yield (f"\nAttractors, by their share of the {'slice' if summary['slice'] else 'starts (95 % interval)'}:")
     for row in rows[:MAX_ROWS]:
         yield row.rstrip()
-    if len(rows) > MAX_ROWS:
-        yield f"  and {len(rows) - MAX_ROWS} more lines (all with --json)"
+    yield from rest(rows, MAX_ROWS, "lines (all with --json)")
     yield from _warning_lines(points)
 
 
-def _lines(point: dict[str, Any], units: str) -> list[str]:
+def _lines(point: Answer, units: str) -> list[str]:
     attractors = point["attractors"]
     count_shown = len(attractors) if len(attractors) <= MAX_ATTRACTORS + 1 else MAX_ATTRACTORS
     lines = [_line(attractor, units) for attractor in attractors[:count_shown]]
@@ -47,7 +46,7 @@ def _lines(point: dict[str, Any], units: str) -> list[str]:
     return lines
 
 
-def _line(attractor: dict[str, Any], units: str) -> str:
+def _line(attractor: Answer, units: str) -> str:
     interval = "" if attractor["low"] is None else f" ({100 * attractor['low']:4.1f} to {100 * attractor['high']:5.1f})"
     response = attractor["response"]
     words = [in_words(response) if response != "none" else "no critical response"]
@@ -67,7 +66,7 @@ def _line(attractor: dict[str, Any], units: str) -> str:
     return f"{attractor['number']:2d} {100 * attractor['share']:5.1f} %{interval}  {', '.join(words)}"
 
 
-def _warning_lines(points: list[dict[str, Any]]) -> Iterator[str]:
+def _warning_lines(points: list[Answer]) -> Iterator[str]:
     unsettled = sum(point["unsettled"] for point in points)
     total = sum(point["starts"] - point["failed"] - point["pending"] for point in points)
     if total and unsettled > 0.05 * total:

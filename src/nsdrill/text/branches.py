@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import meanings_of
+from nsdrill.data import Answer
 from nsdrill.errors import printable
 from nsdrill.models.registry import model_in
 from nsdrill.quantity import find, sign, unit_in
-from nsdrill.text.words import label_of, point_text, value_text
+from nsdrill.text.words import label_of, point_text, rest, value_text
 from nsdrill.units import from_si, plain_units
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
 
 MAX_SPECIAL = 40
 MAX_LINES = 36  # of paragraphs; longer ones become a line for each branch
@@ -23,7 +28,7 @@ MAX_ROWS, MAX_PARTS = 20, 4  # lines, and stable parts named in each
 END_WORDS = {"bifurcation": "", "branch": " (end of the branch)", "point": " (its last point)"}
 
 
-def lines(file: str, s: dict[str, Any], units: str, everything: bool = False) -> Iterator[str]:
+def lines(file: str, s: Answer, units: str, everything: bool = False) -> Iterator[str]:
     """The summary of a file of branches, in words: a paragraph for each, with a sentence
     on every special point, where that is short or ``everything`` is wanted; else a line
     for each."""
@@ -35,8 +40,7 @@ def lines(file: str, s: dict[str, Any], units: str, everything: bool = False) ->
     yield from _curve_lines(s, units)
 
 
-def _head(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
-
+def _head(file: str, s: Answer, units: str) -> Iterator[str]:
     along = s["along"]
 
     def text(value: float) -> str:
@@ -55,7 +59,7 @@ def _head(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"  seeds          {number}: {word}"
 
 
-def _rows(s: dict[str, Any], units: str) -> Iterator[str]:
+def _rows(s: Answer, units: str) -> Iterator[str]:
     """A line for each branch: its motion, where it is stable, its special points; and
     what these mean."""
 
@@ -80,16 +84,14 @@ def _rows(s: dict[str, Any], units: str) -> Iterator[str]:
             f"  {branch['branch']:3d}  {branch['words']}, {interval(branch['min'], branch['max'])}: "
             + "; ".join(filter(None, (f"stable {stable}{looked}" if stable else "unstable", special_text)))
         )
-    if (more := len(s["branches"]) - MAX_ROWS) > 0:
-        yield f"  and {more} more branches"
+    yield from rest(s["branches"], MAX_ROWS, "branches")
     yield ""
     for name, meaning in meanings.items():
         yield f"  {name}: {meaning}"
     yield "  Every special point, and why each branch ends: --all, or --json."
 
 
-def _paragraphs(s: dict[str, Any], units: str) -> Iterator[str]:
-
+def _paragraphs(s: Answer, units: str) -> Iterator[str]:
     def text(value: float) -> str:
         return value_text(s["along"], value, units)
 
@@ -115,8 +117,7 @@ def _paragraphs(s: dict[str, Any], units: str) -> Iterator[str]:
             yield f"  ... {more} more; --json has all"
 
 
-def _curve_lines(s: dict[str, Any], units: str) -> Iterator[str]:
-
+def _curve_lines(s: Answer, units: str) -> Iterator[str]:
     along = s["along"]
     for curve in s["curves"]:
         over = next(
@@ -141,14 +142,13 @@ def _change(before: int | None, after: int | None) -> str:
     return f"; {before} and {after} unstable directions to its sides"
 
 
-def table(data: Any, units: str) -> str:
+def table(data: Dataset, units: str) -> str:
     """One row per point as CSV: its branch, motion, coordinates, label in words,
     multipliers, features, states."""
-
     words = {code: label.name for code, label in meanings_of(model_in(data.attrs)).items()}
     branch_of_point = np.asarray(data["branch_of_point"].values)
     headings: list[str] = ["point", "branch", "motion", "lobes", "label_words"]
-    columns: list[list[Any]] = [
+    columns: list[Sequence[object]] = [
         list(range(len(branch_of_point))),
         branch_of_point.tolist(),
         [str(data["motion"].values[k]) for k in branch_of_point],
@@ -165,7 +165,7 @@ def table(data: Any, units: str) -> str:
         si = str(variable.attrs.get("units", ""))
         for column, entry in enumerate(entries):
             if values.dtype.kind == "f" and si not in ("", "1"):
-                unit = field_unit(name, _plain(si)) if units == "field" else si
+                unit = field_unit(name, plain_units(si)) if units == "field" else si
                 headings.append(f"{name}{entry} [{sign(unit)}]")
                 columns.append([repr(from_si(float(v), unit) if unit != si else float(v)) for v in values[:, column]])
             else:
@@ -181,13 +181,7 @@ def table(data: Any, units: str) -> str:
 def field_unit(name: str, units: str) -> str:
     """The field unit of the variable ``name`` with the SI unit ``units``: ft for a
     depth, in for another length."""
-
     if units in ("percent", "1"):
         return units
     known = find(name)
     return known.unit("field") if known and known.units == units else unit_in(units, "field") or units
-
-
-def _plain(units: str) -> str:
-
-    return plain_units(units)

@@ -76,7 +76,6 @@ def _table(
 ) -> Iterator[str]:
     """Quantities with their units and meanings below a title, aligned with all
     quantities that are ``shown``."""
-
     name_width, unit_width = max(17, *map(len, shown)), 9 if units == "si" else 13
     yield f"\n{title}"
     for name, number, si, meaning in rows:
@@ -95,7 +94,6 @@ def _table(
 
 def _sweep_text(study: Study, chains: int, units: str) -> str:
     """The sweep in words."""
-
     axes = []
     for name in study.swept:
         label = label_of(name)

@@ -4,28 +4,26 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator
-from typing import Any
 
 from nsdrill.app.contrast import contrast, moved_rows, onset_rows, sentence
 from nsdrill.app.datasets import read_any
+from nsdrill.data import Answer
 from nsdrill.errors import InputError
 from nsdrill.quantity import amount, find
 from nsdrill.text.window import WIDTH
-from nsdrill.text.words import aligned, count, in_words, point_text, value_text
+from nsdrill.text.words import aligned, count, in_words, point_text, rest, value_text
 
 MAX_CHANGES = 12
 
 
 def attribute_text(name: str, text: str | None, units: str) -> str | None:
     """An attribute of a trace, which is in SI, in the system ``units``."""
-
     if units == "si" or text is None or find(name) is None:
         return text
     return value_text(name, float(text.split()[0]), units)
 
 
-def lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
-
+def lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     yield f"a: {d['files'][0]}"
     yield f"b: {d['files'][1]}"
     rows = [
@@ -51,9 +49,8 @@ def lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
         yield from _number_lines(d, units, bits)
 
 
-def _window_lines(d: dict[str, Any], units: str) -> Iterator[str]:
+def _window_lines(d: Answer, units: str) -> Iterator[str]:
     """What changed for the driller: the windows of two sweeps over the same axes."""
-
     try:
         found = contrast(*(read_any(file) for file in d["files"]))  # type: ignore[arg-type]
     except InputError:  # other axes, or a single point: there are no two windows
@@ -77,10 +74,9 @@ def _cell(name: str, value: str | None) -> str:
     return f"{value[:12]}..." if name in ("study_sha256", "model_digest") else value
 
 
-def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
+def _number_lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     """Axes, responses and variables of two files of one kind that differ; the variables
     one by one with ``bits``, which traces, of numbers alone, always have."""
-
     trace = d["kinds"][0] == "trace"
     noun = "samples" if trace else "points"
     for axis in d["axes"]:
@@ -124,8 +120,7 @@ def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
         yield from aligned([headings, *(_row(row, swept, units) for row in differing)])
 
 
-def _probability_lines(probabilities: dict[str, Any], swept: list[str], units: str) -> Iterator[str]:
-
+def _probability_lines(probabilities: Answer, swept: list[str], units: str) -> Iterator[str]:
     yield (f"Probabilities at {count(probabilities['points'], 'operating point')}, means and largest change:")
     rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "at", "intervals apart")]
     for row in probabilities["outcomes"]:
@@ -136,13 +131,12 @@ def _probability_lines(probabilities: dict[str, Any], swept: list[str], units: s
     yield from aligned(rows)
 
 
-def _response_lines(responses: dict[str, Any], points: int, swept: list[str], units: str) -> Iterator[str]:
+def _response_lines(responses: Answer, points: int, swept: list[str], units: str) -> Iterator[str]:
     yield (f"Responses: {responses['changed']} of {points} changed{':' if responses['changed'] else '.'}")
     changes = responses["changes"]
     for change in changes[:MAX_CHANGES]:
         yield f"  {change['points']:6d}  {in_words(change['from'])} -> {in_words(change['to'])}"
-    if len(changes) > MAX_CHANGES:
-        yield f"  and {len(changes) - MAX_CHANGES} more kinds of change (all with --json)"
+    yield from rest(changes, MAX_CHANGES, "kinds of change (all with --json)")
     if responses["changed"]:
         points_at = responses["at"]
         yield ("  At:" if len(points_at) == responses["changed"] else f"  The first {len(points_at)} of them:")
@@ -150,16 +144,14 @@ def _response_lines(responses: dict[str, Any], points: int, swept: list[str], un
             yield (f"    {_place_text(point, swept, units)}: {in_words(point['from'])} -> {in_words(point['to'])}")
 
 
-def _place_text(point: dict[str, Any], swept: list[str], units: str) -> str:
-
+def _place_text(point: Answer, swept: list[str], units: str) -> str:
     words = [point_text({name: point[name]}, units) for name in swept if name not in ("procedure", "start", "sample")]
     words += [f"{name} {point[name]}" for name in ("sample", "start") if name in swept]
     words += [point["procedure"]] if "procedure" in swept else []
     return ", ".join(words) or "the point"
 
 
-def _row(row: dict[str, Any], swept: list[str], units: str) -> tuple[str, ...]:
-
+def _row(row: Answer, swept: list[str], units: str) -> tuple[str, ...]:
     unit = "" if row["units"] == "1" else f" {row['units']}"
     if "first" in row:
         where = f"{row['first']:g} s"

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
+from nsdrill.data import Answer
 from nsdrill.quantity import find, shown_scale, sign
 from nsdrill.text.words import count
 
 MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 
 
-def summary_in(summary: dict[str, Any], units: str) -> dict[str, Any]:
+def summary_in(summary: Answer, units: str) -> Answer:
     """The summary as plain data, with the values of unknowns and features in the system
     ``units``."""
     if units == "si":
@@ -32,9 +32,8 @@ def summary_in(summary: dict[str, Any], units: str) -> dict[str, Any]:
     return converted
 
 
-def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+def lines(summary: Answer, units: str) -> Iterator[str]:
     """The summary of a fit, in words."""
-
     yield (
         f"{summary['data']}: {count(summary['points'], 'operating point')}, "
         f"{count(summary['values'], 'measured value')}."
@@ -55,7 +54,7 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
         yield verdict
 
 
-def _unknown_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+def _unknown_lines(summary: Answer, units: str) -> Iterator[str]:
     width = max(len(row["key"]) for row in summary["unknowns"])
     yield (f"{'':{width + 2}s} {'before, 5 to 95 %':>24s}   {'after, 5 to 95 %':>24s} {'median':>10s}")
     for row in summary["unknowns"]:
@@ -68,7 +67,7 @@ def _unknown_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
 INFORMATION_WORDS = {"well": "determined", "partly": "partly determined", "not": "NOT DETERMINED by these data"}
 
 
-def _feature_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+def _feature_lines(summary: Answer, units: str) -> Iterator[str]:
     width = max(len(row["name"]) for row in summary["features"])
     yield f"{'':{width + 2}s} {'values':>6s} {'error':>10s} {'spread':>10s}"
     for row in summary["features"]:
@@ -83,14 +82,13 @@ def _feature_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
 def _in_shown_unit(name: str, values: list[float], si: str, units: str, signs: bool = True) -> tuple[list[float], str]:
     """Values in the unit in which the quantity ``name`` is shown, and that unit: its
     sign, or with ``signs`` False as a study writes it."""
-
     known = find(name)
     unit, base = (known.unit(units), known.units) if known is not None else (si, si)
     scale = shown_scale(unit, base) if unit not in ("", "percent") else 1.0
     return [value / scale for value in values], sign(unit) if signs else unit
 
 
-def verdicts(summary: dict[str, Any]) -> Iterator[str]:
+def verdicts(summary: Answer) -> Iterator[str]:
     """The conclusions from a fit, in sentences."""
     undetermined = [row["key"] for row in summary["unknowns"] if row["told"] == "not"]
     if len(undetermined) == len(summary["unknowns"]):

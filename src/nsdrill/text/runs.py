@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any
 
 from nsdrill.app.continuing import ContinuationResult
 from nsdrill.app.orbit import OrbitPoint
 from nsdrill.app.run import RunResult
+from nsdrill.data import Attributes
 from nsdrill.models.leaves import as_value
 from nsdrill.quantity import quantity
 from nsdrill.study.study import Study
@@ -47,7 +47,7 @@ def continuation_text(found: ContinuationResult) -> str:
     return text
 
 
-def simulated_text(attrs: Mapping[str, Any], study: Study, requested: Mapping[str, float], units: str) -> str:
+def simulated_text(attrs: Attributes, study: Study, requested: Mapping[str, float], units: str) -> str:
     """The operating values of a trace; of a ramp its knots; and the requested sample,
     with its values except those of the operation."""
     ramps = json.loads(attrs.get("ramps", "{}"))
@@ -65,7 +65,7 @@ def simulated_text(attrs: Mapping[str, Any], study: Study, requested: Mapping[st
     return ", ".join(filter(None, (text, point_text(drawn, units), f"sample {number}")))
 
 
-def replayed_text(attrs: Mapping[str, Any], start: int | None, requested: Mapping[str, float], units: str) -> str:
+def replayed_text(attrs: Attributes, start: int | None, requested: Mapping[str, float], units: str) -> str:
     """The point that was run again."""
     further = {key: as_value(key, word) for key, word in json.loads(attrs.get("at", "{}")).items()}
     point = {name: attrs[name] for name in AXES} | further

@@ -3,50 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
+from nsdrill.data import Answer
 from nsdrill.quantity import quantity
-from nsdrill.text.words import count, in_words, label_of, point_text
+from nsdrill.text.words import count, in_words, label_of, overrides_text, point_text
 
 MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its own
 
 
-def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+def lines(summary: Answer, units: str) -> Iterator[str]:
     """The summary in words."""
-
     where = point_text(summary["at"], units)
     points = f"{count(summary['points'], 'operating point')} over {' and '.join(map(label_of, summary['swept']))}"
     yield (f"  {summary['samples']} samples, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}")
     if summary["overrides"]:
-        yield (f"  overrides {'; '.join(f'{key} = {value}' for key, value in summary['overrides'].items())}")
+        yield f"  overrides {overrides_text(summary['overrides'])}"
     if summary["histories"] > 1:
         yield "  safe in every procedure; of the other answers the greatest of the procedures"
     exact = summary["design"] == "saltelli"
     for answer in summary["answers"]:
         yield ""
-        mean, name = answer["mean"], in_words(answer["name"])
-        if mean is None:
-            yield f"{name}: not known, as too many runs failed."
-            continue
-        percent = answer["units"] == "1"
-
-        def answer_text(value: float | None, percent: bool = percent) -> str:
-            return "none" if value is None else f"{100 * value:.1f} %" if percent else f"{value:.4g} %"
-
-        if answer["deviation"] is None:
-            yield f"{name}: {answer_text(mean)} in every sample, whatever the unknowns are."
-            continue
-        yield f"{name}: {answer_text(mean)} on average"
-        yield f"  {'unknown':26s}{'first':>16s}{'total':>16s}   where it is low, and high"
-        for row in sorted(answer["unknowns"], key=lambda row: -row["first"]):
-            unknown = quantity(row["key"])
-            low, high = (unknown.text(row[end]["value"], units, 3) for end in ("low", "high"))
-            yield (
-                f"  "
-                f"{label_of(row['key']):26s}{_index(row['first'], row['first_error']):>16s}{_total(row):>16s}   "
-                f"{answer_text(row['low']['answer'])} at {low}, "
-                f"{answer_text(row['high']['answer'])} at {high}"
-            )
+        yield from _answer_lines(answer, units)
     yield ""
     first = summary["measure_first"]
     if first is None:
@@ -68,10 +45,33 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
         yield f"Total: {reason}; with uncertain.design: saltelli it is estimated."
 
 
-def _undecided(summary: dict[str, Any]) -> str:
+def _answer_lines(answer: Answer, units: str) -> Iterator[str]:
+    """The mean of an answer, and the share of each unknown in its variance."""
+
+    def text(value: float | None) -> str:
+        return "none" if value is None else f"{100 * value:.1f} %" if answer["units"] == "1" else f"{value:.4g} %"
+
+    mean, name = answer["mean"], in_words(answer["name"])
+    if mean is None:
+        yield f"{name}: not known, as too many runs failed."
+        return
+    if answer["deviation"] is None:
+        yield f"{name}: {text(mean)} in every sample, whatever the unknowns are."
+        return
+    yield f"{name}: {text(mean)} on average"
+    yield f"  {'unknown':26s}{'first':>16s}{'total':>16s}   where it is low, and high"
+    for row in sorted(answer["unknowns"], key=lambda row: -row["first"]):
+        low, high = (quantity(row["key"]).text(row[end]["value"], units, 3) for end in ("low", "high"))
+        index = _index(row["first"], row["first_error"])
+        yield (
+            f"  {label_of(row['key']):26s}{index:>16s}{_total(row):>16s}   "
+            f"{text(row['low']['answer'])} at {low}, {text(row['high']['answer'])} at {high}"
+        )
+
+
+def _undecided(summary: Answer) -> str:
     """Why no unknown is to be measured first: the indices are within the error of so
     few samples, or no unknown has an effect of its own."""
-
     rows = [row for row in summary["answers"][0]["unknowns"] if row["first"] is not None]
     best = max(rows, key=lambda row: float(row["first"]), default=None)
     if best is None or best["first"] < MIN_INDEX:
@@ -88,7 +88,7 @@ def _index(value: float, error: float) -> str:
     return f"{value:.2f} +- {error:.2f}"
 
 
-def _total(row: dict[str, Any]) -> str:
+def _total(row: Answer) -> str:
     if row["total"] is not None:
         return _index(row["total"], row["total_error"])
     if row["total_least"] is None:

@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
+from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import printable
 from nsdrill.quantity import quantity, sign
 from nsdrill.text.attractors import attractor_lines
 from nsdrill.text.branches import lines as branch_lines
-from nsdrill.text.words import count, in_words, knots_text, label_of, point_text, samples_text, value_text
+from nsdrill.text.words import (
+    count,
+    in_words,
+    knots_text,
+    label_of,
+    overrides_text,
+    point_text,
+    rest,
+    samples_text,
+    value_text,
+)
 from nsdrill.units import from_si
 from nsdrill.variables import AXES
 
 MAX_FAILED = 20
-
-
 MAX_INTERVALS = 40
-
-
 MAX_CHANGED = 12
-
-
 MAX_POINTS = 24
 
 
-def lines(name: str, summary: dict[str, Any], units: str, everything: bool = False) -> Iterator[str]:
+def lines(name: str, summary: Answer, units: str, everything: bool = False) -> Iterator[str]:
     """A summary of the file or data called ``name``, in words."""
     if summary["kind"] == "branches":
         return branch_lines(name, summary, units, everything)
@@ -34,7 +38,7 @@ def lines(name: str, summary: dict[str, Any], units: str, everything: bool = Fal
     return (_trace_lines if summary["kind"] == "trace" else _result_lines)(name, summary, units)
 
 
-def _unfinished_lines(name: str, s: dict[str, Any]) -> Iterator[str]:
+def _unfinished_lines(name: str, s: Answer) -> Iterator[str]:
     yield printable(f"{name}: an unfinished {s['what']}.")
     yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
     yield f"  model          {s['model']}"
@@ -42,8 +46,7 @@ def _unfinished_lines(name: str, s: dict[str, Any]) -> Iterator[str]:
     yield "  Go on with the command that began it and --resume."
 
 
-def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
-
+def _result_lines(file: str, s: Answer, units: str) -> Iterator[str]:
     # A .part file may hold every point already, before the results file is written.
     kind = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     yield printable(f"{file}: {kind}. {s['title']}".rstrip())
@@ -72,24 +75,7 @@ def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield from _trust_lines(trust)
     if s["thresholds"]:
         yield printable(f"  labels         with {', '.join(s['thresholds'])}")
-    for procedure in s["procedures"]:
-        counts = s["responses"][procedure]
-        total = sum(counts.values())
-        if total:
-            runs = s["points"] // len(s["procedures"])
-            known = f", of the {total} of {count(runs, 'point')} that are known" if total < runs else ""
-            yield f"\nResponses, {procedure}{known}:"
-        for word, number in counts.items():
-            yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
-        if kinds := s["whirl_kinds"].get(procedure):
-            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
-        if motions := s.get("motions", {}).get(procedure):
-            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
-        for name, grades in s["severities"][procedure].items():
-            if set(grades) - {"none"}:
-                response = in_words(name).removesuffix(" severity")
-                counts_text = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
-                yield f"  severity, {response}: {counts_text}"
+    yield from _response_lines(s)
     if intervals := s.get("intervals"):
         yield from _interval_lines(intervals, units)
     if "probabilities" in s:
@@ -109,12 +95,32 @@ def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             where = point_text({name: point[name] for name in s["axes"]}, units)
             where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
             yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
-        if len(failed) > MAX_FAILED:
-            yield f"  and {len(failed) - MAX_FAILED} more (all with --json)"
+        yield from rest(failed, MAX_FAILED)
 
 
-def _unknown_lines(s: dict[str, Any], units: str) -> Iterator[str]:
+def _response_lines(s: Answer) -> Iterator[str]:
+    """How many points have each response, and how they move."""
+    for procedure in s["procedures"]:
+        counts = s["responses"][procedure]
+        total = sum(counts.values())
+        if total:
+            runs = s["points"] // len(s["procedures"])
+            known = f", of the {total} of {count(runs, 'point')} that are known" if total < runs else ""
+            yield f"\nResponses, {procedure}{known}:"
+        for word, number in counts.items():
+            yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
+        if kinds := s["whirl_kinds"].get(procedure):
+            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
+        if motions := s.get("motions", {}).get(procedure):
+            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
+        for name, grades in s["severities"][procedure].items():
+            if set(grades) - {"none"}:
+                response = in_words(name).removesuffix(" severity")
+                counts_text = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
+                yield f"  severity, {response}: {counts_text}"
 
+
+def _unknown_lines(s: Answer, units: str) -> Iterator[str]:
     if "unknowns" not in s:
         return
     yield (f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine in ten lie in")
@@ -123,9 +129,8 @@ def _unknown_lines(s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"    {label_of(key):26s} {low} to {high}"
 
 
-def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
+def _probability_lines(s: Answer, units: str) -> Iterator[str]:
     """The probability of each answer at some of the operating points."""
-
     rows = s["probabilities"]
     histories = {row["history"]: None for row in rows}
     swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
@@ -139,7 +144,7 @@ def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
             f"{samples_text(s['counted'], s['effective'])}:"
         )
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
-        for row in _evenly_spaced(history_rows):
+        for row in evenly_spaced(history_rows, MAX_POINTS):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
             yield f"  {where:30s}" + "".join(f"{_probability_text(row[name]):>22s}" for name in names)
         if len(history_rows) > MAX_POINTS:
@@ -153,20 +158,12 @@ def _probability_text(estimate: dict[str, float]) -> str:
     return f"{100 * estimate['probability']:.1f} % ({low:.0f} to {high:.0f})"
 
 
-def _evenly_spaced(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """At most :data:`MAX_POINTS` of the ``rows``, evenly spaced, with the first and the
-    last."""
-    if len(rows) <= MAX_POINTS:
-        return rows
-    return [rows[round(i * (len(rows) - 1) / (MAX_POINTS - 1))] for i in range(MAX_POINTS)]
-
-
 def _override_lines(overrides: dict[str, str]) -> Iterator[str]:
     if overrides:
-        yield f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}"
+        yield f"  overrides      {overrides_text(overrides)}"
 
 
-def _string_lines(s: dict[str, Any]) -> Iterator[str]:
+def _string_lines(s: Answer) -> Iterator[str]:
     """The drive, unless it is ideal, and the frozen motions."""
     if s["drive"] != "ideal":
         yield f"  drive          {in_words(s['drive'])}"
@@ -183,8 +180,7 @@ def _method_lines(method: str) -> Iterator[str]:
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
-def _trust_lines(trust: dict[str, Any]) -> Iterator[str]:
-
+def _trust_lines(trust: Answer) -> Iterator[str]:
     checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
     failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
     yield (
@@ -203,22 +199,22 @@ def _trust_lines(trust: dict[str, Any]) -> Iterator[str]:
         yield (f"    and {len(trust['changed']) - MAX_CHANGED} more kinds of change (all with --json)")
 
 
-def _interval_lines(intervals: list[dict[str, Any]], units: str) -> Iterator[str]:
-
+def _interval_lines(intervals: list[Answer], units: str) -> Iterator[str]:
     yield "\nAlong the sweep:"
     for row in intervals[:MAX_INTERVALS]:
-        name = row["axis"]
-        ends = value_text(name, row["from"], units)
-        if row["points"] > 1:
-            ends += f" to {value_text(name, row['to'], units)}"
-        points = count(row["points"], "point")
-        yield f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {in_words(row['response'])}"
-    if len(intervals) > MAX_INTERVALS:
-        yield f"  and {len(intervals) - MAX_INTERVALS} more (all with --json)"
+        yield f"  {row['procedure']:5s} {_span(row, units)}  {in_words(row['response'])}"
+    yield from rest(intervals, MAX_INTERVALS)
 
 
-def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) -> Iterator[str]:
+def _span(row: Answer, units: str) -> str:
+    """The ends of an interval, and how many points it has, as two columns."""
+    ends = value_text(row["axis"], row["from"], units)
+    if row["points"] > 1:
+        ends += f" to {value_text(row['axis'], row['to'], units)}"
+    return f"{ends:32s} {count(row['points'], 'point'):>12s}"
 
+
+def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Iterator[str]:
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
     yield f"\nWhere up and down differ, and in what, along the {label_of(axis)}:"
@@ -230,17 +226,12 @@ def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) 
         if place and place != previous:
             yield f"  at {place}"
         previous = place
-        ends = value_text(axis, row["from"], units)
-        if row["points"] > 1:
-            ends += f" to {value_text(axis, row['to'], units)}"
-        points = count(row["points"], "point")
         yield (
-            f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up "
+            f"  {_span(row, units)}  {in_words('+'.join(row['differs'])):22s}  up "
             f"{in_words(row['up'])}; "
             f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}"
         )
-    if len(rows) > MAX_INTERVALS:
-        yield f"  and {len(rows) - MAX_INTERVALS} more (all with --json)"
+    yield from rest(rows, MAX_INTERVALS)
     steps = [row["step"] for row in rows if row["step"] is not None]
     if steps:
         step = value_text(axis, max(steps), units)
@@ -249,8 +240,7 @@ def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) 
         yield "  An end is open where the sweep ended or a point failed: nothing bounds it there."
 
 
-def _range_lines(ranges: dict[str, Any], units: str) -> Iterator[str]:
-
+def _range_lines(ranges: Answer, units: str) -> Iterator[str]:
     for name, r in ranges.items():
         shown = quantity(name)
         unit = shown.unit(units)
@@ -269,8 +259,7 @@ def _digits(number: float) -> str:
     return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
 
 
-def _trace_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
-
+def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
     yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
     yield from _override_lines(s["overrides"])
@@ -296,7 +285,7 @@ def _trace_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield from _range_lines(s["ranges"], units)
 
 
-def refinement_text(refinement: Mapping[str, Any], units: str = "si") -> str:
+def refinement_text(refinement: Answer, units: str = "si") -> str:
     """ "1,204 of 3,721 points run, 68 % saved; borders known to 0.7 kN and 0.05 rad/s"."""
     run, points = refinement["points_run"], refinement["points_run"] + refinement["points_inferred"]
     steps = refinement["border_spacing"].items()

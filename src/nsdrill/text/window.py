@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from nsdrill.analysis.window import unknown_words
 from nsdrill.app import contrast as app
+from nsdrill.data import Answer, evenly_spaced
 from nsdrill.plot.answer import ORDER, Formatter, answer, drilling, in_order, is_hint, limit, percent, warnings, why
-from nsdrill.plot.slices import evenly_spaced
-from nsdrill.text.words import aligned, count, label_of, samples_text
+from nsdrill.text.words import aligned, count, label_of, overrides_text, samples_text
 
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
@@ -21,7 +20,7 @@ INDENT = 6 * " "
 CLASS_LABELS = {"rim": "history-dependent"}  # of the keys that are not words of the text
 
 
-def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+def lines(summary: Answer, units: str) -> Iterator[str]:
     """The lines of the summary in the units ``si`` or ``field``."""
     yield from textwrap.wrap(answer(summary, units), WIDTH)
     for warning in warnings(summary, units):
@@ -30,7 +29,7 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     yield from number_lines(summary, units)
 
 
-def number_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+def number_lines(summary: Answer, units: str) -> Iterator[str]:
     """The lines below the answer and its warnings."""
     fmt = Formatter(units)
     yield from _basis_lines(summary)
@@ -61,7 +60,7 @@ def number_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     yield from _confidence_cost(summary, fmt)
 
 
-def _confidence_cost(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
+def _confidence_cost(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """The cost of more confidence: safe points, and the rate of penetration."""
     if not summary["price"]:
         return
@@ -70,31 +69,30 @@ def _confidence_cost(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
     for row in summary["price"]:
         text = f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
         if best := row["fastest"]:
-            axes = in_order((*summary["axes"], summary["third"]))
-            where = ", ".join(fmt.value(axis, best[axis]) for axis in axes)
-            text += f"; fastest {where}, {_rate(best, fmt)}"
+            rate = fmt.value("rate_of_penetration", best["rate_of_penetration"])
+            text += f"; fastest {_point(best, (*summary['axes'], summary['third']), fmt)}, {rate}"
         yield text
 
 
-def _rate(best: dict[str, Any], fmt: Formatter) -> str:
-    return fmt.value("rate_of_penetration", best["rate_of_penetration"])
+def _point(point: Answer, axes: Sequence[str], fmt: Formatter) -> str:
+    """The values of the ``axes`` at a point."""
+    return ", ".join(fmt.value(axis, point[axis]) for axis in in_order(axes))
 
 
-def _by_procedure(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
+def _by_procedure(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """The window of each procedure by itself, for comparison with the window of all."""
     for row in summary["alone"]:
         best = row.get("recommended")
         where = ""
         if best:
-            at = ", ".join(fmt.value(axis, best[axis]) for axis in in_order(summary["axes"]))
-            where = f"; best at {at}, safe with {percent(best)}"
+            where = f"; best at {_point(best, summary['axes'], fmt)}, safe with {percent(best)}"
         yield (f"By itself, {row['procedure']}: {row['safe']} safe ({100 * row['share']['safe']:.1f} %){where}.")
 
 
-def _basis_lines(summary: dict[str, Any]) -> Iterator[str]:
+def _basis_lines(summary: Answer) -> Iterator[str]:
     """The meaning of the classes of points."""
     if summary["overrides"]:
-        yield (f"  overrides {'; '.join(f'{key} = {value}' for key, value in summary['overrides'].items())}")
+        yield f"  overrides {overrides_text(summary['overrides'])}"
     condition = "without a critical response"
     if summary["severity"] is not None:
         condition = f"with no severity above {summary['severity']}"
@@ -105,7 +103,7 @@ def _basis_lines(summary: dict[str, Any]) -> Iterator[str]:
             f"  safe      {100 * summary['confidence']:g} % or more of {samples} of the uncertain "
             f"numbers end well{by} {condition}"
         )
-        yield "  critical  fewer of them"
+        yield "  not safe  fewer of them, so also points that are safe in most"
     elif summary["history_examined"]:
         by = " and ".join(summary["procedures"])
         if summary["histories"] > len(summary["procedures"]):
@@ -121,9 +119,10 @@ def _basis_lines(summary: dict[str, Any]) -> Iterator[str]:
         yield ("  unknown   a run failed or has no severity, and the others leave it open; no window goes there")
 
 
-def _shares(summary: dict[str, Any]) -> str:
+def _shares(summary: Answer) -> str:
     words = tuple(word for word in _columns({**summary, "unknown": 0}) if word != "rim" or summary["history_examined"])
-    parts = [f"{summary[word]} {CLASS_LABELS.get(word, word)} ({100 * summary['share'][word]:.1f} %)" for word in words]
+    labels = CLASS_LABELS if summary["confidence"] is None else {"critical": "not safe"}
+    parts = [f"{summary[word]} {labels.get(word, word)} ({100 * summary['share'][word]:.1f} %)" for word in words]
     if summary["unknown"]:
         parts.append(
             f"{summary['unknown']} unknown ({unknown_words(summary)}, {100 * summary['share']['unknown']:.1f} %)"
@@ -131,18 +130,18 @@ def _shares(summary: dict[str, Any]) -> str:
     return f"of {count(summary['points'], 'point')} {', '.join(parts)}"
 
 
-def _columns(summary: dict[str, Any]) -> tuple[str, ...]:
+def _columns(summary: Answer) -> tuple[str, ...]:
     """The classes of points in the tables of this summary."""
     if summary["confidence"] is not None:
         return ("safe", "critical", "unknown") if summary["unknown"] else ("safe", "critical")
     return ("safe", "rim", "critical", "unknown") if summary["unknown"] else ("safe", "rim", "critical")
 
 
-def _headings(summary: dict[str, Any]) -> str:
+def _headings(summary: Answer) -> str:
     return "".join(f"{CLASS_LABELS.get(word, word):>{_width(word)}s}" for word in _columns(summary))
 
 
-def _row(summary: dict[str, Any], counts: dict[str, Any]) -> str:
+def _row(summary: Answer, counts: Answer) -> str:
     return "".join(f"{100 * counts['share'][word]:{_width(word) - 2}.1f} %" for word in _columns(summary))
 
 
@@ -151,8 +150,8 @@ def _width(word: str) -> int:
     return max(10, 2 + len(CLASS_LABELS.get(word, word)))
 
 
-def _no_window(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
-    obstacles = [f"{_words(name)} at {count}" for name, count in summary["obstacles"].items() if count]
+def _no_window(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    obstacles = [f"{name.replace('_', '-')} at {count}" for name, count in summary["obstacles"].items() if count]
     noun = "point" if summary["points"] == 1 else "points"
     result, subject = "There is no safe point.", "Critical responses, in any history"
     if summary["confidence"] is not None:
@@ -161,8 +160,7 @@ def _no_window(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
         subject = f"Critical responses in {least:.2g} % of the samples or more, in any history"
     yield result + (f" {subject}: {', '.join(obstacles)} {noun}." if obstacles else "")
     if best := summary["most_probable"]:
-        axes = in_order((*summary["axes"], summary["third"]))
-        at = ", ".join(fmt.value(axis, best[axis]) for axis in axes)
+        at = _point(best, (*summary["axes"], summary["third"]), fmt)
         ties = ""
         if best["ties"]:
             first = ", of which this drills fastest" if "rate_of_penetration" in best else ""
@@ -176,7 +174,7 @@ def _no_window(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
         )
 
 
-def _map_table(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
+def _map_table(summary: Answer, fmt: Formatter) -> Iterator[str]:
     third = summary["third"]
     maps = summary["maps"]
     width = max(12, *(len(fmt.value(third, plane["at"][third])) for plane in maps))
@@ -190,7 +188,7 @@ def _map_table(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
         yield f"  ({MAX_ROWS} of {len(maps)}; all with --json)"
 
 
-def _recommendation(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -> str:
+def _recommendation(summary: Answer, plane: Answer, fmt: Formatter) -> str:
     """``20 kN (-8 +10), 3 rad/s (-0.4 +0.6)``."""
     best = plane["recommended"]
     if best is None:
@@ -204,7 +202,7 @@ def _recommendation(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatt
     return ", ".join(parts)
 
 
-def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -> Iterator[str]:
+def _map_lines(summary: Answer, plane: Answer, fmt: Formatter) -> Iterator[str]:
     """The regions and the recommended point of one map."""
     axes = in_order(summary["axes"])
     if len(axes) == 1:
@@ -225,7 +223,7 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
     best = plane["recommended"]
     yield (
         f"{'Best hint' if is_hint(summary, best) else 'Recommended'}: "
-        f"{', '.join(fmt.value(axis, best[axis]) for axis in axes)}.{_drilling_text(best, fmt)}"
+        f"{_point(best, axes, fmt)}.{_drilling_text(best, fmt)}"
     )
     if "probability" in best:
         yield (
@@ -241,8 +239,8 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
                 yield from textwrap.wrap(text, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
     fastest = plane["fastest"]
     if fastest is not None and any(fastest[axis] != best[axis] for axis in axes):
-        where = ", ".join(fmt.value(axis, fastest[axis]) for axis in axes)
-        yield f"Fastest safe point, whatever its margins: {where}.{_drilling_text(fastest, fmt)}"
+        text = _drilling_text(fastest, fmt)
+        yield f"Fastest safe point, whatever its margins: {_point(fastest, axes, fmt)}.{text}"
     yield (
         "Limits lie between the last safe point and the next one; finer axes bring them closer "
         "together.\n"
@@ -250,20 +248,20 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
     )
 
 
-def _drilling_text(point: dict[str, Any], fmt: Formatter) -> str:
+def _drilling_text(point: Answer, fmt: Formatter) -> str:
     """The rate of penetration and the specific energy at a point, as a sentence."""
     text = drilling(point, fmt)
     return f" {text[0].upper()}{text[1:]}." if text else ""
 
 
-def _limit_text(axis: str, side: dict[str, Any], fmt: Formatter) -> str:
+def _limit_text(axis: str, side: Answer, fmt: Formatter) -> str:
     room = f"by {fmt.value(axis, side['margin'])} to {fmt.value(axis, side['safe_to'])}"
     if side["margin"] == 0.0:
         room = "not at all"
     return f"{room}{': ' if side['why'] == 'edge' else '; '}{limit(axis, side, fmt)}"
 
 
-def _over_depth(summary: dict[str, Any], fmt: Formatter, table: bool) -> Iterator[str]:
+def _over_depth(summary: Answer, fmt: Formatter, table: bool) -> Iterator[str]:
     """The depths at which the window is open, closes and opens again."""
     depth = summary["depth"]
     rows = depth["rows"]
@@ -295,11 +293,7 @@ def _over_depth(summary: dict[str, Any], fmt: Formatter, table: bool) -> Iterato
     yield (f"{sentence}; it reopens at {fmt.value('depth', depth['reopens'])}. Open at {spans} {fmt.unit('depth')}.")
 
 
-def _words(flag: str) -> str:
-    return flag.replace("_", "-")
-
-
-def contrast_lines(found: dict[str, Any], units: str, names: Sequence[str] = ()) -> Iterator[str]:
+def contrast_lines(found: Answer, units: str, names: Sequence[str] = ()) -> Iterator[str]:
     """The comparison as lines of text, at most :data:`MAX_ROWS` of each table."""
     for letter, name in zip(("a", "b"), names, strict=False):
         yield f"{letter}: {name}"

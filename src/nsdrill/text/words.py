@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Sized
 from typing import Any
 
+from nsdrill.data import Answer
 from nsdrill.quantity import SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, from_si
 from nsdrill.variables import AXES
@@ -86,6 +87,17 @@ def aligned(table: Sequence[tuple[str, ...]]) -> Iterator[str]:
         yield ("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip()
 
 
+def rest(things: Sized, most: int, what: str = "(all with --json)") -> Iterator[str]:
+    """The line below the first ``most`` of the ``things``, where there are more."""
+    if len(things) > most:
+        yield f"  and {len(things) - most} more {what}"
+
+
+def overrides_text(overrides: Mapping[str, str]) -> str:
+    """The keys that ``--set`` changed, with their values."""
+    return "; ".join(f"{key} = {value}" for key, value in overrides.items())
+
+
 def samples_text(number: int, effective: float) -> str:
     """``32 samples``, and the number of independent ones that they are worth where some
     are the same."""
@@ -100,7 +112,7 @@ def cell(value: float, units: str, system: str) -> tuple[float, str]:
     return number, "" if unit == "1" else sign(unit)
 
 
-def in_units(data: dict[str, Any], system: str) -> dict[str, Any]:
+def in_units(data: Answer, system: str) -> Answer:
     """Plain ``data`` in SI units, unchanged or, where ``system`` is "field", with every
     value in field units: the keys are the same, and every ``units`` has the new unit.
     Another key ``units`` has the units of the values that have none beside them."""
@@ -130,7 +142,7 @@ def _converted(node: Any, key: str | None, name: str | None, units: dict[str, st
     return number
 
 
-def _with_unit(node: dict[str, Any], name: str | None, units: dict[str, str]) -> dict[str, Any]:
+def _with_unit(node: Answer, name: str | None, units: dict[str, str]) -> Answer:
     """The mapping ``node``, whose ``units`` are those of its values, in field units."""
     unit = _in_field(0.0, node["units"], name)[1]
     return {

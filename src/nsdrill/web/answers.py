@@ -5,17 +5,17 @@ from __future__ import annotations
 
 import base64
 import html
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from nsdrill.app.contrast import border_rows, contrast, difference, notes, onset_rows, sentence, thresholds
 from nsdrill.app.contrast import rows as contrast_rows
-from nsdrill.app.experiment import study_of
+from nsdrill.app.experiment import own_numbers, study_of
 from nsdrill.app.sensitivity import sensitivity
 from nsdrill.app.window import window_of, with_passed_over
-from nsdrill.data import Results
+from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.plot import draw
@@ -109,7 +109,7 @@ def image(text: str, words: str) -> str:
     return f'<img class="vectors" alt="{escaped(words)}" src="data:image/svg+xml;base64,{data}">'
 
 
-def _borders(window: Mapping[str, Any], units: str) -> str:
+def _borders(window: Answer, units: str) -> str:
     """The recommended point, how far each axis may change, and what lies beyond."""
     fmt, plane = Formatter(units), chosen_map(window)
     best = plane and plane["recommended"]
@@ -134,7 +134,7 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
     return "".join(pieces)
 
 
-def _doubt(results: Results, window: Mapping[str, Any], units: str) -> str:
+def _doubt(results: Results, window: Answer, units: str) -> str:
     """The probability of the recommended point, and the unknown on which it depends."""
     if window["confidence"] is None:
         return ""
@@ -253,6 +253,7 @@ def origin_rows(session: Session) -> Rows:
     ]
     version = attrs.get("nsdrill_version", "")
     rows += [
+        ("Other than the defaults", "; ".join(own_numbers(attrs)) or "nothing"),
         ("Changed by --set", "; ".join(meta["overrides"]) or "nothing"),
         ("Made", f"{attrs.get('created', '')} by nsdrill {version}"),
         ("With", ", ".join(software)),

@@ -9,25 +9,24 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Array, json_text
+from nsdrill.data import Answer, Array, json_text
 from nsdrill.errors import InputError
 
+Request = Mapping[str, Any]  # of a page, read from JSON that may hold anything
 DEFAULT_SECONDS, MAX_SECONDS = 20.0, 2000.0  # of a motion
 SAMPLE = 0.005  # s
 MAX_SAMPLES = 40_000  # of one motion on a page
 
 
-def name(request: Mapping[str, Any], key: str, default: Any = "") -> Any:
-    """A name; the ``default`` where the request has none."""
-    value = request.get(key, default)
-    if value is default and default != "":
-        return default
+def name(request: Request, key: str) -> str:
+    """A name; "" where the request has none."""
+    value = request.get(key, "")
     if not isinstance(value, str) or len(value) > 100:
         raise InputError(f"{key}: found {str(value)[:60]}; allowed: a name.")
     return value
 
 
-def integer(request: Mapping[str, Any], key: str, default: int) -> int:
+def integer(request: Request, key: str, default: int) -> int:
     """A whole number."""
     value = request.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int):
@@ -35,7 +34,7 @@ def integer(request: Mapping[str, Any], key: str, default: int) -> int:
     return value
 
 
-def number(request: Mapping[str, Any], key: str, low: float, high: float, default: float) -> float:
+def number(request: Request, key: str, low: float, high: float, default: float) -> float:
     """A number from ``low`` to ``high``."""
     value = request.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
@@ -43,7 +42,7 @@ def number(request: Mapping[str, Any], key: str, low: float, high: float, defaul
     return float(value)
 
 
-def seconds(request: Mapping[str, Any]) -> float:
+def seconds(request: Request) -> float:
     """How much of a motion is shown [s]."""
     return number(request, "seconds", 0.1, 1e6, DEFAULT_SECONDS)
 
@@ -53,7 +52,7 @@ def sample(duration: float) -> float:
     return max(SAMPLE, duration / MAX_SAMPLES)
 
 
-def held(request: Mapping[str, Any]) -> dict[str, int]:
+def held(request: Request) -> dict[str, int]:
     """The indices of the values at which axes are held, by axis."""
     indices = request.get("held") or {}
     if not isinstance(indices, dict):
@@ -61,7 +60,7 @@ def held(request: Mapping[str, Any]) -> dict[str, int]:
     return indices
 
 
-def place(request: Mapping[str, Any], shape: tuple[int, ...]) -> tuple[int, ...]:
+def place(request: Request, shape: tuple[int, ...]) -> tuple[int, ...]:
     """The place of a point in a grid of this ``shape``."""
     found = request.get("place")
     if (
@@ -75,7 +74,7 @@ def place(request: Mapping[str, Any], shape: tuple[int, ...]) -> tuple[int, ...]
     return tuple(found)
 
 
-def state(request: Mapping[str, Any]) -> Array | None:
+def state(request: Request) -> Array | None:
     """A state in SI; None where the request has none."""
     given = request.get("state")
     if given is None:
@@ -86,7 +85,7 @@ def state(request: Mapping[str, Any]) -> Array | None:
     return np.array(numbers, dtype=float)
 
 
-def finite(value: Any) -> float | None:
+def finite(value: object) -> float | None:
     """A number as a float; None for what is none, or has no finite float."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
@@ -109,7 +108,7 @@ def finite(value: Any) -> float | None:
 FLOAT = np.dtype("<f4")
 
 
-def packed(head: Mapping[str, Any], columns: Mapping[str, Array]) -> bytes:
+def packed(head: Answer, columns: Mapping[str, Array]) -> bytes:
     """The body for ``head`` and ``columns``; numbers of a head that are not finite
     become null."""
     layout, arrays, offset = {}, [], 0

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR, meanings_of
 from nsdrill.analysis.comparison import other_string
-from nsdrill.data import Array, Results
+from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.vocabulary import BY_NAME
@@ -39,7 +38,7 @@ class Branches:
     """
 
     path: str
-    attrs: Mapping[str, Any]
+    attrs: Attributes
     along: str
     key: str
     sizes: Array
@@ -111,12 +110,12 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
     )
 
 
-def _name(motion: Any, lobes: Any) -> str:
+def _name(motion: str, lobes: int) -> str:
     words = str(motion).replace("_", " ")
     return f"{words} over {int(lobes)} lobe{'' if int(lobes) == 1 else 's'}" if words == "periodic" else words
 
 
-def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], dict[str, Array]]:
+def curves(branches: Branches, name: str, units: str) -> tuple[Answer, dict[str, Array]]:
     """The branches in a diagram of the feature ``name``: columns ``curve x``, ``curve
     y`` and ``curve unstable`` [point]. ``curves`` in the head has the sizes; the
     ``kinds`` of motions with their colours, and the ``kind`` of each branch; and the
@@ -165,7 +164,7 @@ def _mark(code: int, codes: list[int]) -> dict[str, str]:
     return {"marker": marker, "colour": colour}
 
 
-def branch_choices(branches: Branches, units: str) -> dict[str, Any]:
+def branch_choices(branches: Branches, units: str) -> Answer:
     """What can be drawn of branches without a sweep."""
     features = branches.features
     panels = [panel for panel in drawn_in(branches.attrs).panels if panel.greatest in features]
@@ -219,13 +218,13 @@ def with_branches(reply: Reply, branches: Branches, results: Results, y: str, un
     return head | more, columns | lines
 
 
-def greatest(attrs: Mapping[str, Any], y: str) -> str:
+def greatest(attrs: Attributes, y: str) -> str:
     """The feature that stands for the peaks ``y``; of a feature itself."""
     panel = next((panel for panel in drawn_in(attrs).panels if panel.peaks == y), None)
     return panel.greatest if panel else y
 
 
-def mismatch(branches: Branches, results: Results, axis: str, place: Any, units: str) -> str:
+def mismatch(branches: Branches, results: Results, axis: str, place: Sequence[int], units: str) -> str:
     """Why the branches do not belong in a diagram along ``axis`` through ``place``; ""
     where they do."""
     if other := other_string(branches.attrs, results, {}, (branches.key,)):

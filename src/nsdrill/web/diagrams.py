@@ -4,14 +4,13 @@ in the units that are shown."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.probability import outcome, text
 from nsdrill.analysis.window import axes_of
-from nsdrill.data import Array, Results
+from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.vocabulary import BY_NAME
@@ -23,10 +22,10 @@ from nsdrill.web.shown import classes, quantity_data, response_styles
 
 MAX_HOVER_POINTS = 20_000  # of a diagram; a page with more has no features at the pointer
 MAX_CELLS = 1_000_000
-Reply = tuple[dict[str, Any], dict[str, Array]]
+Reply = tuple[Answer, dict[str, Array]]
 
 
-def choices(results: Results, units: str) -> dict[str, Any]:
+def choices(results: Results, units: str) -> Answer:
     """What can be drawn of a sweep: ``axes``, ``panels`` of peaks, single ``features``,
     and ``labels`` for maps, whose ``map_axes`` are those along x and along y first."""
     drawn, variables = drawn_in(results.attrs), results.variables
@@ -62,7 +61,7 @@ def _preferred_first(preferred: Sequence[str], names: Sequence[str]) -> list[str
     return [*(name for name in preferred if name in names), *(name for name in names if name not in preferred)]
 
 
-def axis_data(results: Results, name: str, units: str) -> dict[str, Any]:
+def axis_data(results: Results, name: str, units: str) -> Answer:
     """An axis as plain data: its quantity, its position among the dimensions, and its
     values in the unit that is shown."""
     values, shown = positions(results, name), quantity(name, units)
@@ -144,7 +143,7 @@ def _peaks(series: Line, name: str, greatest: str | None) -> tuple[Array, Array]
     return values, constant
 
 
-def _reference_lines(results: Results, series: Line, mode: str | None, axis: str, units: str) -> list[dict[str, Any]]:
+def _reference_lines(results: Results, series: Line, mode: str | None, axis: str, units: str) -> list[Answer]:
     """The rotary speed and the wall of the hole, as the pictures draw them."""
     gap = results.attrs.get("gap")
     if mode == "lateral" and gap is not None:
@@ -170,7 +169,7 @@ def plane(
     if variable is None or colour not in results.variables or variable.dims != POINT:
         raise InputError(f"colour: found {colour}; allowed: a label or a feature of these results.")
     place = _place_of(results, held or {}, member)
-    index: list[Any] = [slice(None), *place[1:]]
+    index: list[int | slice] = [slice(None), *place[1:]]
     for axis in (x, y):
         index[results.grid.index(axis)] = slice(None)
     transposed = results.axes.index(x) < results.axes.index(y)
@@ -220,6 +219,6 @@ def _place_of(results: Results, held: Mapping[str, int], member: int) -> list[in
 def _data_line(results: Results, axis: str, place: Sequence[int]) -> Line:
     if member_dimension(results) is None:
         return line(results, axis, "si", **dict(zip(results.axes, place[1:], strict=True)))
-    index: list[Any] = [slice(None), *place[1:]]
+    index: list[int | slice] = [slice(None), *place[1:]]
     index[results.grid.index(axis)] = slice(None)
     return Line(results, axis, tuple(index))

@@ -13,7 +13,7 @@ from nsdrill.analysis.plane import largest_margin
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, outcome, probabilities_of
 from nsdrill.analysis.window import CRITICAL, HISTORY_DEPENDENT, USUAL_CONFIDENCE, Classes, axes_of, classes
 from nsdrill.analysis.window import SAFE as SAFE_STATE
-from nsdrill.data import Array, Results
+from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.models.starts import Starts, slice_values
@@ -177,21 +177,19 @@ def _basin(results: Results, units: str) -> Reply:
     return _map(axes[0], axes[1], codes, "Response", [(one["name"], one["colour"]) for one in response_styles()])
 
 
-def _plain_quantity(words: str, unit: str = "") -> dict[str, Any]:
+def _plain_quantity(words: str, unit: str = "") -> Answer:
     """The data of a quantity that is no variable of a file, in the form of
     :func:`nsdrill.web.shown.quantity_data`."""
     label = f"{words} [{unit}]" if unit else words
     return {"name": words, "words": words, "unit": unit, "label": label, "scale": 1.0, "long": words}
 
 
-def _map(
-    x: Mapping[str, Any], y: Mapping[str, Any], values: Array, words: str, styles: list[tuple[str, ...]] | None
-) -> Reply:
+def _map(x: Answer, y: Answer, values: Array, words: str, styles: list[tuple[str, ...]] | None) -> Reply:
     """``values`` [y, x] or [map, y, x] as maps: of classes, whose names, colours and
     stripes ``styles`` gives, or of numbers."""
     values = values.reshape(-1, *values.shape[-2:])
     failed = values < 0 if styles else np.zeros(values.shape, bool)
-    head: dict[str, Any] = {
+    head: Answer = {
         "x": dict(x),
         "y": dict(y),
         "colour": _plain_quantity(words),

@@ -8,14 +8,14 @@ import math
 import shlex
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsdrill.analysis.probability import outcome
 from nsdrill.app.motions import Motion
 from nsdrill.app.provenance import unlike
-from nsdrill.data import Array, Trace
+from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.models.leaves import words_of
 from nsdrill.models.registry import drawn_in
@@ -25,6 +25,7 @@ from nsdrill.plot.labels import quantity
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, dimension_of
 from nsdrill.web import asked
+from nsdrill.web.asked import Request
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.saving import command, point_rows
 from nsdrill.web.shown import label_words, quantity_data, value_rows
@@ -42,7 +43,7 @@ MAX_STEPS = 1.2e6  # of all points, of a string of eight states: about 1 s on fe
 HALF_WIDTH = 0.2
 
 
-def orbit(session: Session, request: Mapping[str, Any]) -> Reply:
+def orbit(session: Session, request: Request) -> Reply:
     """The motion of a ``point`` of the branches: over one period where it is
     unstable, else over whole periods of :data:`asked.DEFAULT_SECONDS` or more."""
     branches, point = session.branches, asked.integer(request, "point", -1)
@@ -77,7 +78,7 @@ def orbit(session: Session, request: Mapping[str, Any]) -> Reply:
     return head, columns
 
 
-def replay(session: Session, request: Mapping[str, Any]) -> Reply:
+def replay(session: Session, request: Request) -> Reply:
     """The last ``seconds`` of the stored point at ``place``, run again."""
     place, results = session.place(request), session.sweep()
     seconds = asked.seconds(request)
@@ -99,7 +100,7 @@ def replay(session: Session, request: Mapping[str, Any]) -> Reply:
     return head, columns
 
 
-def live(session: Session, request: Mapping[str, Any]) -> Reply:
+def live(session: Session, request: Request) -> Reply:
     """The motion from ``state`` on with ``changes``; from the study's own start
     where no state is given. ``settle`` and ``observe`` are those of a point of a
     local diagram. ``chosen`` says that the state was clicked, and nothing else."""
@@ -137,7 +138,7 @@ def _middle_of_sweep(session: Session) -> str:
     return f" The study sweeps; this is the middle: {', '.join(map(' '.join, texts))}." if texts else ""
 
 
-def local(session: Session, request: Mapping[str, Any]) -> Reply:
+def local(session: Session, request: Request) -> Reply:
     """A diagram around the present point along ``key``; each of its points is run
     from ``state``."""
     values, key = session.values(request), asked.name(request, "key")
@@ -165,7 +166,7 @@ def _local_diagram(
     session: Session, study: Study, key: str, x: Array, point_columns: Mapping[str, Array], centre: float, state: Array
 ) -> Reply:
     axis = quantity_data(dimension_of(key), session.units)
-    head: dict[str, Any] = {
+    head: Answer = {
         "x": {**axis, "key": key, "values": x / axis["scale"], "log": False},
         "exact": x,
         "centre": centre / axis["scale"],
@@ -188,7 +189,7 @@ def _local_diagram(
     return head, columns
 
 
-def section(session: Session, request: Mapping[str, Any]) -> Reply:
+def section(session: Session, request: Request) -> Reply:
     """The returns of the stored point at ``place`` to the Poincare section, in the
     planes of the model."""
     place, results = session.place(request), session.sweep()
@@ -218,7 +219,7 @@ def section(session: Session, request: Mapping[str, Any]) -> Reply:
     return {"planes": planes, "words": f"{count} {source}"}, columns
 
 
-def motion_reply(session: Session, motion: Motion, study: Study, labels: Mapping[str, Any]) -> Reply:
+def motion_reply(session: Session, motion: Motion, study: Study, labels: Answer) -> Reply:
     """The reply with a motion."""
     status = BY_NAME["status"].words(motion.status)
     model, variables = study.model, motion.variables

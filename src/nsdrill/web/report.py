@@ -11,22 +11,20 @@ from __future__ import annotations
 import base64
 import hashlib
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR
-from nsdrill.data import Array, Results, json_text
+from nsdrill.data import Answer, Array, Results, evenly_spaced, json_text
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
-from nsdrill.plot.slices import evenly_spaced
 from nsdrill.variables import INFERRED, OK, SAMPLE
 from nsdrill.web.answers import (
     LIMITS,
@@ -71,7 +69,7 @@ class _Page:
     def add(self, *pieces: str) -> None:
         self.pieces.extend(pieces)
 
-    def add_drawing(self, kind: str, replies: Sequence[Reply], more: Mapping[str, Any], words: str) -> None:
+    def add_drawing(self, kind: str, replies: Sequence[Reply], more: Answer, words: str) -> None:
         """An element in which the script draws ``replies``; ``words`` are its label for
         screen readers."""
         first = len(self.bodies)

@@ -5,15 +5,18 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from nsdrill.app.trajectory import option_of
+from nsdrill.data import Answer
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number, words_of
 from nsdrill.plot.labels import operating_point
+from nsdrill.quantity import quantity
 from nsdrill.study import parse_study
 from nsdrill.study.write import study_text
+from nsdrill.units import from_si
+from nsdrill.web.asked import Request
 from nsdrill.web.diagrams import member_dimension
 from nsdrill.web.shown import value_rows
 from nsdrill.web.sliders import DEFAULT_SLIDERS, changes, start_state
@@ -22,7 +25,7 @@ if TYPE_CHECKING:
     from nsdrill.web.session import Session
 
 
-def saved(session: Session, request: Mapping[str, Any]) -> dict[str, Any]:
+def saved(session: Session, request: Request) -> Answer:
     """The present point as a study file: its ``text``, and a ``name`` to
     propose."""
     study = session.motions.at(session.values(request), changes(session, request))
@@ -64,15 +67,17 @@ def point_rows(session: Session, place: tuple[int, ...]) -> list[list[str]]:
 
 
 def command(session: Session, place: tuple[int, ...]) -> str:
-    """The command line that writes the trace of a point."""
-    results, leaves = session.sweep(), session.study.keys.axes
+    """The command line that writes the trace of a point, which is the nearest to the
+    values in it."""
+    results = session.sweep()
     parts = ["nsdrill replay", shlex.quote(session.path)]
     keys = {axis.name: axis.key for axis in results.more}
     for name in results.swept:
         key = keys.get(name, name)
         value = float(results.coords[name][place[results.grid.index(name)]])
-        text = str(word_or_number(key, value)) if words_of(key) else leaves[key].text(value).replace(" ", "")
-        parts.append(option_of(key, text))
+        unit = quantity(key).unit(session.units)
+        number = f"{from_si(value, unit):.9g}" if unit else repr(value)
+        parts.append(option_of(key, str(word_or_number(key, value)) if words_of(key) else f"{number}{unit}"))
     if len(results.coords["procedure"]) > 1:
         parts.append(f"--procedure {results.coords['procedure'][place[0]]}")
     if member := member_dimension(results):

@@ -22,7 +22,7 @@ import socket
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cached_property, lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -35,7 +35,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.data import json_text
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
-from nsdrill.web.asked import packed
+from nsdrill.web.asked import Request, packed
 from nsdrill.web.session import Session
 
 ADDRESS = "127.0.0.1"
@@ -178,7 +178,7 @@ class Explorer:
         """What every page asks for first, made once."""
         return json_text(self.session.meta()).encode()
 
-    def answer(self, name: str, request: Mapping[str, Any]) -> tuple[str, bytes]:
+    def answer(self, name: str, request: Request) -> tuple[str, bytes]:
         """The content type and the body of the reply to one of :data:`REQUESTS`."""
         session = self.session
         if name == "meta":
@@ -403,7 +403,7 @@ class _Handler(BaseHTTPRequestHandler):
         if self.command != "HEAD":
             self.wfile.write(body)
 
-    def log_message(self, format: str, *args: Any) -> None:
+    def log_message(self, format: str, *args: object) -> None:
         """Log nothing: the terminal shows only messages to the user."""
 
 

@@ -12,11 +12,10 @@ import os
 import shlex
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from nsdrill import interrupt
 from nsdrill.app.datasets import is_branches, read_any
 from nsdrill.app.experiment import Experiment, prepare, stored_experiment
 from nsdrill.app.motions import Motions
-from nsdrill.data import Array, Results, Trace, frozen_modes, json_text, overrides
+from nsdrill.data import Answer, Array, Attributes, Results, Trace, frozen_modes, json_text, overrides
 from nsdrill.errors import FileError, InputError, option
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.registry import is_study
@@ -34,6 +33,7 @@ from nsdrill.study.keys import Leaf
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, POINT
 from nsdrill.web import asked, diagrams, maps, moving, saving
+from nsdrill.web.asked import Request
 from nsdrill.web.branches import Branches, branch_choices, branch_diagram, read_branches, with_branches
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.moving import MAX_POINTS
@@ -114,7 +114,7 @@ class Session:
         return "study" if self.branches is None else "branches"
 
     @property
-    def attrs(self) -> Mapping[str, Any]:
+    def attrs(self) -> Attributes:
         """The attributes of the file, or those that a study would give it."""
         if (file := self.results or self.branches) is not None:
             return file.attrs
@@ -135,11 +135,11 @@ class Session:
             raise InputError("found a study, which has no points; allowed: with results.")
         return self.results
 
-    def place(self, request: Mapping[str, Any]) -> tuple[int, ...]:
+    def place(self, request: Request) -> tuple[int, ...]:
         """The place of a point in the grid of the results, from a request."""
         return asked.place(request, self.sweep().shape)
 
-    def values(self, request: Mapping[str, Any]) -> dict[str, float]:
+    def values(self, request: Request) -> dict[str, float]:
         """The values of the axes at the point that the page started from."""
         if self.results is None or request.get("place") is None:
             return self.motions.own
@@ -185,9 +185,9 @@ class Session:
 
     # What a page asks for
 
-    def meta(self) -> dict[str, Any]:
+    def meta(self) -> Answer:
         """What a page needs at the beginning: names, words, units, colours, sliders."""
-        head: dict[str, Any] = {
+        head: Answer = {
             "kind": self.kind,
             "file": os.path.basename(self.path),
             "title": self.title,
@@ -210,7 +210,7 @@ class Session:
             head["points"] = len(self.branches.label)
         return head
 
-    def _motion_drawing(self) -> dict[str, Any]:
+    def _motion_drawing(self) -> Answer:
         """What is drawn of a motion of this model."""
         model, drawn = self.study.model, drawn_in(self.attrs)
         orbit = {"x", "y"} <= {v.name for v in model.trace}
@@ -221,7 +221,7 @@ class Session:
             "orbit": orbit and "lateral" not in frozen_modes(self.attrs) and model.hole is not None,
         }
 
-    def diagram(self, request: Mapping[str, Any]) -> Reply:
+    def diagram(self, request: Request) -> Reply:
         """Peaks or a feature ``y`` along an axis; optional ``x``, ``held`` and
         ``member``."""
         y = asked.name(request, "y")
@@ -232,7 +232,7 @@ class Session:
             results,
             self.units,
             y,
-            asked.name(request, "x", None),
+            asked.name(request, "x") if request.get("x") is not None else None,
             asked.held(request),
             asked.integer(request, "member", 0),
         )
@@ -240,7 +240,7 @@ class Session:
             return reply
         return with_branches(reply, self.branches, results, y, self.units)
 
-    def plane(self, request: Mapping[str, Any]) -> Reply:
+    def plane(self, request: Request) -> Reply:
         """A label or feature ``colour`` over two axes ``x`` and ``y``; optional
         ``held`` and ``member``."""
         return diagrams.plane(
@@ -253,7 +253,7 @@ class Session:
             asked.integer(request, "member", 0),
         )
 
-    def area(self, request: Mapping[str, Any]) -> Reply:
+    def area(self, request: Request) -> Reply:
         """One of the areas of ``choices`` by its ``name``; optional ``held``."""
         name, held = asked.name(request, "name"), asked.held(request)
         return maps.area(self.sweep(), self.units, name, held)

@@ -4,10 +4,10 @@ plain data."""
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping
 
 from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT
+from nsdrill.data import Answer
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot import style
 from nsdrill.plot.labels import Shown, quantity
@@ -25,7 +25,7 @@ def plain(text: str) -> str:
     return text.replace("$", "")
 
 
-def quantity_data(name: str, units: str) -> dict[str, Any]:
+def quantity_data(name: str, units: str) -> Answer:
     """A quantity as plain data:
 
     * ``name``, ``words`` and the ``long`` name,
@@ -55,7 +55,7 @@ def value_text(shown: Shown, value: float) -> str:
     return shown.value(value).strip()
 
 
-def value_rows(names: Any, values: Mapping[str, Any], units: str) -> list[list[str]]:
+def value_rows(names: Iterable[str], values: Mapping[str, float], units: str) -> list[list[str]]:
     """Words and values of those ``names`` that ``values`` has."""
     return [
         [plain(quantity(name, units).words), value_text(quantity(name, units), float(values[name]))]
@@ -87,7 +87,7 @@ def classes(name: str) -> list[dict[str, str]]:
     return [{"name": word.replace("_", " "), "colour": colours[i % len(colours)]} for i, word in enumerate(words)]
 
 
-def label_words(values: Mapping[str, Any]) -> list[str]:
+def label_words(values: Mapping[str, float]) -> list[str]:
     """The labels of a point in words: its responses first."""
     status = int(values.get("status", OK))
     if status == INFERRED:

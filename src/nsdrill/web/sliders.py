@@ -4,17 +4,18 @@ changes and the state that a request has of them."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Answer, Array, Resolved
 from nsdrill.errors import InputError
 from nsdrill.quantity import find
 from nsdrill.study.keys import Keys, Leaf
 from nsdrill.study.study import Study
 from nsdrill.variables import dimension_of
 from nsdrill.web import asked
+from nsdrill.web.asked import Request
 from nsdrill.web.shown import in_words, quantity_data
 
 if TYPE_CHECKING:
@@ -37,10 +38,10 @@ def adjustable(keys: Keys) -> dict[str, Leaf]:
     }
 
 
-def sliders(study: Study, units: str, leaves: Mapping[str, Leaf]) -> list[dict[str, Any]]:
+def sliders(study: Study, units: str, leaves: Mapping[str, Leaf]) -> list[Answer]:
     """The numbers of ``study`` among ``leaves`` that may change while the string rotates, each with
     its range, and the words, each with its ``choices``."""
-    rows: list[dict[str, Any]] = []
+    rows: list[Answer] = []
     axes = study.axes
     for name, leaf in leaves.items():
         value = value_at(study.resolved, leaf.key)
@@ -88,7 +89,7 @@ def sliders(study: Study, units: str, leaves: Mapping[str, Leaf]) -> list[dict[s
     return rows
 
 
-def changes(session: Session, request: Mapping[str, Any]) -> dict[str, str]:
+def changes(session: Session, request: Request) -> dict[str, str]:
     """The changed keys with their values as a study writes them. In a request,
     numbers are in SI and texts have a unit."""
     wanted = request.get("changes") or {}
@@ -110,7 +111,7 @@ def changes(session: Session, request: Mapping[str, Any]) -> dict[str, str]:
     return texts
 
 
-def start_state(session: Session, request: Mapping[str, Any], study: Study) -> Array | None:
+def start_state(session: Session, request: Request, study: Study) -> Array | None:
     """The state of the request in the states of the string of ``study``, which may
     differ from those of the page: another drive has others. None where the request
     has no state."""
@@ -122,9 +123,9 @@ def start_state(session: Session, request: Mapping[str, Any], study: Study) -> A
     return session.motions.fitted(study, dict(zip(names, state.tolist(), strict=True)))
 
 
-def value_at(resolved: Mapping[str, Any], key: str) -> float | str | None:
+def value_at(resolved: Resolved, key: str) -> float | str | None:
     """The number or the word at a dotted key; None where there is neither."""
-    value: Any = resolved
+    value: object = resolved
     for part in key.split("."):
         value = value.get(part) if isinstance(value, dict) else None
     if isinstance(value, str):

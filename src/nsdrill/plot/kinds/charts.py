@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Attributes
 from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity, written
 from nsdrill.plot.page import finish, new_figure, write
@@ -52,7 +52,7 @@ class Chart(Generic[N]):
     the least and the greatest rotary speed [rad/s] of the study."""
 
     numbers: N
-    attrs: Mapping[str, Any]
+    attrs: Attributes
     point: Mapping[str, float]
     speeds: tuple[float, float]
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import pi
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +15,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
 from nsdrill.analysis.probability import text
-from nsdrill.data import Array, Results, Trace
+from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import cross_section
@@ -77,7 +76,7 @@ def draw_trace(trace: Trace, units: str) -> Figure:
     return figure
 
 
-def _layout(attrs: Mapping[str, Any]) -> tuple[int, int]:
+def _layout(attrs: Attributes) -> tuple[int, int]:
     """The number of planes of one section, and of the rows in which they stand."""
     drawn = drawn_in(attrs)
     count = len(drawn.section_planes) + ("section_radius" in drawn.section)
@@ -85,7 +84,7 @@ def _layout(attrs: Mapping[str, Any]) -> tuple[int, int]:
 
 
 def _draw_planes(
-    figure: Figure | SubFigure, section: Mapping[str, Array], attrs: Mapping[str, Any], units: str, colour: str
+    figure: Figure | SubFigure, section: Mapping[str, Array], attrs: Attributes, units: str, colour: str
 ) -> None:
     """Draw the returns in planes, the first of which is the orbit where there is
     one."""

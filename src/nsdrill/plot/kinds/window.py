@@ -30,7 +30,7 @@ from nsdrill.analysis.window import (
     find_window,
     unknown_words,
 )
-from nsdrill.data import Array, Results
+from nsdrill.data import Array, Results, evenly_spaced
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
 from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells, draw_equal_rates, hatch, line_variables
 from nsdrill.plot.kinds.uncertain import draw_outline, outline_entry
@@ -50,7 +50,6 @@ from nsdrill.plot.page import (
 )
 from nsdrill.plot.panels import draw_codes
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
-from nsdrill.plot.slices import evenly_spaced
 from nsdrill.plot.style import (
     BAD_TO_GOOD,
     BLACK,
