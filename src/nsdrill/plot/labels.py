@@ -107,7 +107,13 @@ def heading(attrs: Attributes, point: str, *, width: int = 100) -> str:
     ``--set`` changed, in ``width`` characters, and the operating values that the title
     does not give."""
     title = " ".join(str(attrs.get("title") or "").split())
-    point_line = "; ".join(part for part in (_values_not_in_title(point, title), *_unusual_features(attrs)) if part)
+    parts = [_values_not_in_title(point, title)]
+    # what sets the string apart
+    if (drive := drive_kind(attrs)) != "ideal":
+        parts.append(f"{written(drive)} drive")
+    if frozen := frozen_modes(attrs):
+        parts.append(f"{' and '.join(frozen)} motion frozen")
+    point_line = "; ".join(filter(None, parts))
     return "\n".join(line for line in (title, describe_overrides(attrs, width), point_line) if line)
 
 
@@ -153,15 +159,6 @@ def _values_not_in_title(point: str, title: str) -> str:
 
 # numbers with more digits than a title needs
 _LONG_NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)
-
-
-def _unusual_features(attrs: Attributes) -> list[str]:
-    """What sets the string apart: a drive that is not ideal, and frozen motions."""
-    drive, frozen = drive_kind(attrs), frozen_modes(attrs)
-    return [
-        *([f"{written(drive)} drive"] if drive != "ideal" else []),
-        *([f"{' and '.join(frozen)} motion frozen"] if frozen else []),
-    ]
 
 
 # sections of a study that say nothing of the string, the rock or the rig

@@ -146,10 +146,10 @@ def shown_part(trace: Trace, revolutions: float = LAST_REVOLUTIONS) -> tuple[sli
     speed = float(
         trace["drive_speed"][-1] if "rotary_speed" in moving_values(trace) else trace.attrs.get("rotary_speed") or 0
     )
-    part = last_part(trace.time, LAST_SAMPLES, revolutions * 2 * pi / speed if speed > 0 else None)
-    if part.start == 0:
-        return part, ""
-    return part, f"last {trace.time[-1] - trace.time[part.start]:.3g} s"
+    start = max(len(trace.time) - LAST_SAMPLES, 0)
+    if speed > 0.0:
+        start = max(start, int(np.searchsorted(trace.time, trace.time[-1] - revolutions * 2 * pi / speed)))
+    return slice(start, None), f"last {trace.time[-1] - trace.time[start]:.3g} s" if start else ""
 
 
 # Fewer samples for the same picture.
@@ -226,11 +226,3 @@ def one_per_pixel(x: Array, y: Array, shape: tuple[int, int]) -> Array:
     pixel = rows * across + columns
     first_points[pixel[::-1]] = np.arange(len(x))[::-1]  # the first point of each pixel
     return np.sort(first_points[first_points >= 0])
-
-
-def last_part(time: Array, samples: int, duration: float | None = None) -> slice:
-    """The end of a trace: at most ``samples`` samples, and at most ``duration`` [s]."""
-    start = max(len(time) - samples, 0)
-    if duration is not None and len(time):
-        start = max(start, int(np.searchsorted(time, time[-1] - duration)))
-    return slice(start, None)

@@ -20,7 +20,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import cross_section
 from nsdrill.plot.kinds.hole import draw_wall as draw_wall_around
-from nsdrill.plot.labels import Shown, carried, quantity, sweep_title
+from nsdrill.plot.labels import carried, quantity, sweep_title
 from nsdrill.plot.page import (
     direction_entries,
     motion_entries,
@@ -204,20 +204,16 @@ def draw_along(results: Results, units: str = "si") -> Figure:
         # a collar that rolls returns at all angles: thin points, where dots would merge to bars
         own = style | (THIN if name == "section_whirl_angle" else {})
         present |= draw_dots(axes, line, name, codes, MOTIONS, line[name], **own)
+    angle = quantity("section_whirl_angle", units)
+    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / angle.scale
+    words = ["−π", "−π/2", "0", "π/2", "π"] if angle.unit == "rad" else [f"{tick:g}" for tick in ticks]
     for axes in page.panels("section_whirl_angle"):
-        _set_angle_axis(axes, quantity("section_whirl_angle", units))
+        axes.set_ylim(1.04 * ticks[0], 1.04 * ticks[-1])
+        axes.set_yticks(ticks, words)
     wall = draw_wall(results.attrs, page.panels("section_radius"), units)
     references = [*draw_rotary_speed(page.lines, page.panels("section_bit_speed")), *wall]
     handles = [*motion_entries(present), *direction_entries(page.lines[0].procedures, results.attrs), *references]
     return page.finish([*handles, *outcome_handles(page.lines, markers=False)])
-
-
-def _set_angle_axis(axes: Axes, y: Shown) -> None:
-    """Limit an axis of angles to minus and plus half a revolution, with ticks at the
-    quarters."""
-    axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
-    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
-    axes.set_yticks(ticks, ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks])
 
 
 KINDS = (

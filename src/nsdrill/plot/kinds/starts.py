@@ -215,7 +215,19 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
         ]
         for centre, height, attractor in sorted(points, key=lambda point: -point[2].share):
             gid = f"{name}:{attractor.response}"
-            axes.plot([centre], [height], linestyle="none", zorder=3, gid=gid, **marker_style(attractor))
+            response, hollow = RESPONSES[attractor.response], attractor.unsettled > attractor.members / 2
+            axes.plot(
+                [centre],
+                [height],
+                linestyle="none",
+                marker=response.marker,
+                color=response.colour,
+                markersize=marker_diameter(attractor.share),
+                markerfacecolor="none" if hollow else response.colour,
+                markeredgewidth=0.7 if hollow else 0.0,
+                zorder=3,
+                gid=gid,
+            )
         if along.is_matched:
             join_attractors(axes, points, along.centres)
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
@@ -253,19 +265,6 @@ def marker_diameter(share: float) -> float:
     """The diameter of a marker [points]: it grows with the root of the share, from the
     smallest that can be distinguished."""
     return SMALLEST_MARKER + (LARGEST_MARKER - SMALLEST_MARKER) * math.sqrt(share)
-
-
-def marker_style(attractor: Attractor) -> Properties:
-    """The marker of an attractor, open where most of its starts are unsettled."""
-    response = RESPONSES[attractor.response]
-    hollow = attractor.unsettled > attractor.members / 2
-    return {
-        "marker": response.marker,
-        "color": response.colour,
-        "markersize": marker_diameter(attractor.share),
-        "markerfacecolor": "none" if hollow else response.colour,
-        "markeredgewidth": 0.7 if hollow else 0.0,
-    }
 
 
 KINDS = (

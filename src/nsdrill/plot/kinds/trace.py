@@ -36,7 +36,7 @@ from nsdrill.plot.page import (
     tiles,
     write,
 )
-from nsdrill.plot.panels import WALL_VISIBLE_FROM, draw_wall
+from nsdrill.plot.panels import BINS, WALL_VISIBLE_FROM, draw_wall
 from nsdrill.plot.registry import RAMP, TRACE, Kind
 from nsdrill.plot.slices import line, ordered
 from nsdrill.plot.style import (
@@ -70,7 +70,6 @@ from nsdrill.plot.traces import (
 )
 from nsdrill.variables import AXES, OK, SCHEDULED
 
-LINE_BINS = 1500  # of a history: about one for each pixel in print
 SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
 LAST_SECONDS = 20.0  # of a run whose histories would be bands
 BAND_BINS = 100  # bins of a band per inch
@@ -108,7 +107,7 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
         if bins:
             _draw_band(axes, trace.time / time.scale, values, bins, name)
         else:
-            kept_time, kept_values = envelope(trace.time, values, LINE_BINS)
+            kept_time, kept_values = envelope(trace.time, values, BINS)
             axes.plot(kept_time / time.scale, kept_values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
         axes.set_ylabel(shown_value.label)
         name_panel(axes, name, name)
@@ -132,7 +131,7 @@ def _draw_references(panels: dict[str, Axes], trace: Trace, units: str, *, moves
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
     scale = quantity("bit_speed", units).scale
     if "bit_speed" in panels and moves:
-        kept_time, values = envelope(trace.time, setpoint(trace, "rotary_speed") / scale, LINE_BINS)
+        kept_time, values = envelope(trace.time, setpoint(trace, "rotary_speed") / scale, BINS)
         kept_time = kept_time / quantity("time", units).scale
         panels["bit_speed"].plot(kept_time, values, zorder=3, gid="rotary speed", **DASHED)
     elif "bit_speed" in panels and speed is not None:
@@ -309,7 +308,7 @@ def draw_ramp(trace: Trace, units: str = "si", over: Results | None = None) -> F
     return finish(figure, heading(trace.attrs, point), handles, 4)
 
 
-STYLES: dict[int, dict[str, Any]] = {
+STYLES: dict[int, Properties] = {
     0: {"label": "held", "color": REFERENCE, "marker": ".", "markersize": 1.5, "markeredgewidth": 0.0, "zorder": 2.0},
     1: {"label": "rising", "color": BLUE, "marker": "o", "markersize": 1.6, "markeredgewidth": 0.0, "zorder": 2.1},
     -1: {
