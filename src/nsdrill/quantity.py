@@ -64,7 +64,13 @@ _SIGNS = {
 _WORDS = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}
 # Labels of coordinates on pictures, where the long name is too long; variables have their
 # own.
-_LABELS = {"depth": "Measured depth", "wob": "Weight on bit", "rotary_speed": "Rotary speed", "time": "Time"}
+_LABELS = {
+    "depth": "Measured depth",
+    "wob": "Weight on bit",
+    "rotary_speed": "Rotary speed",
+    "drive_matching": "Drive matching [pipe impedances]",
+    "time": "Time",
+}
 
 
 @dataclass(frozen=True)
@@ -153,10 +159,11 @@ def _quantities(model: Description) -> dict[str, Quantity]:
         quantities[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
     choices = choices_of(model)
     for name, (key, units) in further_axes(model).items():
-        words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
+        words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ").replace("stabilizer", "stabiliser")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         choice = key if key in choices else ""
-        quantities[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown, choice)
+        label = _LABELS.get(name, words[:1].upper() + words[1:])
+        quantities[name] = Quantity(name, words, words, label, units, shown, choice)
     return quantities
 
 

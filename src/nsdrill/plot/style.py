@@ -35,6 +35,9 @@ from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.plot.look import Look
 from nsdrill.plot.look import look as look
 
+Properties = dict[str, Any]  # of artists of matplotlib, by their names
+Dashes = str | tuple[float, tuple[float, ...]]  # the name of a style of lines, or where it starts and its lengths
+
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
 # Above this number a vector file is slow to open, so its markers become an image; the
@@ -52,7 +55,7 @@ WARNING = "#8A1C00"  # text of a warning: dark, so that it is read in grey as we
 BAD_TO_GOOD = ("#3F1030", "#93394A", "#C9714B", "#D9A95B", SAFE_COLOUR)
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale behind every marker colour
 REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the rotary speed
-DASHED: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2)}
+DASHED: Properties = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2)}
 # colours belong to the responses
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}
 
@@ -65,7 +68,7 @@ RELATIVE_FONT_SIZES = {  # in units of font.size
     "xtick.labelsize": 0.875,
     "ytick.labelsize": 0.875,
 }
-RC: dict[str, Any] = {
+RC: Properties = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # part of matplotlib: the same picture on every machine
     "font.size": FONT_SIZE,
@@ -281,7 +284,7 @@ def missing_characters(text: str) -> str:
 
 target: ContextVar[Figure | None] = ContextVar("target", default=None)
 """The stand-in for a figure while a picture is drawn into axes of the caller: see
-:mod:`nsdrill.plot.into`."""
+:mod:`nsdrill.plot.drawing`."""
 
 
 @contextmanager
