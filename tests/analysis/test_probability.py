@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
 from nsdrill.analysis.window import find_window
+from nsdrill.app.contrast import contrast as app_contrast
+from nsdrill.app.contrast import rows, thresholds
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.plot.answer import warnings
+from nsdrill.plot.answer import answer, warnings
 from nsdrill.sampling import Uncertain, draw
 from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, STICK_SLIP, WHIRL, Unknown
 
@@ -209,3 +213,26 @@ def test_the_history_decides_a_window_of_samples_as_well() -> None:
     note = find_window(made_up(np.concatenate([up, down])), confidence=0.9)
     assert note["safe"] == 0
     assert "HISTORY DECIDES at 1 point (50.0 %)" in "\n".join(warnings(note, "si"))
+
+
+def test_a_window_with_samples_says_what_may_be_and_stands_beside_one_without() -> None:
+    """Beyond the window some of the samples stick, and the others do not; the other map, of
+    single numbers, has no probability."""
+    response = np.zeros((1, 1, 3, 10), int)
+    response[..., 0, :4] = STICK_SLIP
+    response[..., 2, :] = WHIRL
+    several = made_up(response, attrs={"study_resolved": "{}"})
+    plain = replace(
+        several,
+        coords={name: values for name, values in several.coords.items() if name != "sample"},
+        variables={name: values[..., 5] for name, values in several.variables.items()},
+        drawn={},
+    )
+    assert "below it may stick, above it may whirl" in answer(find_window(several), "si")
+    assert "below the map ends, above it whirls" in answer(find_window(plain), "si")
+    found = app_contrast(several, plain)
+    (told,) = [row[1:] for row in rows(found, "si") if row[0] == "probability"]
+    assert told[0].startswith("100.0 % (")
+    assert "single estimates" in told[1]
+    assert "in a bit-bounce" in thresholds(found)
+    assert "in 3.3 % of the samples; in b bit-bounce" in thresholds(found)

@@ -4,6 +4,7 @@ own where it is not."""
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -25,16 +26,20 @@ class Answer:
     err: str
 
 
-def call_here(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> Answer:
-    """``nsdrill words...`` in this process."""
-    monkeypatch.setattr(sys, "argv", ["nsdrill", *map(str, words)])
+def call_here(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object, code: int = 0
+) -> Answer:
+    """``nsdrill words...`` in this process, which ends with this exit code. Words in one
+    string are separated as by a shell."""
+    separate = shlex.split(words[0]) if len(words) == 1 and isinstance(words[0], str) else map(str, words)
+    monkeypatch.setattr(sys, "argv", ["nsdrill", *separate])
     capfd.readouterr()
     with pytest.raises(SystemExit) as end:
         main()
     out, err = capfd.readouterr()
     assert "Traceback" not in out + err
-    assert isinstance(end.value.code, int)
-    return Answer(end.value.code, out, err)
+    assert end.value.code == code, out + err
+    return Answer(code, out, err)
 
 
 def start(*words: object, cwd: Path | None = None, **more: object) -> subprocess.Popen[str]:

@@ -124,24 +124,18 @@ def test_what_is_there_is_not_taken_for_another_fit(call: Call):
     fit_until(3 * 2 * 16 + 1)
     part = Path("adjusted.yaml.part").read_bytes()
     words = ("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--quiet", *OPTIONS)
-    answer = call(*words)
-    assert answer.code == 2
-    assert "adjusted.yaml.part: an unfinished fit is there. Go on with it by --resume, or" in answer.err
+    assert "adjusted.yaml.part: an unfinished fit is there. Go on with it by --resume, or" in call(*words, code=2).err
     for other in (("--set", "uncertain.seed=2"), ("--error", "stick_slip_index=20"), ("--batch", "20")):
-        answer = call(*words, "--resume", *other)
-        assert answer.code == 2
+        answer = call(*words, "--resume", *other, code=2)
         assert "made from another study, from other data or with another --batch" in answer.err
-    assert call(*words, "--resume", "--overwrite").code == 2
+    call(*words, "--resume", "--overwrite", code=2)
     assert Path("adjusted.yaml.part").read_bytes() == part
     assert not Path("adjusted.yaml").exists()
-    answer = call("run", "study.yaml", "--set", "sweep={wob: [10 kN]}", "-o", "adjusted.yaml", "--resume")
-    assert answer.code == 2
+    answer = call("run", "study.yaml", "--set", "sweep={wob: [10 kN]}", "-o", "adjusted.yaml", "--resume", code=2)
     assert "adjusted.yaml.part" in answer.err
-    assert call(*words, "--overwrite").code == 0
+    call(*words, "--overwrite")
     assert not Path("adjusted.yaml.part").exists()
-    answer = call(*words, "--resume")
-    assert answer.code == 2
-    assert "adjusted.yaml: this fit is finished; nothing is left to run" in answer.err
+    assert "adjusted.yaml: this fit is finished; nothing is left to run" in call(*words, "--resume", code=2).err
 
 
 @pytest.mark.parametrize(
@@ -164,11 +158,10 @@ def test_a_damaged_file_and_that_of_other_work_are_told(call: Call, damage, said
         part.write_bytes(damage)
     before = part.read_bytes()
     words = ("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--quiet", *OPTIONS)
-    answer = call(*words, *[option] * bool(option))
-    if replaced and option == "--overwrite":
-        assert answer.code == 0
+    starts_anew = replaced and option == "--overwrite"
+    answer = call(*words, *[option] * bool(option), code=0 if starts_anew else 2)
+    if starts_anew:
         return
-    assert answer.code == 2
     assert f"adjusted.yaml.part: {said}" in answer.err
     assert part.read_bytes() == before
 
@@ -176,8 +169,7 @@ def test_a_damaged_file_and_that_of_other_work_are_told(call: Call, damage, said
 def test_very_many_runs_are_asked_for(call: Call):
     rows = "2, 30, 150, 4\n" * 1000
     Path("rig.csv").write_text(DATA.splitlines()[0] + "\n" + rows, encoding="utf-8")
-    answer = call("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml")
-    assert answer.code == 2
+    answer = call("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", code=2)
     # 1000 points, 10 rounds of 128 samples, two features of 8 bytes
     assert "1000 operating points, each with up to 1280 samples: 1280000 runs of 40 s" in answer.err
     assert "20.5 MB of memory and of the disk; allowed: up to 1000000 runs" in answer.err
@@ -186,9 +178,7 @@ def test_very_many_runs_are_asked_for(call: Call):
 
 
 def test_nothing_is_kept_without_an_output(call: Call):
-    answer = call("fit", "study.yaml", "--data", "rig.csv", "--resume")
-    assert answer.code == 2
-    assert "--resume: found without -o" in answer.err
+    assert "--resume: found without -o" in call("fit", "study.yaml", "--data", "rig.csv", "--resume", code=2).err
     with pytest.raises(InputError, match="resume: found without path"):
         nsdrill.fit("study.yaml", "rig.csv", resume=True)
     with pytest.raises(KeyboardInterrupt, match="nothing was written"):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from same_bits import different
 
 from nsdrill.progress import pace
 from nsdrill.store import read_results
@@ -23,7 +24,7 @@ from .helpers import SCRIPT, Call, finish, start
 LONG_MAP = (
     "title: Long\nsweep: {wob: {from: 20 kN, to: 100 kN, points: 20}, rotary_speed: {from: 1 "
     "rad/s, to: 8 rad/s, "
-    "points: 20}}\nsimulation: {transient: 600 s, observe: 10 s}\nrecord: {peaks: 2}\n"
+    "points: 20}}\nsimulation: {transient: 300 s, observe: 10 s}\nrecord: {peaks: 2}\n"
 )
 LONG_CHAIN = (
     "title: Long\nsweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 100}, procedure: "
@@ -32,14 +33,8 @@ LONG_CHAIN = (
 )
 
 
-def same_numbers(a: Path, b: Path) -> bool:
-    first, second = read_results(a), read_results(b)
-    return all(first[name].tobytes() == second[name].tobytes() for name in (*first.variables, *first.coords))
-
-
 def test_run_says_what_it_did_on_stderr(call: Call, small: Path) -> None:
     answer = call("run", small, "-o", "out.h5")
-    assert answer.code == 0
     assert answer.out == ""
     assert answer.err.startswith("out.h5: 16 points, ")
     assert "\x1b" not in answer.err  # no bar where there is no terminal
@@ -48,42 +43,35 @@ def test_run_says_what_it_did_on_stderr(call: Call, small: Path) -> None:
 
 def test_quiet_says_nothing(call: Call, small: Path) -> None:
     answer = call("run", small, "-o", "out.h5", "--quiet")
-    assert (answer.code, answer.out, answer.err) == (0, "", "")
+    assert (answer.out, answer.err) == ("", "")
 
 
 def test_output_is_never_overwritten_unasked(call: Call, small: Path) -> None:
     Path("out.h5").write_text("mine")
-    answer = call("run", small, "-o", "out.h5")
-    assert answer.code == 2
-    assert "--overwrite" in answer.err
+    assert "--overwrite" in call("run", small, "-o", "out.h5", code=2).err
     assert Path("out.h5").read_text() == "mine"
-    assert call("run", small, "-o", "out.h5", "--overwrite").code == 0
+    call("run", small, "-o", "out.h5", "--overwrite")
     assert read_results("out.h5").shape == (2, 1, 1, 8)
 
 
 def test_resume(call: Call, small: Path) -> None:
     # nothing there yet: a run like any other
-    assert call("run", small, "-o", "out.h5", "--resume").code == 0
+    call("run", small, "-o", "out.h5", "--resume")
     before = Path("out.h5").read_bytes()
-    again = call("run", small, "-o", "out.h5", "--resume")
-    assert again.code == 0
-    assert "16 were there already" in again.err
-    other = call("run", small, "-o", "out.h5", "--resume", "--set", "mud.density=1400 kg/m^3")
-    assert other.code == 2
+    assert "16 were there already" in call("run", small, "-o", "out.h5", "--resume").err
+    other = call("run", small, "-o", "out.h5", "--resume", "--set", "mud.density=1400 kg/m^3", code=2)
     assert "another study (mud.density: 1500 kg/m^3 there, 1400 kg/m^3 here)" in other.err
-    both = call("run", small, "-o", "out.h5", "--resume", "--overwrite")
-    assert both.code == 2
+    call("run", small, "-o", "out.h5", "--resume", "--overwrite", code=2)
     assert Path("out.h5").read_bytes() == before
-    assert call("run", small, "-o", "out.h5", "--resume", "--set", "title=Renamed").code == 0
+    call("run", small, "-o", "out.h5", "--resume", "--set", "title=Renamed")
 
 
 def test_failed_points_are_exit_code_3_and_listed(call: Call, small: Path) -> None:
-    answer = call("run", small, "-o", "out.h5", "--set", "simulation.max_steps=1000")
-    assert answer.code == 3
+    answer = call("run", small, "-o", "out.h5", "--set", "simulation.max_steps=1000", code=3)
     failed = np.count_nonzero(read_results("out.h5")["status"] == 3)
     assert failed > 0
     assert f"{failed} points failed and are marked" in answer.err
-    assert call("run", small, "-o", "out.h5", "--resume", "--set", "simulation.max_steps=1000").code == 3
+    call("run", small, "-o", "out.h5", "--resume", "--set", "simulation.max_steps=1000", code=3)
     assert f"Failed points ({failed})" in call("show", "out.h5").out
 
 
@@ -105,16 +93,16 @@ def test_failed_points_are_exit_code_3_and_listed(call: Call, small: Path) -> No
 )
 def test_wrong_input_writes_nothing(call: Call, small: Path, words: list[str], said: str) -> None:
     before = small.read_text()
-    answer = call("run", *words)
-    assert answer.code == 2
+    answer = call("run", *words, code=2)
     assert answer.out == ""
     assert said in answer.err
     assert os.listdir() == ["small.yaml"]
     assert small.read_text() == before
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("text", [LONG_MAP, LONG_CHAIN], ids=["grid", "chain"])
+@pytest.mark.parametrize(
+    ("number", "text"), [(signal.SIGINT, LONG_MAP), (signal.SIGTERM, LONG_CHAIN)], ids=["Ctrl-C grid", "SIGTERM chain"]
+)
 def test_interrupted_and_resumed_is_as_undisturbed(
     number: signal.Signals, text: str, undisturbed: dict[str, Path], tmp_path: Path
 ) -> None:
@@ -125,7 +113,9 @@ def test_interrupted_and_resumed_is_as_undisturbed(
     while process.poll() is None and not (part.exists() and _points(tmp_path) > 0):
         time.sleep(0.02)
     process.send_signal(number)
+    asked = time.monotonic()
     answer = finish(process)
+    assert time.monotonic() - asked < 2.0
     assert answer.code == 130, answer
     assert "points are safe in out.h5.part. Go on with the same command and --resume." in answer.err
     assert not (tmp_path / "out.h5").exists()
@@ -139,7 +129,7 @@ def test_interrupted_and_resumed_is_as_undisturbed(
     resumed = finish(start("run", "long.yaml", "-o", "out.h5", "--resume", "--workers", "2", cwd=tmp_path))
     assert resumed.code == 0
     assert "were there already" in resumed.err
-    assert same_numbers(tmp_path / "out.h5", undisturbed[text])
+    assert not different(tmp_path / "out.h5", undisturbed[text])
 
 
 def _points(folder: Path) -> int:
@@ -164,7 +154,8 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 def test_two_processes_do_not_share_an_output(tmp_path: Path) -> None:
     (tmp_path / "long.yaml").write_text(LONG_MAP)
-    first = start("run", "long.yaml", "-o", "out.h5", "--workers", "1", cwd=tmp_path)
+    shorter = ("--set", "simulation.transient=150 s")
+    first = start("run", "long.yaml", "-o", "out.h5", "--workers", "1", *shorter, cwd=tmp_path)
     while first.poll() is None and not (tmp_path / "out.h5.part").exists():
         time.sleep(0.02)
     first.send_signal(signal.SIGSTOP)  # so that it does not end before the others have begun
@@ -198,9 +189,7 @@ def test_full_disk(small: Path, kilobytes: int) -> None:
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to root")
 def test_folder_that_may_not_be_written(call: Call, small: Path) -> None:
     Path("locked").mkdir(mode=0o500)
-    answer = call("run", small, "-o", "locked/out.h5")
-    assert answer.code == 2
-    assert "may not be written" in answer.err
+    assert "may not be written" in call("run", small, "-o", "locked/out.h5", code=2).err
 
 
 def test_bar_on_a_terminal(tmp_path: Path) -> None:

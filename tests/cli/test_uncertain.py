@@ -50,8 +50,7 @@ def test_from_the_study_to_the_answers(call: Call, results: Path, tmp_path: Path
     assert "75 % or more of 16 samples" in window
     assert "What the confidence costs:" in window
     assert json.loads(call("window", str(results), "--json").out)["confidence"] == 0.9
-    told = call("sensitivity", str(results), "-o", str(tmp_path / "t.png"))
-    assert "first" in told.out
+    assert "first" in call("sensitivity", str(results), "-o", str(tmp_path / "t.png")).out
     assert (tmp_path / "t.png").stat().st_size > 1000
     call("plot", str(results), "-o", str(tmp_path / "p.png"), "--confidence", "80")
     call("plot", str(results), "--at", "sample=3", "--kind", "summary", "-o", str(tmp_path / "s.png"))
@@ -89,9 +88,7 @@ def test_what_is_wrong_is_said_and_writes_nothing(
 ) -> None:
     names = {"OUT": str(results), "NEW": str(tmp_path / "new.png" if words[0] == "plot" else tmp_path / "new.h5")}
     before = sorted(path.name for path in tmp_path.iterdir())
-    done = call(*(names.get(word, word) for word in words))
-    assert done.code == 2
-    assert message in done.err
+    assert message in call(*(names.get(word, word) for word in words), code=2).err
     assert sorted(path.name for path in tmp_path.iterdir()) == before
 
 

@@ -1,7 +1,8 @@
 """What lane functions do with given buffers, by the compiler of this process: run as a
 program with ``NSDRILL_COMPILER=numba`` it is the oracle for the native one.
 
-``python oracle.py FILE LANES NAME...`` writes the buffers after every call to FILE.
+``python oracle.py FILE LANES NAME...`` writes the buffers after every call to FILE, and
+beside it the results of a run, all with the functions that are compiled once.
 """
 
 from __future__ import annotations
@@ -30,6 +31,21 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 VARIANTS = 3  # of a study whose axes are compiled in
 TURNS = 30  # steps of every lane
+
+
+RUN = {
+    "sweep.rotary_speed": ["90 rpm", "150 rpm"],
+    "record.poincare": 1200,
+    "simulation.transient": "5 s",
+    "simulation.observe": "720 s",
+}
+
+
+def run(path: Path) -> None:
+    """The loop over steps, periods and the 0-1 test included."""
+    import nsdrill
+
+    nsdrill.run(CONFIGS / "torsional_speed.yaml", path, set=RUN, workers=1, progress=False)
 
 
 def works(name: str) -> Iterator[Any]:
@@ -135,6 +151,7 @@ def main(file: str, lanes: str, *names: str) -> None:
         for number, buffer in enumerate(outcomes(work, points, int(lanes)))
     }
     np.savez(file, **found)
+    run(Path(file).with_suffix(".h5"))
 
 
 if __name__ == "__main__":

@@ -14,61 +14,26 @@ from pythons import SRC
 
 from nsdrill.store import read_results
 
-from .oracle import CASES, CONFIGS, outcomes, works
+from .oracle import CASES, outcomes, run, works
 from .running import WIDTHS, bits, machine_code
 
 ALL = bool(os.environ.get("NSDRILL_TEST_ORACLE"))
 QUICK = ["torsional_speed"]
 
 
-def by_numba(file: Path, lanes: int, *names: str) -> dict[str, np.ndarray]:
-    program = [sys.executable, str(Path(__file__).parent / "oracle.py"), str(file), str(lanes), *names]
-    env = {**os.environ, "NSDRILL_COMPILER": "numba", "PYTHONPATH": str(SRC)}
-    subprocess.run(program, env=env, check=True)
-    with np.load(file) as found:
-        return dict(found)
-
-
 def same_bits(one: np.ndarray, two: np.ndarray) -> bool:
     return bits(one) == bits(two)
-
-
-RUN = """
-import sys
-import nsdrill
-nsdrill.run(sys.argv[1], sys.argv[2], workers=1, set={
-    "sweep.rotary_speed": ["90 rpm", "150 rpm"], "record.poincare": 1200,
-    "simulation.transient": "5 s", "simulation.observe": "720 s"})
-print(sum(name.partition(".")[0] == "numba" for name in sys.modules))
-"""
-
-
-def test_a_run_has_the_bits_of_numbas(tmp_path: Path) -> None:
-    """The loop over steps, periods and the 0-1 test included; and numba's way is the
-    only one that imports it."""
-    made = {}
-    for way in ("native", "numba"):
-        program = [sys.executable, "-c", RUN, str(CONFIGS / "torsional_speed.yaml")]
-        env = {**os.environ, "NSDRILL_COMPILER": way, "PYTHONPATH": str(SRC)}
-        done = subprocess.run(
-            [*program, str(tmp_path / f"{way}.h5")], env=env, check=True, capture_output=True, text=True
-        )
-        assert (int(done.stdout.split()[-1]) > 0) == (way == "numba")
-        made[way] = read_results(tmp_path / f"{way}.h5")
-    found, wanted = made["native"], made["numba"]
-    assert list(found.variables) == list(wanted.variables)
-    for name in found.variables:
-        assert found[name].tobytes() == wanted[name].tobytes(), name
-    assert found["steps"].max() > 1000
-    assert np.isfinite(found["zero_one"]).any()
-    assert found["period"].max() == 1
 
 
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("lanes", [1, 8, 16, 32] if ALL else [8])
 @pytest.mark.parametrize("names", [[name] for name in CASES] if ALL else [QUICK], ids=" ".join)
 def test_native_code_has_the_bits_of_numbas(names: list[str], lanes: int, tmp_path: Path) -> None:
-    wanted = by_numba(tmp_path / "numba.npz", lanes, *names)
+    file = tmp_path / "numba.npz"
+    program = [sys.executable, Path(__file__).with_name("oracle.py"), file, str(lanes), *names]
+    subprocess.run(program, env={**os.environ, "NSDRILL_COMPILER": "numba", "PYTHONPATH": str(SRC)}, check=True)
+    with np.load(file) as made:
+        wanted = dict(made)
     found = {
         f"{name}|{part}|{number}": buffer
         for name in names
@@ -80,6 +45,15 @@ def test_native_code_has_the_bits_of_numbas(names: list[str], lanes: int, tmp_pa
     for key, buffer in found.items():
         assert same_bits(buffer, wanted[key]), key
     assert np.isfinite(np.concatenate(list(found.values()))).mean() > 0.9, "few numbers are NaN"
+
+    run(tmp_path / "native.h5")
+    native, numba = (read_results(tmp_path / f"{way}.h5") for way in ("native", "numba"))
+    assert list(native.variables) == list(numba.variables)
+    for name in native.variables:
+        assert native[name].tobytes() == numba[name].tobytes(), name
+    assert native["steps"].max() > 1000
+    assert np.isfinite(native["zero_one"]).any()
+    assert native["period"].max() == 1
 
 
 @pytest.mark.parametrize("name", list(CASES) if ALL else ["exponent"])

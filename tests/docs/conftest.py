@@ -43,6 +43,36 @@ def run_python(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+SEVERAL = """\
+import shlex, sys
+from nsdrill.__main__ import main
+for line in sys.argv[1:]:
+    sys.argv = shlex.split(line, comments=True)
+    print("$", line, flush=True)
+    try:
+        main()
+    except SystemExit as end:
+        if end.code:
+            raise
+"""
+
+
+def run_commands(lines: list[str], folder: Path, **environment: str) -> list[str]:
+    """What command lines as in a shell print, run one after the other in ``folder``, all
+    in one process."""
+    done = subprocess.run(
+        [sys.executable, "-c", SEVERAL, *lines],
+        cwd=folder,
+        env={**os.environ, "MPLBACKEND": "Agg", **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    return done.stdout.split("$ nsdrill ")[1:]
+
+
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "page" in metafunc.fixturenames:
         metafunc.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -53,6 +83,11 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @pytest.fixture(name="run_python")
 def _run_python() -> Callable[[str, Path], subprocess.CompletedProcess[str]]:
     return run_python
+
+
+@pytest.fixture(name="run_commands")
+def _run_commands() -> Callable[..., list[str]]:
+    return run_commands
 
 
 @pytest.fixture

@@ -110,39 +110,32 @@ def command(folder: Path, path: str, *words: str) -> subprocess.CompletedProcess
     )
 
 
-def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path], tmp_path: Path) -> None:
-    """Installed as the page says, with an entry point: each command in a process of its
-    own finds it."""
+def test_a_model_of_another_package_runs_through_the_commands(
+    blocks: list[Path], tmp_path: Path, run_commands: Any
+) -> None:
+    """Installed as the page says, with an entry point: another process finds it in what
+    the first has written."""
     path = installed(tmp_path / "installed", blocks[3].read_text())
-
-    def nsdrill(*words: str) -> str:
-        made = command(tmp_path, path, *words)
-        assert made.returncode == 0, made.stderr
-        return made.stdout + made.stderr
-
     (tmp_path / "study.yaml").write_text(STUDY)
-    assert "stiffness: " in nsdrill("new", "--model", "spring")
-    nsdrill("run", "study.yaml", "-o", "out.h5")
-    shown = nsdrill("show", "out.h5")
+    lines = """\
+nsdrill new --model spring
+nsdrill run study.yaml -o out.h5
+nsdrill run study.yaml --set 'sweep.spring.stiffness=[150 N*m/rad, 197 N*m/rad]' --set sweep.along=rotary_speed -o m.h5
+nsdrill run study.yaml --set record.exponent=true -o exponent.h5
+nsdrill show out.h5
+nsdrill replay out.h5 --rotary-speed 3rad/s --procedure down -o r.h5
+nsdrill plot out.h5 -o out.png
+nsdrill plot r.h5 -o r.png
+nsdrill window out.h5
+nsdrill export out.h5 -o out.csv
+nsdrill diff out.h5 m.h5""".splitlines()
+    new, *_ = run_commands(lines[:4], tmp_path, PYTHONPATH=path)
+    shown, replayed, *_, differs = run_commands(lines[4:], tmp_path, PYTHONPATH=path)
+    assert "stiffness: " in new
     assert "stick-slip" in shown
     assert "whirl" not in shown
-    assert "bit for bit" in nsdrill("replay", "out.h5", "--rotary-speed", "3rad/s", "--procedure", "down", "-o", "r.h5")
-    nsdrill(
-        "run",
-        "study.yaml",
-        "--set",
-        "sweep.spring.stiffness=[150 N*m/rad, 197 N*m/rad]",
-        "--set",
-        "sweep.along=rotary_speed",
-        "-o",
-        "map.h5",
-    )
-    nsdrill("run", "study.yaml", "--set", "record.exponent=true", "-o", "exponent.h5")
-    nsdrill("plot", "out.h5", "-o", "out.png")
-    nsdrill("plot", "r.h5", "-o", "r.png")
-    nsdrill("window", "out.h5")
-    nsdrill("export", "out.h5", "-o", "out.csv")
-    assert "spring.stiffness" in nsdrill("diff", "out.h5", "map.h5")
+    assert "bit for bit" in replayed
+    assert "spring.stiffness" in differs
 
 
 def test_other_slopes_of_a_model_are_another_version(blocks: list[Path], tmp_path: Path) -> None:
@@ -208,7 +201,7 @@ FAULTY = {
 }
 
 
-def test_a_faulty_model_of_another_package_touches_no_other(tmp_path: Path, shared: Path) -> None:
+def test_a_faulty_model_of_another_package_touches_no_other(tmp_path: Path, shared: Path, run_commands: Any) -> None:
     about = tmp_path / "spoiled-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: spoiled\nVersion: 1.0\n")
@@ -218,17 +211,17 @@ def test_a_faulty_model_of_another_package_touches_no_other(tmp_path: Path, shar
         (tmp_path / f"spoiled_{name}.py").write_text(text)
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     results = str(shared / "small.h5")
-    for words in (
-        ("run", str(shared / "small.yaml"), "-o", "out.h5"),
-        ("show", results),
-        ("plot", results, "-o", "out.png"),
-        ("report", results, "-o", "out.html", "--motions", "0"),
-        ("export", results, "-o", "out.csv"),
-        ("check", str(shared / "small.yaml"), "--set", "model=torsion"),
-    ):
-        made = command(tmp_path, path, *words)
-        assert made.returncode == 0, made.stderr
-        assert "spoiled" not in made.stderr
+    lines = (
+        f"nsdrill run {shared / 'small.yaml'} -o out.h5",
+        f"nsdrill show {results}",
+        f"nsdrill plot {results} -o out.png",
+        f"nsdrill report {results} -o out.html --motions 0",
+        f"nsdrill export {results} -o out.csv",
+        f"nsdrill check {shared / 'small.yaml'} --set model=torsion",
+    )
+    said = "".join(run_commands(lines, tmp_path, PYTHONPATH=path))
+    assert "valid. Small" in said
+    assert "spoiled" not in said
     for name, (_, words_said) in FAULTY.items():
         if words_said is not None:
             made = command(tmp_path, path, "check", str(shared / "small.yaml"), "--set", f"model={name}")
@@ -270,13 +263,12 @@ def extended(blocks: list[Path]) -> str:
     return text
 
 
-def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path: Path) -> None:
+def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path: Path, run_commands: Any) -> None:
     (tmp_path / "study.yaml").write_text(STUDY)
     model = extended(blocks)
     path = installed(tmp_path / "installed", model)
-    for words in (("run", "study.yaml"), ("plot", "out.h5", "-o", "out.svg"), ("export", "out.h5", "-o", "out.csv")):
-        made = command(tmp_path, path, *words, *(["-o", "out.h5"] if words[0] == "run" else []))
-        assert made.returncode == 0, made.stderr
+    lines = ("run study.yaml -o out.h5", "plot out.h5 -o out.svg", "export out.h5 -o out.csv")
+    run_commands([f"nsdrill {line}" for line in lines], tmp_path, PYTHONPATH=path)
     assert "Last local maxima of the twist [rad]" in (tmp_path / "out.svg").read_text()
     with open(tmp_path / "out.csv", newline="") as file:
         rows = list(csv.DictReader(file))

@@ -3,10 +3,7 @@ first five minutes run."""
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -80,24 +77,13 @@ def test_the_faulty_example_fails_as_shown(docs: Path) -> None:
     assert f"```text\nError: {caught.value}\n```" in text
 
 
-def test_the_first_five_minutes(root: Path, tmp_path: Path) -> None:
+def test_the_first_five_minutes(root: Path, tmp_path: Path, run_commands: Any, run_python: Any) -> None:
     """The commands and the Python of the README, in order, in an empty folder."""
     text = (root / "README.md").read_text(encoding="utf-8").partition("## The first five minutes")[2]
-    env = {**os.environ, "MPLBACKEND": "Agg"}
-    ran = 0
-    for language, block in re.findall(r"^```(sh|python)\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
-        if language == "python":
-            subprocess.run([sys.executable, "-c", block], cwd=tmp_path, env=env, check=True, capture_output=True)
-            ran += 1
-            continue
-        for line in block.splitlines():
-            if line.startswith("nsdrill "):
-                call = (
-                    f'{sys.executable} -c "from nsdrill.cli.main import main; main()" {line.removeprefix("nsdrill ")}'
-                )
-                subprocess.run(call, shell=True, cwd=tmp_path, env=env, check=True, capture_output=True)
-                ran += 1
-    assert ran == 11
+    shell, python, *_ = re.findall(r"^```(?:sh|python)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert len(run_commands([line for line in shell.splitlines() if line.startswith("nsdrill ")], tmp_path)) == 10
+    done = run_python(python, tmp_path)
+    assert done.returncode == 0, done.stderr
     assert (tmp_path / "study.csv").stat().st_size > 10_000
 
 

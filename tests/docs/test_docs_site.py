@@ -8,6 +8,7 @@ import importlib.util
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -41,39 +42,20 @@ def test_home_has_six_pictures_with_their_commands() -> None:
 
 
 @pytest.mark.parametrize("name", QUICK)
-def test_the_pictures_of_home_run(name: str, root: Path, tmp_path: Path) -> None:
+def test_the_pictures_of_home_run(name: str, root: Path, tmp_path: Path, run_commands: Any) -> None:
     """The commands of a picture make it, from shorter runs of the examples that they
     name."""
-    lines = lines_of(SECTIONS[NAMES.index(name)])
+    lines = [shlex.split(line) for line in lines_of(SECTIONS[NAMES.index(name)])]
     for example in (root / "configs").glob("*.yaml"):
         (tmp_path / example.name).symlink_to(example)
-    for line in lines:
-        words = _words(line)
-        if words[0] in ("run", "simulate"):
-            words = _shortened(words)
-        elif "--animate" in words:
-            words = [*words, "--speed", "5"]
-        done = subprocess.run(
-            [sys.executable, "-c", "from nsdrill.cli.main import main; main()", *words],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-    drawn = _words(lines[-1])[_words(lines[-1]).index("-o") + 1]
-    assert (tmp_path / drawn).stat().st_size > 5000
-
-
-def _words(line: str) -> list[str]:
-    import shlex
-
-    return shlex.split(line)
+    shorter = [
+        _shortened(words) if words[0] == "run" else words + ["--speed", "5"] * ("--animate" in words) for words in lines
+    ]
+    run_commands([shlex.join(["nsdrill", *words]) for words in shorter], tmp_path)
+    assert (tmp_path / lines[-1][lines[-1].index("-o") + 1]).stat().st_size > 5000
 
 
 def _shortened(words: list[str]) -> list[str]:
-    if words[0] == "simulate":
-        return words
     text = (DOCS.parent / "configs" / words[1]).read_text(encoding="utf-8")
     more = list(SHORT)
     if "poincare" in text:  # of which a few returns are needed

@@ -125,10 +125,10 @@ def test_damaged_ramps_are_a_file_error() -> None:
 
 def test_the_schema_for_editors_takes_both_forms() -> None:
     jsonschema = pytest.importorskip("jsonschema")
-    schema = json_schema()
+    validator = jsonschema.Draft202012Validator(json_schema())
     good = ({"operation": {"wob": "3 kN"}}, {"operation": {"wob": {"ramp": [["0 s", "3 kN"], ["1 s", "4 kN"]]}}})
     for data in good:
-        jsonschema.validate(data, schema)
+        validator.validate(data)
     for data in ({"operation": {"wob": {"ramp": [["0 s", "3 kN", "1 N"]]}}}, {"operation": {"wob": {}}}):
         with pytest.raises(jsonschema.ValidationError):
-            jsonschema.validate(data, schema)
+            validator.validate(data)

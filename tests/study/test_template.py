@@ -96,4 +96,4 @@ def test_the_json_schema() -> None:
 def test_the_template_meets_the_json_schema() -> None:
     jsonschema = pytest.importorskip("jsonschema")
     jsonschema.Draft202012Validator.check_schema(json_schema())
-    jsonschema.validate(parse(template_text(), "t").data, json_schema())
+    jsonschema.Draft202012Validator(json_schema()).validate(parse(template_text(), "t").data)

@@ -13,8 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-from .test_kills import same
+from same_bits import different
 
 # Short runs of which much is kept, so that the file takes about as long as its points.
 STUDY = """
@@ -82,7 +81,7 @@ def test_a_signal_ends_the_run_in_one_sentence(
     assert set(os.listdir(folder)) <= {"study.yaml", "whole.h5", "out.h5.part"}
     assert ("--resume" in said) == (folder / "out.h5.part").exists() or moment(folder)
     assert start(folder, "out.h5", "--resume").wait() == 0
-    assert same(folder / "whole.h5", folder / "out.h5") == []
+    assert not different(folder / "whole.h5", folder / "out.h5")
     assert sorted(os.listdir(folder)) == ["out.h5", "study.yaml", "whole.h5"]
 
 
@@ -103,92 +102,70 @@ def test_no_word_of_dask_where_a_cluster_that_starts_is_interrupted(folder: Path
 ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda number: os.kill(os.getpid(), number)\n"
 
 
-@pytest.mark.parametrize(
-    ("code", "ends", "said"),
-    [
-        pytest.param(
-            "interrupt.listen(); ask(signal.SIGHUP); time.sleep(20)",
-            130,
-            "Interrupted; nothing was written.\n",
-            id="at once",
-        ),
-        pytest.param(
-            "import hashlib, threading; interrupt.listen()\n"
-            "threading.Timer(0.3, lambda: ask(signal.SIGTERM)).start()\n"
-            "hashlib.pbkdf2_hmac('sha256', b'', b'', 10**9)",
-            130,
-            "Interrupted; nothing was written.\n",
-            id="inside a library",
-        ),
-        pytest.param(
-            "interrupt.listen(); interrupt.SECOND_SIGNAL_SECONDS = 0.1\nwith interrupt.interruptible():\n"
-            "  ask(signal.SIGINT); time.sleep(0.5); ask(signal.SIGINT); time.sleep(20)",
-            130,
-            "Interrupted; nothing was written.\n",
-            id="by the second one",
-        ),
-        pytest.param(
-            "interrupt.listen(); interrupt.PATIENCE = interrupt.SECOND_SIGNAL_SECONDS = 0.1\nwith "
-            "interrupt.interruptible():\n"
-            "  ask(signal.SIGINT); time.sleep(20)",
-            130,
-            "Interrupted; nothing was written.\n",
-            id="when patience ends",
-        ),
-        pytest.param(
-            "interrupt.listen()\ntry:\n with interrupt.interruptible():\n  ask(signal.SIGTERM); "
-            "time.sleep(0.5)\n"
-            "  print('saved', file=sys.stderr, flush=True); interrupt.check()\n"
-            "except KeyboardInterrupt: interrupt.end('told')",
-            130,
-            "saved\ntold\n",
-            id="at a safe place",
-        ),
-        pytest.param(
-            "from nsdrill.cli.main import _leave; interrupt.listen(); leave = os._exit\n"
-            "os._exit = lambda code: (time.sleep(0.5), leave(code)); ask(signal.SIGTERM); "
-            "time.sleep(0.2)\n"
-            "_leave('Error: the unfinished file is gone.', 1)",
-            130,
-            "Interrupted; nothing was written.\n",
-            id="without errors that come of it",
-        ),
-        pytest.param(
-            "interrupt.listen()\nwith interrupt.completing(): pass\n"
-            "ask(signal.SIGTERM); time.sleep(0.5); interrupt.check(); interrupt.ignore_signals(); "
-            "sys.exit(0)",
-            0,
-            "",
-            id="not once the file is there",
-        ),
-        pytest.param(
-            "interrupt.listen(); interrupt.ignore_signals()\nfor number in interrupt.SIGNALS: ask(number)\nsys.exit(3)",
-            3,
-            "",
-            id="not while the interpreter ends",
-        ),
-        pytest.param(
-            "signal.signal(signal.SIGHUP, signal.SIG_IGN); interrupt.listen()\n"
-            "ask(signal.SIGHUP); time.sleep(0.5); sys.exit(0)",
-            0,
-            "",
-            id="not under nohup",
-        ),
-        pytest.param(
-            "signal.signal(signal.SIGTERM, signal.SIG_IGN); interrupt.listen()\nask(signal.SIGTERM); time.sleep(20)",
-            130,
-            "Interrupted; nothing was written.\n",
-            id="also as the child of one that is deaf to it",
-        ),
-        pytest.param(
-            "import nsdrill; nsdrill.run, nsdrill.load_study\n"
-            "sys.exit(signal.getsignal(signal.SIGINT) is not signal.default_int_handler)",
-            0,
-            "",
-            id="nothing from Python",
-        ),
-    ],
-)
+NOTHING = (130, "Interrupted; nothing was written.\n")
+# What a process does, its exit code, and what it says.
+ACTED_ON = {
+    "at once": ("interrupt.listen(); ask(signal.SIGHUP); time.sleep(20)", *NOTHING),
+    "inside a library": (
+        "import hashlib, threading; interrupt.listen()\n"
+        "threading.Timer(0.3, lambda: ask(signal.SIGTERM)).start()\n"
+        "hashlib.pbkdf2_hmac('sha256', b'', b'', 10**9)",
+        *NOTHING,
+    ),
+    "by the second one": (
+        "interrupt.listen(); interrupt.SECOND_SIGNAL_SECONDS = 0.1\nwith interrupt.interruptible():\n"
+        "  ask(signal.SIGINT); time.sleep(0.5); ask(signal.SIGINT); time.sleep(20)",
+        *NOTHING,
+    ),
+    "when patience ends": (
+        "interrupt.listen(); interrupt.PATIENCE = interrupt.SECOND_SIGNAL_SECONDS = 0.1\n"
+        "with interrupt.interruptible():\n  ask(signal.SIGINT); time.sleep(20)",
+        *NOTHING,
+    ),
+    "at a safe place": (
+        "interrupt.listen()\ntry:\n with interrupt.interruptible():\n  ask(signal.SIGTERM); time.sleep(0.5)\n"
+        "  print('saved', file=sys.stderr, flush=True); interrupt.check()\n"
+        "except KeyboardInterrupt: interrupt.end('told')",
+        130,
+        "saved\ntold\n",
+    ),
+    "without errors that come of it": (
+        "from nsdrill.cli.main import _leave; interrupt.listen(); leave = os._exit\n"
+        "os._exit = lambda code: (time.sleep(0.5), leave(code)); ask(signal.SIGTERM); time.sleep(0.2)\n"
+        "_leave('Error: the unfinished file is gone.', 1)",
+        *NOTHING,
+    ),
+    "not once the file is there": (
+        "interrupt.listen()\nwith interrupt.completing(): pass\n"
+        "ask(signal.SIGTERM); time.sleep(0.5); interrupt.check(); interrupt.ignore_signals(); sys.exit(0)",
+        0,
+        "",
+    ),
+    "not while the interpreter ends": (
+        "interrupt.listen(); interrupt.ignore_signals()\nfor number in interrupt.SIGNALS: ask(number)\nsys.exit(3)",
+        3,
+        "",
+    ),
+    "not under nohup": (
+        "signal.signal(signal.SIGHUP, signal.SIG_IGN); interrupt.listen()\n"
+        "ask(signal.SIGHUP); time.sleep(0.5); sys.exit(0)",
+        0,
+        "",
+    ),
+    "also as the child of one that is deaf to it": (
+        "signal.signal(signal.SIGTERM, signal.SIG_IGN); interrupt.listen()\nask(signal.SIGTERM); time.sleep(20)",
+        *NOTHING,
+    ),
+    "nothing from Python": (
+        "import nsdrill; nsdrill.run, nsdrill.load_study\n"
+        "sys.exit(signal.getsignal(signal.SIGINT) is not signal.default_int_handler)",
+        0,
+        "",
+    ),
+}
+
+
+@pytest.mark.parametrize(("code", "ends", "said"), ACTED_ON.values(), ids=ACTED_ON)
 def test_when_a_signal_is_acted_on(code: str, ends: int, said: str) -> None:
     done = subprocess.run([sys.executable, "-c", ASK + code], capture_output=True, text=True, timeout=15, check=False)
     assert (done.returncode, done.stderr) == (ends, said)

@@ -14,10 +14,12 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from cli.helpers import call_here
 
 from nsdrill.errors import InputError
 from nsdrill.web import server
@@ -27,13 +29,26 @@ from nsdrill.web.session import Session
 PATIENCE = 120  # s that a client waits: the machine of the tests may be busy
 
 
-@pytest.fixture
-def explorer(session: Session) -> Iterator[Explorer]:
+@contextmanager
+def serving(session: Session) -> Iterator[Explorer]:
     made = Explorer(session)
     made._warm = lambda: None  # type: ignore[method-assign]
     made.start()
     yield made
     made.close()
+
+
+@pytest.fixture(scope="module")
+def explorer(session: Session) -> Iterator[Explorer]:
+    with serving(session) as made:
+        yield made
+
+
+@pytest.fixture
+def own(session: Session) -> Iterator[Explorer]:
+    """An explorer that a test may end."""
+    with serving(session) as made:
+        yield made
 
 
 def ask(explorer: Explorer, method: str, path: str, body: str | bytes | None = None, **heads: str | None):  # type: ignore[no-untyped-def]
@@ -225,10 +240,10 @@ def test_a_page_that_asks_now_and_then_keeps_its_connection(
     explorer: Explorer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its time begins anew with each request, as it has the token."""
-    monkeypatch.setattr(server, "IDLE_SECONDS", 3.0)
+    monkeypatch.setattr(server, "IDLE_SECONDS", 1.5)
     connection = http.client.HTTPConnection(ADDRESS, explorer.port, timeout=PATIENCE)
     connection.connect()
-    own, end = connection.sock, time.monotonic() + 4.0
+    own, end = connection.sock, time.monotonic() + 2.0
     while time.monotonic() < end:
         connection.request("POST", "/api/meta", "{}", {TOKEN_HEADER: explorer.token})
         assert connection.getresponse().read()
@@ -325,12 +340,11 @@ def test_a_page_that_goes_away_in_the_middle_stops_nothing(explorer: Explorer) -
     assert ask(explorer, "POST", "/api/meta", "{}")[0] == 200
 
 
-def test_it_stops_with_its_last_page(explorer: Explorer) -> None:
+def test_it_stops_with_its_last_page(own: Explorer) -> None:
     def page() -> socket.socket:
-        raw = socket.create_connection((ADDRESS, explorer.port))
+        raw = socket.create_connection((ADDRESS, own.port))
         raw.sendall(
-            f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN_HEADER}: "
-            f"{explorer.token}\r\n\r\n".encode()
+            f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{own.port}\r\n{TOKEN_HEADER}: {own.token}\r\n\r\n".encode()
         )
         assert raw.recv(100).startswith(b"HTTP/1.1 200")
         return raw
@@ -347,7 +361,7 @@ def test_it_stops_with_its_last_page(explorer: Explorer) -> None:
             two.close()
         assert now < 30
 
-    assert explorer.wait(look) == "The page was closed."
+    assert own.wait(look) == "The page was closed."
     assert ends
     assert time.monotonic() - begun >= ends[0] + CLOSE_DELAY - 0.5
 
@@ -368,10 +382,10 @@ def test_the_command_prints_its_address_and_ends_with_a_signal(shared: Path, sig
 
 
 @pytest.mark.parametrize("arguments", [["nothing.h5"], ["small.h5", "--port", "70000"], ["small.h5", "--set", "a=b"]])
-def test_wrong_commands_end_with_words(shared: Path, arguments: list[str]) -> None:
-    command = [sys.executable, "-m", "nsdrill", "view", "--no-browser", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=shared, timeout=60)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert "Error: " in done.stderr
-    assert "Traceback" not in done.stderr
+def test_wrong_commands_end_with_words(
+    shared: Path, arguments: list[str], capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(shared)
+    answer = call_here(capfd, monkeypatch, "view", "--no-browser", *arguments, code=2)
+    assert answer.out == ""
+    assert "Error: " in answer.err

@@ -196,10 +196,15 @@ def _unsettled(results: Results) -> Array:
     return np.asarray((results["status"] == OK) & (results["settled"] == 0))
 
 
+def least_share(confidence: float) -> float:
+    """The probability from which a response counts among those that may prevent that a
+    point is safe: one of the three must have a third of 1 less ``confidence``."""
+    return (1.0 - confidence) / 3
+
+
 def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes) -> Answer:
     """The fields of classes where a point is safe if the probability of a safe run reaches
-    ``confidence``. ``bits`` are the responses that may prevent that: those with a
-    probability of at least a third of 1 less ``confidence``."""
+    ``confidence``. ``bits`` are the responses that may prevent that."""
     probabilities = probabilities_of(results, severity)
     is_safe, is_undecided = window_state(probabilities, confidence)
 
@@ -207,7 +212,7 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
         return planes(array[None])[..., 0]
 
     def bits_of(share: Array) -> Array:
-        occurs = share >= (1.0 - confidence) / 3
+        occurs = share >= least_share(confidence)
         return np.asarray(sum(placed(response).astype(int) << number for number, response in enumerate(occurs)))
 
     procedures = len(results.coords["procedure"])

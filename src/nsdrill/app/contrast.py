@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from nsdrill.analysis import contrast as analysis
+from nsdrill.analysis.window import least_share
 from nsdrill.app.window import read_for_window, with_passed_over
 from nsdrill.data import Answer, Resolved, Results, resolved_study
 from nsdrill.observe.thresholds import Thresholds
@@ -68,9 +69,15 @@ def _thresholds(study: Resolved) -> str:
     )
 
 
+def _with_share(limits: str, window: Answer) -> str:
+    """The thresholds, and in how many of the samples of a ``window`` they are passed."""
+    level = window["confidence"]
+    return limits if level is None else f"{limits}; in {100 * least_share(level):.1f} % of the samples"
+
+
 def thresholds(found: Answer) -> str:
     """From where the responses of the two count, in words."""
-    a, b = found["thresholds"]
+    a, b = map(_with_share, found["thresholds"], found["windows"])
     return a if a == b else f"in a {a}; in b {b}"
 
 
@@ -176,7 +183,7 @@ def rows(found: Answer, units: str) -> list[tuple[str, ...]]:
         ]
         table.append((f"safe there, {fmt.name(axis)}", ends[0], ends[1]))
     if any(best and "probability" in best for best in bests):
-        table.append(("probability", *(percent(best) if best else "none" for best in bests)))
+        table.append(("probability", *(_probability(best) for best in bests)))
     rate = found["rate"] or {}
     words = {
         "recommended": "rate of penetration there",
@@ -190,6 +197,13 @@ def rows(found: Answer, units: str) -> list[tuple[str, ...]]:
             ]
             table.append((label, shown[0], shown[1]))
     return table
+
+
+def _probability(best: Answer | None) -> str:
+    """That of the best point of a window, with its interval."""
+    if best is None:
+        return "none"
+    return percent(best) if "probability" in best else "not known, as the numbers are single estimates"
 
 
 def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:

@@ -128,7 +128,8 @@ def answer(summary: Mapping[str, Any], units: str) -> str:
     if summary["confidence"] is not None:
         text += f"; with a probability of {percent(best)}"
     text += ", whatever the history" if summary["history_examined"] else ", on the one history that was run"
-    words = {side: _side_verb(sides[side], "below" if side == "less" else "above") for side in ("less", "more")}
+    may = summary["confidence"] is not None  # some of the samples do
+    words = {side: _side_verb(sides[side], "below" if side == "less" else "above", may) for side in ("less", "more")}
     if all(side["why"] == "edge" for side in sides.values()):
         return f"{text}; the map ends on both sides."
     return f"{text}; {words['less']}, {words['more']}."
@@ -158,15 +159,15 @@ def chosen_map(summary: Mapping[str, Any]) -> Mapping[str, Any] | None:
     return best
 
 
-def _side_verb(side: Mapping[str, Any], where: str) -> str:
-    """``below it sticks``, ``above the map ends``."""
+def _side_verb(side: Mapping[str, Any], where: str, may: bool) -> str:
+    """``below it sticks``, or that it ``may``; ``above the map ends``."""
     if side["why"] == "edge":
         return f"{where} the map ends"
     if side["why"] == "distrusted":
         return f"{where} the checks disagree"
     if side["why"] in ("failed", "unknown"):
         return f"{where} nothing is known"
-    depends = side["why"] == "rim"
+    depends = may or side["why"] == "rim"
     verbs = [VERBS[name] + ("" if depends else "s") for name in side["responses"]]
     if not verbs:
         return f"{where} it {'may be' if depends else 'is'} critical"

@@ -103,7 +103,7 @@ def _basis_lines(summary: Answer) -> Iterator[str]:
             f"  safe      {100 * summary['confidence']:g} % or more of {samples} of the uncertain "
             f"numbers end well{by} {condition}"
         )
-        yield "  critical  fewer of them"
+        yield "  not safe  fewer of them, so also points that are safe in most"
     elif summary["history_examined"]:
         by = " and ".join(summary["procedures"])
         if summary["histories"] > len(summary["procedures"]):
@@ -121,7 +121,8 @@ def _basis_lines(summary: Answer) -> Iterator[str]:
 
 def _shares(summary: Answer) -> str:
     words = tuple(word for word in _columns({**summary, "unknown": 0}) if word != "rim" or summary["history_examined"])
-    parts = [f"{summary[word]} {CLASS_LABELS.get(word, word)} ({100 * summary['share'][word]:.1f} %)" for word in words]
+    labels = CLASS_LABELS if summary["confidence"] is None else {"critical": "not safe"}
+    parts = [f"{summary[word]} {labels.get(word, word)} ({100 * summary['share'][word]:.1f} %)" for word in words]
     if summary["unknown"]:
         parts.append(
             f"{summary['unknown']} unknown ({unknown_words(summary)}, {100 * summary['share']['unknown']:.1f} %)"

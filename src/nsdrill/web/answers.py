@@ -12,7 +12,7 @@ import numpy as np
 
 from nsdrill.app.contrast import border_rows, contrast, difference, notes, onset_rows, sentence, thresholds
 from nsdrill.app.contrast import rows as contrast_rows
-from nsdrill.app.experiment import study_of
+from nsdrill.app.experiment import own_numbers, study_of
 from nsdrill.app.sensitivity import sensitivity
 from nsdrill.app.window import window_of, with_passed_over
 from nsdrill.data import Answer, Results
@@ -253,6 +253,7 @@ def origin_rows(session: Session) -> Rows:
     ]
     version = attrs.get("nsdrill_version", "")
     rows += [
+        ("Other than the defaults", "; ".join(own_numbers(attrs)) or "nothing"),
         ("Changed by --set", "; ".join(meta["overrides"]) or "nothing"),
         ("Made", f"{attrs.get('created', '')} by nsdrill {version}"),
         ("With", ", ".join(software)),

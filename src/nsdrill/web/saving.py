@@ -12,8 +12,10 @@ from nsdrill.data import Answer
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number, words_of
 from nsdrill.plot.labels import operating_point
+from nsdrill.quantity import quantity
 from nsdrill.study import parse_study
 from nsdrill.study.write import study_text
+from nsdrill.units import from_si
 from nsdrill.web.asked import Request
 from nsdrill.web.diagrams import member_dimension
 from nsdrill.web.shown import value_rows
@@ -65,15 +67,17 @@ def point_rows(session: Session, place: tuple[int, ...]) -> list[list[str]]:
 
 
 def command(session: Session, place: tuple[int, ...]) -> str:
-    """The command line that writes the trace of a point."""
-    results, leaves = session.sweep(), session.study.keys.axes
+    """The command line that writes the trace of a point, which is the nearest to the
+    values in it."""
+    results = session.sweep()
     parts = ["nsdrill replay", shlex.quote(session.path)]
     keys = {axis.name: axis.key for axis in results.more}
     for name in results.swept:
         key = keys.get(name, name)
         value = float(results.coords[name][place[results.grid.index(name)]])
-        text = str(word_or_number(key, value)) if words_of(key) else leaves[key].text(value).replace(" ", "")
-        parts.append(option_of(key, text))
+        unit = quantity(key).unit(session.units)
+        number = f"{from_si(value, unit):.9g}" if unit else repr(value)
+        parts.append(option_of(key, str(word_or_number(key, value)) if words_of(key) else f"{number}{unit}"))
     if len(results.coords["procedure"]) > 1:
         parts.append(f"--procedure {results.coords['procedure'][place[0]]}")
     if member := member_dimension(results):
