@@ -20,7 +20,7 @@ from nsdrill.ranges import bound_text
 from nsdrill.study.forms import Reading
 from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
-from nsdrill.study.study import axis_values, refined_axes
+from nsdrill.study.study import axis_values, refined_axes, size
 from nsdrill.units import USUAL
 from nsdrill.variables import AXES, long_key, short_key
 
@@ -339,8 +339,3 @@ def _of_unknown(found: str) -> str:
         if f"an axis over {old}" in found:
             return found.replace(f"an axis over {old}", new, 1)
     return found
-
-
-def size(axis: Resolved | Sequence[float | str], refine: int = 0) -> int:
-    """The number of values of a resolved axis."""
-    return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)

@@ -265,6 +265,11 @@ def refined_axes(sweep: Resolved) -> tuple[str, ...]:
     return tuple(axis for axis, values in sweep.items() if isinstance(values, dict) and axis != sweep["along"])
 
 
+def size(axis: Resolved | Sequence[Value], refine: int = 0) -> int:
+    """The number of values of a resolved axis."""
+    return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)
+
+
 def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
     """The values of a resolved axis: a list, or {from, to, points} with the spacing
     halved ``refine`` times. The values that the axis has without refinement keep their
@@ -273,7 +278,7 @@ def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 1
     if choice:
         axis = [place_of(choice, word) for word in axis]
     if isinstance(axis, dict):
-        points = (axis["points"] - 1) * 2**refine + 1
+        points = size(axis, refine)
         if points > most or not axis["from"] < axis["to"]:
             raise ValueError(f"sweep: found {axis}, allowed: ascending values, at most {most}")
         if axis.get("spacing") == "log":
