@@ -57,6 +57,14 @@ def test_closer_to_them_they_are_apart(crowd: Dataset) -> None:
     assert {"special:fold", "special:torus", "special:doubling"} <= kinds
 
 
+def test_the_other_axes_fit_what_is_within_the_limits(crowd: Dataset) -> None:
+    """The radius rises from 20 to 80 mm over the whole range, and by 5 mm within the limits."""
+    crowd["radius_max"] = "point", np.linspace(0.02, 0.08, 601)
+    low, high = plot.draw(crowd, look=look_of(xlim=(4.0, 4.5))).axes[0].get_ylim()
+    assert 39.0 < low < 40.0
+    assert 45.0 < high < 46.0
+
+
 def test_branches_are_a_kind_like_others(crowd: Dataset) -> None:
     assert plot.kinds_for(crowd) == ("branches",)
     assert [axes.get_label() for axes in plot.draw(crowd, panel="radius").axes] == ["radius_max"]

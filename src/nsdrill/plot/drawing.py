@@ -12,7 +12,7 @@ import difflib
 import itertools
 from collections.abc import Callable, Iterator, Mapping
 from copy import copy
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -22,13 +22,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 from matplotlib.transforms import ScaledTranslation
 
-from nsdrill.data import Results
+from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look, apply_limits, limit_y_axes
 from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import freeze_layout, limit_x_axes, new_figure, panels_of, write_in_largest_panel
+from nsdrill.plot.page import fit_y_axes, freeze_layout, limit_x_axes, new_figure, panels_of, write_in_largest_panel
 from nsdrill.plot.registry import Kind
 from nsdrill.plot.style import (
     Properties,
@@ -80,6 +80,8 @@ class Drawing:
             finish(across, self.units)
         if self.ends is not None:
             limit_x_axes(figure, str(across), self.ends, self.units)
+            if not isinstance(data, Results | Trace):  # of branches nothing is left out
+                fit_y_axes(figure)
         if self.curves is not None:
             self._draw_curves(figure)
         if self.look.ylim is not None and limits_y:
@@ -215,6 +217,9 @@ class _StandIn:
             return made
         self._twin = made
         return panel
+
+    def subplots(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("a panel made by subplots cannot be drawn alone; make it by add_subplot")
 
     def subfigures(self, rows: int, columns: int, **ratios: Any) -> Any:
         (panel,) = self.axes

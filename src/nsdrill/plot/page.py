@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -252,6 +253,19 @@ def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: 
                     f"{option('xlim')}: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero."
                 )
             axes.set_xlim(low, high)
+
+
+def fit_y_axes(figure: Figure) -> None:
+    """Limit the y axis of every panel to the lines within its limits along x."""
+    for axes in panels_of(figure):
+        low, high = axes.get_xlim()
+        seen = [np.empty(0)]
+        for line in axes.lines:
+            x, y = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
+            if line.get_transform() == axes.transData:  # not a line at a value, across the panel
+                seen.append(y[(x >= low) & (x <= high) & np.isfinite(y)])
+        if (values := np.concatenate(seen)).size and (span := float(np.ptp(values))) > 0.0:
+            axes.set_ylim(values.min() - 0.05 * span, values.max() + 0.05 * span)
 
 
 def write_in_largest_panel(figure: Figure, text: str) -> None:
