@@ -99,7 +99,8 @@ def _features(
     from nsdrill.kernel.settings import Simulation
     from nsdrill.models.christoforou_yigit.parameters import Initial
     from nsdrill.models.registry import described
-    from nsdrill.observe.thresholds import Record, Thresholds
+    from nsdrill.models.responses import Thresholds
+    from nsdrill.observe.thresholds import Record
     from nsdrill.sweep.plan import Plan
     from nsdrill.sweep.work import Work, compiled_parts
     from nsdrill.variables import MODEL

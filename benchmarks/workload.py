@@ -21,7 +21,8 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.registry import described
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.models.responses import Thresholds
+from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.engine import Engine, Progress
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work

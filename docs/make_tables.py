@@ -26,7 +26,6 @@ from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described, model_named
-from nsdrill.plot.kinds.sweep import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
@@ -332,7 +331,9 @@ def kinds() -> str:
         ]
         for whole in ("map", "trace")
     ]
-    short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
+    short = ", ".join(
+        f"{code(short)} for {code(long)}" for short, long in described(MODEL).drawn.values.items() if short != long
+    )
     values = ["any feature by its name", "a sweep", f"one value along the axis, or as a map; short names: {short}"]
     return table(["kind", "of", "what it shows"], [*listed, *parts, values])
 

@@ -289,7 +289,7 @@ def order() -> Iterator[Row]:
 def severity() -> Iterator[Row]:
     """The bands of the stick-slip index."""
     from nsdrill.models.registry import described, model_named
-    from nsdrill.observe.thresholds import Thresholds
+    from nsdrill.models.responses import Thresholds
     from nsdrill.variables import MODEL
 
     index = np.array([0.0, 40.0, 40.1, 60.0, 60.1, 80.0, 80.1, 100.0, 100.1, 300.0])

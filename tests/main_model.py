@@ -10,7 +10,7 @@ from nsdrill.models.christoforou_yigit.columns import PARAMETERS, STATES
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.responses import Thresholds
 from nsdrill.variables import MODEL
 
 MAIN = model_named(MODEL)

@@ -15,8 +15,9 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 from nsdrill import api
 from nsdrill.analysis.probability import SEVERITIES
 from nsdrill.errors import InputError
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.observe.labels import CHECK_FAILED, RESPONSE_DIFFERS, verdict
-from nsdrill.variables import BIT_BOUNCE, INFERRED, OK, STICK_SLIP, TRUST, WHIRL
+from nsdrill.variables import INFERRED, OK, TRUST
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -62,59 +62,13 @@ _SIGNS = {
 
 # Words in a sentence, where the long name in files is too long.
 _WORDS = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}
-# Labels on pictures, where the long name is too long or field practice has a better
-# one.
+# Labels of coordinates on pictures, where the long name is too long; variables have their
+# own.
 _LABELS = {
     "depth": "Measured depth",
     "wob": "Weight on bit",
     "rotary_speed": "Rotary speed",
-    "axial_peaks": "Axial peaks $z$",
-    "bit_speed_peaks": "Bit speed peaks",
-    "radius_peaks": "Radial peaks $r$",
-    "stick_slip_index": "Stick-slip index",
-    "lift_off_fraction": "Time off the rock",
-    "wall_contact_fraction": "Time on the wall",
-    "stuck_fraction": "Time stuck",
-    "whirl_ratio": "Whirl ratio",
-    "rolling_ratio": "Rolling ratio",
-    "lateral_acceleration_rms": "Lateral acceleration, r.m.s.",
-    "axial_acceleration_rms": "Axial acceleration, r.m.s.",
-    "radius_max": "Greatest radius",
-    "radius_mean": "Mean radius",
-    "stabilizer_contact_fraction": "Time on the stabilisers",
-    "x_mean": "Mean $x$",
-    "y_mean": "Mean $y$",
-    "half_difference": "Disagreement of halves",
-    "rate_of_penetration": "Rate of penetration",
-    "mechanical_specific_energy": "Mechanical specific energy",
-    "section_radius": "$r$",
-    "section_whirl_angle": "Whirl angle from bit",
-    "section_radial_velocity": "$\\dot r$",
-    "section_whirl_speed": "Whirl speed",
-    "section_axial": "$z$",
-    "section_axial_velocity": "$\\dot z$",
-    "section_twist": "Twist",
-    "section_bit_speed": "Bit speed",
-    "lyapunov_exponent": "Lyapunov exponent",
-    "zero_one": "0-1 test $K$",
-    "period": "Period",
-    "x": "$x$",
-    "y": "$y$",
-    "vx": "$\\dot x$",
-    "vy": "$\\dot y$",
-    "z": "$z$",
-    "vz": "$\\dot z$",
-    "radius": "$r$",
-    "radial_velocity": "$\\dot r$",
-    "twist": "Twist",
-    "drive_angle": "Drive angle",
-    "bit_speed": "Bit speed",
-    "drive_speed": "Drive speed",
-    "current": "Motor current",
-    "section_current": "Motor current",
-    "bit_force": "Bit force",
-    "bit_torque": "Bit torque",
-    "wall_force": "Wall force",
+    "drive_matching": "Drive matching [pipe impedances]",
     "time": "Time",
 }
 
@@ -196,19 +150,20 @@ def shown_scale(unit: str, units: str) -> float:
 def _quantities(model: Description) -> dict[str, Quantity]:
     """The quantities of a model by name."""
     quantities = {}
-    rows = [(v.name, v.units, v.long_name) for v in (*model.variables, *model.trace)]
-    rows += [(name, units, long_name) for name, (units, long_name) in COORDINATES.items()]
-    for name, cf, long_name in rows:
+    rows = [(v.name, v.units, v.long_name, v.label) for v in (*model.variables, *model.trace)]
+    rows += [(name, units, long_name, _LABELS.get(name, "")) for name, (units, long_name) in COORDINATES.items()]
+    for name, cf, long_name, label in rows:
         units = "" if cf == "1" else plain_units(cf)
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
-        label = _LABELS.get(name, long_name[:1].upper() + long_name[1:])
+        label = label or long_name[:1].upper() + long_name[1:]
         quantities[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
     choices = choices_of(model)
     for name, (key, units) in further_axes(model).items():
-        words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
+        words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ").replace("stabilizer", "stabiliser")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         choice = key if key in choices else ""
-        quantities[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown, choice)
+        label = _LABELS.get(name, words[:1].upper() + words[1:])
+        quantities[name] = Quantity(name, words, words, label, units, shown, choice)
     return quantities
 
 

@@ -17,6 +17,7 @@ from numbers import Integral, Real
 from typing import Any, Literal, TypeVar
 
 T = TypeVar("T")
+LATER = {"later": 1}  # of a field that the first versions did not have, whose default changes nothing
 
 
 def parameter(
@@ -31,12 +32,18 @@ def parameter(
     meaning: str = "",
     words: tuple[str, ...] = (),
     most: int = 0,
+    later: int = 0,
+    lane: str = "",
 ) -> Any:
     """A field with its units, source and confidence, its range from ``low`` to
     ``high``, both inclusive, in SI, and in words what is ``usual`` in practice.
     ``meaning`` describes it if no table of meanings does. One of the ``words`` may be
     given in place of a number. With ``most`` the value is a tuple of up to so many
-    numbers."""
+    numbers. A number is ``later`` if
+    earlier versions did not have it: with its default all is as it was then, and a study
+    keeps its digest; it is 2, and 1 for numbers that are older than axes over words.
+    ``lane`` is its name among what
+    the equations of a model read, for one that they read as it is."""
     return field(
         default=default,
         metadata={
@@ -49,6 +56,8 @@ def parameter(
             **({"meaning": meaning} if meaning else {}),
             **({"words": words} if words else {}),
             **({"most": most} if most else {}),
+            **({"later": later} if later else {}),
+            **({"lane": lane} if lane else {}),
         },
     )
 
@@ -68,6 +77,18 @@ def choice(default: str, source: str) -> Any:
 def option(default: object, meaning: str) -> Any:
     """A field that is a switch, or one of the words of its type."""
     return field(default=default, metadata={"meaning": meaning})
+
+
+def computed(units: str, meaning: str = "") -> Any:
+    """A field with a number that is computed, without a range; ``meaning`` is what
+    ``check`` prints of it."""
+    return field(metadata={"units": units, "meaning": meaning})
+
+
+def meanings_of(cls: Any) -> dict[str, tuple[str, str]]:
+    """Units and meaning of the :func:`computed` fields of a dataclass that have one."""
+    about = {item.name: (item.metadata["units"], item.metadata["meaning"]) for item in fields(cls)}
+    return {name: (units, meaning) for name, (units, meaning) in about.items() if meaning}
 
 
 def section(kind: type, meaning: str) -> Any:

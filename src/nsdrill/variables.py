@@ -25,8 +25,6 @@ def has_failed(status: Any) -> Any:
     return (status != PENDING) & (status != OK) & (status != INFERRED)
 
 
-RESPONSES = ("bit_bounce", "stick_slip", "whirl")  # the critical ones, each with its own bit
-BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
 NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR, LOW_SIDE = range(6)
 UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(6)
 
@@ -86,7 +84,10 @@ class Variable:
     ``section``, ``states`` or ``trace``. ``units`` are empty if those of its entries
     differ by state. If ``only`` names something to keep
     (:class:`nsdrill.models.kept.Kept`) or a state, the variable is present only if that
-    is.
+    is. ``label`` stands on pictures, where the long name is too long or field practice
+    has a better one. ``measure`` is the declaration by which the observer measures a
+    feature (:mod:`nsdrill.observe.channels`), without its name, where the record of the
+    feature has it.
     """
 
     name: str
@@ -99,10 +100,12 @@ class Variable:
     flag_masks: tuple[int, ...] | None = None
     flag_meanings: str | None = None
     only: str | None = None
+    label: str = ""
+    measure: Any = None
 
     def words(self, value: int) -> str:
-        """A flag value in words: ``ok``, ``bit_bounce+whirl``; ``none`` for an empty
-        mask."""
+        """A flag value in words: ``ok``, or those of several bits with ``+`` between them;
+        ``none`` for an empty mask."""
         names = (self.flag_meanings or "").split()
         if self.flag_masks is not None:
             return "+".join(name for mask, name in zip(self.flag_masks, names, strict=True) if value & mask) or "none"
@@ -115,23 +118,19 @@ def flag(name: str, long_name: str, words: str, only: str | None = None) -> Vari
     return Variable(name, "i1", "1", long_name, "label", flag_values=values, flag_meanings=words, only=only)
 
 
-def responses(name: str, long_name: str, present: tuple[str, ...], only: str | None = None) -> Variable:
-    """A label of critical responses, with a bit for each response of the model."""
-    bits = tuple(1 << RESPONSES.index(word) for word in present)
-    return Variable(name, "i1", "1", long_name, "label", flag_masks=bits, flag_meanings=" ".join(present), only=only)
-
-
-def feature(name: str, units: str, long_name: str, only: str | None = None) -> Variable:
+def feature(
+    name: str, units: str, long_name: str, only: str | None = None, *, label: str = "", measure: Any = None
+) -> Variable:
     """A quantity that is measured during a run."""
-    return Variable(name, "f8", units, long_name, only=only)
+    return Variable(name, "f8", units, long_name, only=only, label=label, measure=measure)
 
 
-def last_peaks(name: str, units: str, long_name: str) -> Variable:
+def last_peaks(name: str, units: str, long_name: str, *, label: str = "") -> Variable:
     """The last local maxima of a quantity."""
-    return Variable(name, "f8", units, long_name, "peaks", (*POINT, "peak"), only="peaks")
+    return Variable(name, "f8", units, long_name, "peaks", (*POINT, "peak"), only="peaks", label=label)
 
 
-def at_section(name: str, units: str, long_name: str) -> Variable:
+def at_section(name: str, units: str, long_name: str, *, label: str = "") -> Variable:
     """A quantity at the last returns to the Poincare section."""
     return Variable(
         f"section_{name}",
@@ -141,19 +140,18 @@ def at_section(name: str, units: str, long_name: str) -> Variable:
         "section",
         (*POINT, "crossing"),
         only="returns",
+        label=label,
     )
 
 
-def in_trace(name: str, units: str, long_name: str, only: str | None = None) -> Variable:
+def in_trace(name: str, units: str, long_name: str, only: str | None = None, *, label: str = "") -> Variable:
     """A quantity of a trace."""
-    return Variable(name, "f8", units, long_name, "trace", ("time",), only=only)
+    return Variable(name, "f8", units, long_name, "trace", ("time",), only=only, label=label)
 
 
 CHECKS = ("tight", "long")
 # The variables from which the verdict on a checked point follows, besides its response.
 TRUST = ("trusted", *(f"{check}_{what}" for what in ("response", "status") for check in CHECKS))
-# The names of the operating values in a trace.
-SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}
 
 SAMPLE = "sample"
 COUNTED = (SAMPLE, "start", "peak", "crossing")  # coordinates that count from 0

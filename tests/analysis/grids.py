@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.data import Results
-from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, PENDING, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
+from nsdrill.variables import DIVERGED, OK, PENDING
 
 # One character a point: its responses, or why it has none.
 RESPONSES = {".": 0, "b": BIT_BOUNCE, "s": STICK_SLIP, "w": WHIRL, "B": BIT_BOUNCE | WHIRL, "x": 0, "?": 0, "i": 0}

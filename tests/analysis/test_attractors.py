@@ -15,19 +15,8 @@ from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked
 from nsdrill.analysis.branches import number
 from nsdrill.models.christoforou_yigit.compare import WEIGHTS, extent, scaled
 from nsdrill.models.christoforou_yigit.variables import DISTINGUISHING
-from nsdrill.variables import (
-    BIT_BOUNCE,
-    CHAOTIC,
-    DIVERGED,
-    OK,
-    PENDING,
-    PERIODIC,
-    QUASI_PERIODIC,
-    STICK_SLIP,
-    UNDETERMINED,
-    UNSETTLED,
-    WHIRL,
-)
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
+from nsdrill.variables import CHAOTIC, DIVERGED, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
 
 GAP, SPEED, TOLERANCE = 0.0762, 3.0, 0.05
 

@@ -9,7 +9,8 @@ from model_tables import TRACE_VARIABLES
 from nsdrill.analysis.comparison import ROUNDING, common_places, compare_results, compare_traces
 from nsdrill.data import Results, Trace
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
-from nsdrill.variables import OK, PENDING, STICK_SLIP, Unknown
+from nsdrill.models.responses import STICK_SLIP
+from nsdrill.variables import OK, PENDING, Unknown
 
 from .grids import grid
 

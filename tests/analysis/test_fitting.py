@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import binom
 
 from nsdrill.analysis.fitting import end_pressed, posterior
-from nsdrill.plot.measured import bins_for, effective_number
+from nsdrill.plot.measured import bins_for
 
 LINEAR = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.3], [0.2, 0.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]])
 
@@ -135,7 +135,5 @@ def test_an_unknown_that_presses_against_an_end_is_told(draw, width, expected, c
 
 
 def test_few_samples_are_drawn_in_few_bins() -> None:
-    """Sixty in eight (2 * 60^(1/3) = 7.8), copies counted once; a million in thirty at
-    most."""
+    """Sixty in eight (2 * 60^(1/3) = 7.8); a million in thirty at most."""
     assert (bins_for(60), bins_for(1000), bins_for(1e6)) == (8, 20, 30)
-    assert effective_number({"a": np.repeat(np.arange(5.0), 4)}) == pytest.approx(5.0)

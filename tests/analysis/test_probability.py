@@ -14,9 +14,10 @@ from nsdrill.app.contrast import contrast as app_contrast
 from nsdrill.app.contrast import rows, thresholds
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.plot.answer import answer, warnings
 from nsdrill.sampling import Uncertain, draw
-from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, STICK_SLIP, WHIRL, Unknown
+from nsdrill.variables import DIVERGED, OK, Unknown
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
 

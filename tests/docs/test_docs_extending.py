@@ -166,8 +166,8 @@ def test_what_is_wrong_with_a_model_of_another_package_is_said(blocks: list[Path
         assert "bug of nsdrill" not in made.stderr
         return made.stderr
 
-    other = 'features=(*(BY_NAME[name] for name in FEATURES), feature("radius_max", "m", "how far it went")),'
-    clash = text.replace("features=tuple(BY_NAME[name] for name in FEATURES),", other)
+    other = 'features=(*known(*FEATURES), feature("radius_max", "m", "how far it went")),'
+    clash = text.replace("features=known(*FEATURES),", other)
     clash = "from nsdrill.variables import feature\n" + clash.replace("from dataclasses", "from dataclasses", 1)
     assert clash.count("radius_max") == 1
     found = said("clash", clash, "check", "study.yaml")
@@ -249,13 +249,14 @@ def extended(blocks: list[Path]) -> str:
     assert method is not None
     after('    name = "spring"\n', textwrap.indent(method.group(), "    ") + "\n")
     ends = {
-        "labels": 'BY_NAME["stick_slip_severity"]',
-        "peaks": 'peaks=(BY_NAME["bit_speed_peaks"]',
-        "features": "features=(*(BY_NAME[name] for name in FEATURES)",
+        "labels": 'labels=(*known("stick_slip_severity")',
+        "peaks": 'peaks=(*known("bit_speed_peaks")',
+        "features": "features=(*known(*FEATURES)",
         "summary": 'summary=("stick_slip_index"',
         "panels": '"bit_speed_peaks", "bit_speed_max")',
     }
-    text = text.replace("features=tuple(BY_NAME[name] for name in FEATURES)", ends["features"] + ",)")
+    for name in ("labels", "peaks", "features"):  # a tuple, which may have more
+        text = text.replace(ends[name].replace("(*", "", 1), f"{ends[name]},)")
     more = {one.target.id: one.value for one in ast.parse(added).body if isinstance(one, ast.AugAssign)}
     assert more.keys() == ends.keys()
     for name, end in ends.items():

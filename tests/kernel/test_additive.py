@@ -18,10 +18,11 @@ from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import Numbers, hyperbolic, values
 from nsdrill.models.registry import described
-from nsdrill.models.torsion import Initial as TorsionStart
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.torsion import Parameters as TorsionParameters
 from nsdrill.models.torsion import pipe, torque
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.models.turning import TurningStart as TorsionStart
+from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import MODEL

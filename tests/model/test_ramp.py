@@ -19,8 +19,8 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.ramp import ahead_of
 from nsdrill.models.registry import model_named
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.schedule import Ramp, Schedule
-from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study import Study, parse_study
 from nsdrill.variables import MODEL
 

@@ -17,7 +17,7 @@ from nsdrill.models.beam.columns import bent_against_wall, coefficients, shape, 
 from nsdrill.models.beam.forces import at_place
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.responses import Thresholds
 from nsdrill.study import parse_study
 
 PAPER = """

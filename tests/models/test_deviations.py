@@ -15,7 +15,8 @@ from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.models.responses import Thresholds
+from nsdrill.observe.thresholds import Record
 from nsdrill.store import from_dataset
 from nsdrill.study import parse_study
 

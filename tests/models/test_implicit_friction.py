@@ -10,7 +10,7 @@ import pytest
 
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.responses import Thresholds
 from nsdrill.study import parse_study
 
 W, RELAX = 8, 1e-3

@@ -12,19 +12,8 @@ from hypothesis import strategies as st
 from main_model import MAIN
 from model_tables import FEATURES, LABELS
 
-from nsdrill.observe.thresholds import BitBounce, StickSlip, Thresholds, Whirl
-from nsdrill.variables import (
-    BACKWARD,
-    BACKWARD_ROLLING,
-    BIT_BOUNCE,
-    DIVERGED,
-    FORWARD,
-    IRREGULAR,
-    NO_WHIRL,
-    OK,
-    STICK_SLIP,
-    WHIRL,
-)
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL, BitBounce, StickSlip, Thresholds, Whirl
+from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, DIVERGED, FORWARD, IRREGULAR, NO_WHIRL, OK
 
 ONES = np.ones(8)  # natural scales of the states
 CALM = dict.fromkeys(FEATURES, 0.0) | {"bit_speed_mean": 3.0, "whirl_ratio": 1.0}

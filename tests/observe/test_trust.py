@@ -13,17 +13,10 @@ from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, Parameters, Well
 from nsdrill.models.christoforou_yigit.variables import COMPARED
 from nsdrill.models.registry import model_named
-from nsdrill.observe.labels import (
-    AGREES,
-    CHECK_FAILED,
-    FEATURES_DIFFER,
-    RESPONSE_DIFFERS,
-    UNCHECKED,
-    trust_labels,
-    verdict,
-)
-from nsdrill.observe.thresholds import Thresholds, Trust
-from nsdrill.variables import BIT_BOUNCE, MODEL, OK, PENDING, STEP_LIMIT, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL, Thresholds, trust_labels
+from nsdrill.observe.labels import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, verdict
+from nsdrill.observe.thresholds import Trust
+from nsdrill.variables import MODEL, OK, PENDING, STEP_LIMIT
 
 
 def test_differences_are_measured_in_natural_sizes() -> None:

@@ -11,7 +11,8 @@ from model_tables import TRACE_VARIABLES, VARIABLES
 
 from nsdrill.data import Results, Trace
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
-from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, PENDING, STEP_LIMIT, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
+from nsdrill.variables import DIVERGED, OK, PENDING, STEP_LIMIT
 
 GAP = 0.0762  # (15 in - 9 in) / 2, the default well and collar
 PEAKS = 32

@@ -157,3 +157,15 @@ def test_what_cannot_be_a_film_is_told(whirl: Trace, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"trace: found 12 s of a trace, 299\d\d frames; allowed: 3000\. Choose"):
         animate(whirl, path, look=look_of(time=(0.0, None)), speed=0.01)
     assert not list(tmp_path.iterdir())
+
+
+def test_arrows_of_a_straight_orbit_do_not_cover_each_other() -> None:
+    """A collar that swings along a line passes the same places both ways."""
+    time = np.linspace(0.0, 12.0, 1201)
+    trace = make_trace(duration=12.01, sample=0.01)
+    swing = 0.05 * np.sin(2 * np.pi * time / 2.0)  # the arrows of equal spacing would meet
+    trace.variables |= {"x": swing, "y": 0.0 * swing, "vx": np.gradient(swing, time), "vy": 0.0 * swing}
+    (axes,) = plot.draw(trace, "orbit").axes
+    places = [mark.get_xdata()[0] for mark in (*artists(axes, "end"), *artists(axes, "direction"))]
+    assert len(places) == 3
+    assert np.diff(np.sort(places)).min() > 5.0  # mm

@@ -90,9 +90,20 @@ def test_wall_where_it_is_in_sight() -> None:
     calm = make_results(rotary_speed=np.linspace(3, 4, 5), rule=lambda *_: 0)
     figure = plot.draw(calm)
     assert not artists(figure, "wall")
-    assert "wall at 76.2 mm, out of sight" in legend_words(figure)
+    [words] = artists(figure, "wall afar")
+    assert words.get_text() == "\u2191 wall at 76.2 mm"
+    assert not any("wall" in word for word in legend_words(figure)), "no wall is drawn"
     del calm.attrs["gap"]
-    assert not any("wall" in word for word in legend_words(plot.draw(calm)))
+    assert not artists(plot.draw(calm), "wall afar")
+
+
+def test_a_state_carried_along_the_depth_goes_deeper() -> None:
+    """Depth increases downwards: up along it would be read as coming out of the hole."""
+    results = make_results(depth=np.linspace(500, 9000, 9), rotary_speed=(1.5,), procedures=("up", "down"))
+    results.attrs["study_resolved"] = json.dumps({"sweep": {"along": "depth", "procedure": "up-down"}})
+    figure = plot.draw(results)
+    assert [tick.get_text() for tick in figure.axes[0].get_yticklabels()] == ["deeper", "shallower"]
+    assert {"deeper: filled", "shallower: open", "deeper and shallower differ in response"} <= set(legend_words(figure))
 
 
 @pytest.mark.parametrize(
@@ -195,7 +206,9 @@ def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
 
 
 def test_edges() -> None:
-    np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
+    np.testing.assert_allclose(
+        edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 4.5]
+    )  # the last step is twice the least
     np.testing.assert_allclose(edges(np.array([3.0])), [2.85, 3.15])
     np.testing.assert_allclose(edges(np.array([1.0, 4.0, 16.0, 64.0])), [0.5, 2.0, 8.0, 32.0, 128.0])
 

@@ -102,7 +102,7 @@ def test_drive_card_has_the_drives_and_what_they_hold() -> None:
     (shares,) = lines(figure, "soft_torque")
     assert np.interp(0.093996, *shares.T) == pytest.approx(0.6, abs=1e-3)
     assert "this study: soft torque, holds 136.4" in legend_words(figure)
-    assert "lqr, holds 193.3 (no impedance)" in legend_words(figure)
+    assert "LQR, holds 193.3 (no impedance)" in legend_words(figure)
     drawn = {line.get_gid(): line for line in figure.axes[0].lines if line.get_gid() in DRIVES}
     assert len({(line.get_color(), line.get_linestyle()) for line in drawn.values()}) == len(drawn) == 5
     assert drawn["soft_torque"].get_linewidth() > drawn["stiff"].get_linewidth()

@@ -13,7 +13,7 @@ from seen import artists, legend_words, maps
 from nsdrill import plot
 from nsdrill.data import Results
 from nsdrill.errors import InputError
-from nsdrill.plot.style import MOTIONS, RESPONSES, WHIRLS
+from nsdrill.plot.style import KIND_COLOURS, MOTIONS, RESPONSES
 from nsdrill.variables import DIVERGED, OK, PENDING, STEP_LIMIT
 
 
@@ -146,7 +146,7 @@ def test_values_of_both_signs_are_white_at_zero(plane: Results) -> None:
 
 def test_kinds_of_whirl_have_colours_of_their_own() -> None:
     others = {style.colour for style in (*RESPONSES, *MOTIONS)}
-    assert not others & {colour for _, colour in WHIRLS}
+    assert not others & {*KIND_COLOURS}
 
 
 def test_no_cell_reaches_below_zero_where_no_value_does() -> None:

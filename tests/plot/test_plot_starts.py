@@ -15,10 +15,11 @@ from nsdrill import plot
 from nsdrill.analysis.attractors import wilson
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.models.responses import BIT_BOUNCE, WHIRL
 from nsdrill.plot.kinds.starts import marker_diameter as size
 from nsdrill.plot.kinds.sweep import with_greatest
 from nsdrill.plot.style import RESPONSES
-from nsdrill.variables import BIT_BOUNCE, OK, STEP_LIMIT, WHIRL
+from nsdrill.variables import OK, STEP_LIMIT
 
 STARTS = 20
 SPEEDS = np.linspace(2.0, 8.0, 7)

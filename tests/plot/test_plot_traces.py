@@ -198,3 +198,14 @@ def test_what_stays_at_one_value_is_told_not_drawn() -> None:
     still = Trace(trace.time, {name: np.ones(len(trace.time)) for name in steady}, trace.attrs)
     assert len(plot.draw(still, "histories").axes) == 6  # of a string at rest all is to be seen
     assert len(plot.draw(still, "phase").axes) == 3
+
+
+def test_the_force_that_holds_a_collar_before_its_release_is_cut(trace: Trace) -> None:
+    """The axis fits the blows that follow, and the title says what it leaves out."""
+    force = np.linspace(0.0, 2e5, len(trace.time)) % 1e5
+    force[:3] = 1e6, 5e5, 0.0
+    trace.variables["wall_force"] = force
+    figure = plot.draw(trace, "histories")
+    (axes,) = (axes for axes in figure.axes if axes.get_label() == "wall_force")
+    assert force[3:].max() < 1e3 * axes.get_ylim()[1] < 1.1e5
+    assert "wall force begins at 1000 kN, cut" in figure.axes[0].get_title(loc="left").replace("\n", " ")

@@ -12,9 +12,9 @@ from seen import artists, legend_words, maps
 from nsdrill import plot
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
+from nsdrill.models.responses import STICK_SLIP, WHIRL
 from nsdrill.plot.kinds.window import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE
 from nsdrill.plot.style import GREY, RESPONSES, SAFE_COLOUR
-from nsdrill.variables import STICK_SLIP, WHIRL
 
 
 @pytest.fixture

@@ -12,8 +12,9 @@ from sweep.runs import run_work
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.registry import described, model_named
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.parameters import Initial, Parameters
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work
 

@@ -15,9 +15,9 @@ from nsdrill.app.run import work_of
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.parameters import Initial
 from nsdrill.models.steepness import implicit
-from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study.load import parse_study
 from segments.lanes import DEPTH, MODEL, SPEED, Slopes, run, string
 from segments.plain import Plain, ours, plain_of

@@ -6,8 +6,8 @@ import pytest
 
 from nsdrill.errors import Fault, StudyError, naming_options
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters, Well
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Friction, Pipe
-from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study import change_thresholds, parse_study
 
 SWEEP = "sweep: {depth: [1000 m, 2000 m]}\n"

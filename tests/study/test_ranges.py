@@ -13,7 +13,7 @@ from nsdrill.data import json_text
 from nsdrill.errors import StudyError
 from nsdrill.models.christoforou_yigit.parameters import Collar
 from nsdrill.models.operation import Operation
-from nsdrill.observe.thresholds import Whirl
+from nsdrill.models.responses import Whirl
 from nsdrill.study import json_schema, parse_study
 from nsdrill.study.forms import POINTS
 from nsdrill.study.keys import Leaf, keys_named

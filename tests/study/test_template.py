@@ -8,8 +8,9 @@ import pytest
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.operation import Operation
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import MEANINGS as OF_MODELS
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 from nsdrill.study import json_schema, parse_study, template_text
 from nsdrill.study.continuation import Continue
 from nsdrill.study.keys import MEANINGS, SLICE, keys_named

@@ -15,7 +15,8 @@ from nsdrill.kernel.batch import FinishedRuns
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.registry import described
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.models.responses import Thresholds
+from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.engine import Engine, Starts
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts

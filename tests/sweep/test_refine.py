@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from nsdrill.sweep.refine import Refinement, fine_length, refine
+from nsdrill.sweep.refine import Refinement, refine
 
 COARSE, DEPTH = 9, 3
-N = fine_length(COARSE, DEPTH)
+N = (COARSE - 1) * 2**DEPTH + 1
 X, Y = np.meshgrid(np.linspace(0, 1, N), np.linspace(0, 1, N), indexing="ij")
 CIRCLE = (np.hypot(X - 0.45, Y - 0.55) < 0.31).astype(int)
 STRIPES = (5 * (X + 0.3 * Y)).astype(int) % 3
@@ -129,7 +129,7 @@ def test_every_value_of_an_axis_that_is_not_refined_is_a_grid_of_its_own() -> No
 
 @pytest.mark.parametrize("depth", [0, 1, 4])
 def test_one_axis_is_a_bisection(depth: int) -> None:
-    n = fine_length(6, depth)
+    n = (6 - 1) * 2**depth + 1
     truth = (np.arange(n) > 0.37 * n).astype(int)
     step, _ = played(truth, (True,), depth)
     assert np.array_equal(step.filled, truth)
@@ -137,7 +137,7 @@ def test_one_axis_is_a_bisection(depth: int) -> None:
 
 
 def test_three_axes() -> None:
-    n = fine_length(4, 2)
+    n = (4 - 1) * 2**2 + 1
     at = np.linspace(-1, 1, n)
     ball = (at[:, None, None] ** 2 + at[None, :, None] ** 2 + at[None, None, :] ** 2 < 0.6).astype(int)
     step, _ = played(ball, (True, True, True), 2)

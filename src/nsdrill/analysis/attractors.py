@@ -5,7 +5,7 @@ a sweep.
 Starts are compared by features of their motion, not by their final states, which lie
 anywhere along the orbit. Two conditions hold in a group:
 
-- The labels agree: response and kind of whirl, and, where it was recorded, the kind of
+- The labels agree: response and kind of it, and, where it was recorded, the kind of
   motion: an equilibrium, periodic with the same period, or neither. (Quasi-periodic,
   chaotic and undetermined count as one kind, as starts on one attractor may be
   classified as any of them.)
@@ -31,11 +31,12 @@ import numpy as np
 from nsdrill.analysis.branches import Places
 from nsdrill.analysis.probability import interval
 from nsdrill.data import Array
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED
 
 # variables beside the features by which a model groups starts: required, and optional
 NEEDED = ("status", "response", "settled", "half_difference")
-IF_THERE = ("whirl_kind", "motion", "period")
+IF_THERE = (*RESPONSE_KINDS, "motion", "period")
 _LABELS = ("response", "settled", *IF_THERE)
 UNSETTLED_SHARE = 1 / 4  # of the half difference: the step between unsettled starts
 _PAIRS_AT_ONCE = 1 << 20  # in one comparison of blocks
@@ -46,14 +47,15 @@ _NEIGHBOURS = 16  # of each vector in the first search
 @dataclass(frozen=True)
 class Attractor:
     """One attractor at an operating point: its ``number``, the same along a sweep, the
-    labels of its members as values of the file (``motion`` and ``period`` of most of
+    labels of its members as values of the file (``kinds`` of responses by the names of
+    their labels, 0 where not recorded, and ``motion`` and ``period`` of most of
     them, None where not recorded), the number of ``members`` and of ``unsettled`` ones
     among them, its ``share`` of the starts that ended well with the Wilson 95 %
     interval ``low`` to ``high``, and the medians of some ``features``, in SI."""
 
     number: int
     response: int
-    whirl_kind: int
+    kinds: dict[str, int]
     motion: int | None
     period: int | None
     members: int
@@ -191,7 +193,7 @@ def _motion_kinds(labels: Mapping[str, Array]) -> Array:
 def _groups(vectors: Array, scatter: Array, labels: Mapping[str, Array], tolerance: float) -> Array:
     """The group of each start of one operating point, from 0: the settled starts are
     grouped first, then the others are added to them or grouped."""
-    discrete = np.stack([labels[name] for name in ("response", "whirl_kind") if name in labels], axis=1)
+    discrete = np.stack([labels[name] for name in ("response", *RESPONSE_KINDS) if name in labels], axis=1)
     kinds = _motion_kinds(labels)
     settled = labels["settled"].astype(bool) & ((kinds > 0) | ("motion" not in labels))
     group = np.full(len(vectors), -1)
@@ -254,7 +256,7 @@ def _attractor(number: int, at_point: Mapping[str, Array], total: int, features:
     return Attractor(
         number,
         int(at_point["response"][first_member]),
-        int(at_point["whirl_kind"][first_member]) if "whirl_kind" in at_point else 0,
+        {name: int(at_point[name][first_member]) if name in at_point else 0 for name in RESPONSE_KINDS},
         motion,
         period,
         members,

@@ -13,7 +13,7 @@ from nsdrill.analysis.window import SAFE, UNKNOWN, YIELDS, Classes, axes_of, cla
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words
-from nsdrill.variables import RESPONSES
+from nsdrill.models.responses import RESPONSES
 
 MAX_ROWS = 400  # lines of a map that are compared one by one
 
@@ -145,11 +145,11 @@ def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, .
     ways = [name for name in maps[0].procedures if name in maps[1].procedures]
     for at, *cells in _lines(maps, places):
         for way in ways:
-            for number, name in enumerate(RESPONSES):
+            for name, response in RESPONSES.items():
                 row: Answer = {"at": at, "axis": maps[0].x, "procedure": way, "response": name}
                 for side, one, cell in zip(("a", "b"), maps, cells, strict=True):
                     bits = one.bits_in[(one.procedures.index(way), *cell)]
-                    found = one.values(one.x)[(bits >> number & 1).astype(bool)]
+                    found = one.values(one.x)[(bits & response.bit).astype(bool)]
                     row[side] = [float(found[0]), float(found[-1])] if found.size else None
                 if row["a"] is not None or row["b"] is not None:
                     rows.append(row)

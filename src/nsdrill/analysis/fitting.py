@@ -20,6 +20,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.special import logsumexp, ndtri
 
 from nsdrill.data import Array
 from nsdrill.sampling import Uncertain, unit_samples
@@ -140,8 +142,6 @@ def posterior(
     the effective number of samples reaches ``wanted`` under the full likelihood, or
     number ``rounds``. ValueError where every run of the first round failed.
     """
-    from scipy.special import ndtri
-
     rng = np.random.default_rng(seed)
     prior = Uncertain({str(i): {"uniform": [0.0, 1.0]} for i in range(unknowns)}, samples=2 * batch, seed=seed)
     z = ndtri(unit_samples(prior))
@@ -207,9 +207,6 @@ class _Mixture:
         return np.asarray(self.centres[chosen] + rng.standard_normal((count, len(self.root))) @ self.root.T)
 
     def log_density(self, z: Array) -> Array:
-        from scipy.linalg import solve_triangular
-        from scipy.special import logsumexp
-
         d = len(self.root)
         scaled = solve_triangular(self.root, np.concatenate([z, self.centres]).T, lower=True).T
         distances = scaled[: len(z), None] - scaled[None, len(z) :]
@@ -237,8 +234,6 @@ def _log_normal(z: Array) -> Array:
 def _log_mixture(z: Array, proposals: list[tuple[int, _Mixture | None]]) -> Array:
     """The logarithm of the mixture of all ``proposals``, (number of samples, kernels),
     at ``z``; the kernels None stand for the prior."""
-    from scipy.special import logsumexp
-
     total = sum(count for count, _ in proposals)
     prior = sum(count for count, kernels in proposals if kernels is None)
     logs = [np.log(prior / total) + _log_normal(z)]

@@ -15,6 +15,7 @@ import numpy as np
 
 from nsdrill.analysis.probability import outcome, text
 from nsdrill.data import Answer, Array, Results
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.variables import dimension_of
 
@@ -96,8 +97,8 @@ def hysteresis(results: Results, along: str | None = None) -> list[Answer]:
     outside, within the ``step`` of the axis there (the larger of those at the two
     ends). Where the sweep ends or a point failed nothing bounds it, and ``open`` names
     that end. ``up`` and ``down`` are the responses in the two directions, ``differs``
-    those of only one of them; ``up_whirl`` and ``down_whirl`` are the kinds of whirl in
-    the interval.
+    those of only one of them; ``up_whirl`` and ``down_whirl`` are the kinds of that
+    response in the interval.
     """
     along = along or carried_axis(results)
     procedures = [text(name) for name in results.coords["procedure"]]
@@ -117,7 +118,6 @@ def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
 
 def _rows(results: Results, procedures: Sequence[str], along: str, place: tuple[int | slice, ...]) -> Iterator[Answer]:
     outcomes = outcome(results["status"][place], results["response"][place])
-    kinds = results["whirl_kind"][place] if "whirl_kind" in results.variables else None
     x = np.asarray(results.coords[along], dtype=float)
     fixed = {
         axis: results.coords[axis][number].item()
@@ -137,10 +137,11 @@ def _rows(results: Results, procedures: Sequence[str], along: str, place: tuple[
             **fixed,
             **_end_bounds(x, interval, unknown),
         }
-        if kinds is not None:
-            for name in ("up", "down"):
-                kinds_inside = kinds[procedures.index(name), interval.first : interval.last + 1]
-                row[f"{name}_whirl"] = [_whirl_kind(int(kind)) for kind in np.unique(kinds_inside[kinds_inside > 0])]
+        for label, response in RESPONSE_KINDS.items():
+            for name in ("up", "down") if label in results.variables else ():
+                inside = results[label][place][procedures.index(name), interval.first : interval.last + 1]
+                kinds = np.unique(inside[inside > 0]).tolist()
+                row[f"{name}_{response.name}"] = [BY_NAME[label].words(kind) for kind in kinds]
         yield row
 
 
@@ -161,10 +162,6 @@ def _end_bounds(x: Array, interval: Difference, unknown: Array) -> Answer:
 
 
 def response_text(bits: int) -> str:
-    """The response bits as in the JSON of ``show``: ``bit_bounce+whirl``, ``none``."""
-    names = (BY_NAME["response"].flag_meanings or "").split()
-    return "+".join(name for number, name in enumerate(names) if bits >> number & 1) or "none"
-
-
-def _whirl_kind(value: int) -> str:
-    return (BY_NAME["whirl_kind"].flag_meanings or "").split()[value]
+    """The response bits as in the JSON of ``show``: names with ``+`` between them, or
+    ``none``."""
+    return BY_NAME["response"].words(bits)

@@ -14,11 +14,12 @@ import numpy as np
 
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError
+from nsdrill.models.responses import RESPONSES
 from nsdrill.observe.labels import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
-from nsdrill.variables import INFERRED, OK, PENDING, RESPONSES, SAMPLE
+from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE
 
 NORMAL_QUANTILE = 1.959963984540054  # of the two-sided 95 % interval
-SEVERITIES = ("stick_slip_severity", "bounce_severity", "whirl_severity")
+SEVERITIES = tuple(response.severity.name for response in RESPONSES.values())
 # an unknown history: safe where every procedure is, with the responses of any of them
 EVERY = "every"
 SAFE = "safe"
@@ -166,7 +167,7 @@ def probabilities_of(
     safe, unsafe = runs.safe[..., samples], runs.unsafe[..., samples]
     bits = np.where(known(results["status"]), results["response"], 0)[..., samples].astype(int)
     # procedure, response, axes, sample
-    has_response = np.stack([bits >> RESPONSES.index(name) & 1 for name in names], axis=1)
+    has_response = np.stack([bits & RESPONSES[name].bit > 0 for name in names], axis=1)
 
     def count_samples(is_safe: Array, is_unsafe: Array, has_response: Array) -> tuple[Array, Array]:
         count = np.concatenate([is_safe.sum(axis=-1)[None], has_response.sum(axis=-1)])

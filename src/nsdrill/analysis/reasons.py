@@ -12,7 +12,7 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import carried_axis
 from nsdrill.data import Answer, Array
-from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 
 if TYPE_CHECKING:
     from nsdrill.analysis.window import Cell, Classes
@@ -56,7 +56,7 @@ def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
             if is_beside and here[begin] & STICK_SLIP and not here[begin] & WHIRL:
                 return {"code": PASSES_IN_STICK_SLIP, **found}
             if begin == place and not is_beside:
-                return None  # the whirl begins here
+                return None  # it begins here
             if begin == first != place:
                 return {"code": STARTS_ON_WALL, **found}
             if begin != place and any(safe_on):

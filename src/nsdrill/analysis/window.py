@@ -36,7 +36,8 @@ from nsdrill.analysis.reasons import reason
 from nsdrill.data import PASSED_OVER, Answer, Array, Results, overrides
 from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import in_words, words_along
-from nsdrill.variables import BIT_BOUNCE, OK, PENDING, SAMPLE, STICK_SLIP, WHIRL
+from nsdrill.models.responses import RESPONSES
+from nsdrill.variables import OK, PENDING, SAMPLE
 
 # axes of the maps: the first of these that is swept is x, the next one y
 ACROSS = ("rotary_speed", "wob", "depth")
@@ -297,11 +298,10 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
 
 def _outcomes(maps: Classes) -> Answer:
     """What prevents that points are safe."""
-    names = response_text(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
     return {
         "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & maps.failed)),
         "safe_in": maps.safe_in,
-        "obstacles": {name: int(np.count_nonzero(maps.bits >> number & 1)) for number, name in enumerate(names)},
+        "obstacles": {one.name: int(np.count_nonzero(maps.bits & one.bit)) for one in RESPONSES.values()},
     }
 
 

@@ -25,23 +25,23 @@ from nsdrill.variables import dimension_of, short_key
 THE_STUDY = "the study"  # the name in messages of a study that is not a file
 
 
-def study_in(study: object, set: object, name: str = THE_STUDY) -> Study:
+def study_in(study: object, set: object) -> Study:
     """``study`` as a Study: a Study, the name of a file, YAML text or a mapping.
-    ``set`` changes keys; ``name`` is its name in messages."""
+    ``set`` changes keys."""
     texts = texts_in(set, "set")
     if isinstance(study, Study):
         if not texts:
             return study
         if study.text:
-            return parse_study(study.text, study.source or name, [*study.overrides, *texts])
-        return parse_study(study_text(study.resolved), study.source or name, texts)
+            return parse_study(study.text, study.source or THE_STUDY, [*study.overrides, *texts])
+        return parse_study(study_text(study.resolved), study.source or THE_STUDY, texts)
     if isinstance(study, Mapping):
         try:
-            return parse_study(yaml_text(study, name), name, texts)
+            return parse_study(yaml_text(study, THE_STUDY), THE_STUDY, texts)
         except StudyError as error:  # without lines of the generated text
-            raise StudyError(name, [replace(fault, line=None, column=None) for fault in error.faults]) from None
+            raise StudyError(THE_STUDY, [replace(fault, line=None, column=None) for fault in error.faults]) from None
     if isinstance(study, str) and (not study.strip() or "\n" in study or ": " in study) and not os.path.exists(study):
-        return parse_study(study, name, texts)
+        return parse_study(study, THE_STUDY, texts)
     if isinstance(study, str | os.PathLike):
         return load_study(name_in(study, "study"), texts)
     raise InputError(

@@ -112,7 +112,7 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[Answer]:
     [m], ``wob`` [N], ``rotary_speed`` [rad/s], the numbers of ``starts``, ``failed``,
     ``pending``, ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling
     share: ``number``, the same for one attractor in all entries, ``response``,
-    ``whirl_kind``, ``motion`` and ``period`` where recorded, ``members``, ``unsettled``
+    its kinds, ``motion`` and ``period`` where recorded, ``members``, ``unsettled``
     members, ``share`` of the starts that ended well and its 95 % interval ``low`` to
     ``high`` (None in a slice, whose starts are not a sample), and the median
     ``features`` in SI (None where not finite). FileError where every operating point
@@ -150,7 +150,7 @@ def attractor_as_data(attractor: Attractor, sampled: bool) -> Answer:
     data: Answer = {
         "number": attractor.number,
         "response": BY_NAME["response"].words(attractor.response),
-        "whirl_kind": BY_NAME["whirl_kind"].words(attractor.whirl_kind),
+        **{name: BY_NAME[name].words(value) for name, value in attractor.kinds.items()},
     }
     if attractor.motion is not None:
         data |= {"motion": BY_NAME["motion"].words(attractor.motion), "period": attractor.period}

@@ -119,9 +119,6 @@ def check(study: Study, units: str = "si") -> Report:
         parameters, _, _ = chosen_at(parameters, study.initial, {})
     checks = checks_of(study.model)
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
-    coarse = points
-    for axis in study.refined:
-        coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
     return Report(
         operation,
         checks and checks.coefficients(parameters, operation),
@@ -130,7 +127,7 @@ def check(study: Study, units: str = "si") -> Report:
         points,
         chains,
         study.ramps,
-        coarse,
+        coarse_points(study, points),
         disk(experiment) if points else 0,
         memory(plan) if points else 0.0,
         experiment.methods,
@@ -147,6 +144,13 @@ def operation_of(study: Study) -> Operation:
             if one.upper == "operation.depth" and operation.depth <= attrgetter(one.lower)(study.parameters):
                 operation = replace(operation, depth=float(study.axes["depth"][0]))
     return operation
+
+
+def coarse_points(study: Study, points: int) -> int:
+    """How many of the ``points`` of a sweep lie on the coarse grid."""
+    for axis in study.refined:
+        points = points // len(study.axes[axis]) * coarse_length(study, axis)
+    return points
 
 
 def coarse_length(study: Study, axis: str) -> int:

@@ -11,7 +11,7 @@ from nsdrill.analysis import contrast as analysis
 from nsdrill.analysis.window import least_share
 from nsdrill.app.window import read_for_window, with_passed_over
 from nsdrill.data import Answer, Resolved, Results, resolved_study
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.responses import RESPONSES, Thresholds
 from nsdrill.plot.answer import WAYS, Formatter, answer, chosen_map, in_order, percent, response_words, warnings
 from nsdrill.study.study import build
 from nsdrill.study.write import changes
@@ -62,10 +62,9 @@ def _names(study: Sequence[Resolved], files: Sequence[str]) -> list[str]:
 def _thresholds(study: Resolved) -> str:
     """From where the responses count, in words."""
     limits = build(Thresholds, study.get("classify", {}), lenient=True)
-    return (
-        f"bit-bounce: off the rock for more than {100 * limits.bit_bounce.lift_off_fraction:g} % of "
-        f"the time; stick-slip: index above {limits.stick_slip.stick_slip_index:g} %; whirl: on the "
-        f"wall for more than {100 * limits.whirl.wall_contact_fraction:g} % of the time"
+    return "; ".join(
+        f"{one.words}: {one.limit.format(one.percent(getattr(getattr(limits, one.name), one.feature)))}"
+        for one in RESPONSES.values()
     )
 
 

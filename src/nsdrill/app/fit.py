@@ -91,7 +91,10 @@ class Fit:
         predicted values, in ``units`` "si" or "field"."""
         from nsdrill.plot.measured import draw_fit
 
-        return draw_fit(self.note["title"], self.measured, self.prior, self.samples, self.predicted, units)
+        note = self.note
+        return draw_fit(
+            note["title"], self.measured, self.prior, self.samples, self.predicted, note["effective"], units
+        )
 
 
 def fit(

@@ -7,9 +7,10 @@ import os
 
 from nsdrill.analysis import hysteresis as analysis
 from nsdrill.data import Answer, Results
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.store import read_results
 
-NEEDED = ("status", "response", "whirl_kind")
+NEEDED = ("status", "response", *RESPONSE_KINDS)
 
 
 def hysteresis(source: Results | str | os.PathLike[str]) -> list[Answer]:

@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.app.arguments import is_whole
 from nsdrill.app.attractors import write_attractors
-from nsdrill.app.check import coarse_length
+from nsdrill.app.check import coarse_points
 from nsdrill.app.experiment import Experiment, prepare
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import RefinedSweep
@@ -176,14 +176,11 @@ def _check_cost(experiment: Experiment, workers: int, *, in_file: bool, large: b
     not meant to be."""
     study, plan = experiment.study, experiment.plan
     check_memory(experiment, in_file=in_file)
-    points = plan.points
-    for axis in study.refined:
-        points = points // len(study.axes[axis]) * coarse_length(study, axis)
     simulation, room = study.simulation, disk(experiment)
     where = "on the disk" if in_file else "of memory for the results"
     check_large(
         "a sweep",
-        points,
+        coarse_points(study, plan.points),
         (simulation.transient + simulation.observe) * (4 if simulation.verify else 1),
         f"up to {amount(room)} {where} and {amount(memory(plan))} of memory",
         workers,

@@ -21,8 +21,9 @@ from nsdrill.errors import InputError, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, words_along
 from nsdrill.models.registry import model_in
+from nsdrill.models.responses import RESPONSE_KINDS, trust_labels
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
-from nsdrill.observe.labels import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
+from nsdrill.observe.labels import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
@@ -114,10 +115,12 @@ def _labels(results: Results) -> Answer:
         return {one: _counts(name, results[name][i][where[i]]) for i, one in enumerate(procedures)}
 
     severities = {name: counts(name, ok) for name in names if name in results.variables}
-    whirls = ok & (results["whirl_kind"] > 0) if "whirl_kind" in results.variables else ok
     return {
         "responses": counts("response", ok | (status == INFERRED)),
-        "whirl_kinds": counts("whirl_kind", whirls),
+        **{
+            f"{name}s": counts(name, ok & (results[name] > 0)) if name in results.variables else {}
+            for name in RESPONSE_KINDS
+        },
         "severities": {one: {name: found[one] for name, found in severities.items()} for one in procedures},
         **({"motions": counts("motion", ok)} if "motion" in results.variables else {}),
     }

@@ -15,7 +15,7 @@ from nsdrill.app.stages import RunStages
 from nsdrill.data import Array
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.observe.labels import trust_labels
+from nsdrill.models.responses import trust_labels
 from nsdrill.store import Source, columns
 from nsdrill.sweep.refine import Rerun
 from nsdrill.sweep.work import Work

@@ -20,8 +20,9 @@ from nsdrill.errors import InputError
 from nsdrill.models.leaves import Values
 from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
+from nsdrill.models.responses import Thresholds, present, severities
 from nsdrill.models.starts import Starts, checked_starts, hypercube, slice_points
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 
 if TYPE_CHECKING:
     from nsdrill.abi import Rows
@@ -99,6 +100,8 @@ class Model(ABC):
     quick: ClassVar[int] = 2
     """For how many slips two tangents of Newton's method are enough in an implicit stage;
     of more of them it goes on until the loads are exact."""
+    rubbing: ClassVar[tuple[str, ...]] = ()
+    """The :meth:`pushed` of a model in all variants."""
     rows_named: ClassVar[Names]
     declared: ClassVar[Declaration]
     """The :meth:`names` and the :meth:`declaration` of a model that has one variant."""
@@ -111,7 +114,7 @@ class Model(ABC):
     def pushed(self, variant: Variant) -> tuple[str, ...]:
         """The velocities in whose slopes friction acts, where it can be implicit; the
         description then has ``friction_rates``."""
-        return ()
+        return self.rubbing
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         """The lane parameters by name, numbers or arrays over the points."""
@@ -119,8 +122,9 @@ class Model(ABC):
 
     def natural_scales(self, table: Mapping[str, Array], o: Any) -> Sequence[Any]:
         """The natural scale of each state, from the lane parameters by name, with these
-        options."""
-        raise NotImplementedError
+        options; by default those of a string that only turns, a tenth of a radian and a
+        tenth of the set speed."""
+        return 0.1, 0.1 * table[self.set_speed]
 
     def fastest(self, table: Mapping[str, Array], o: Any) -> Array:
         """The greatest natural frequency [rad/s], shape (n,): the first step is a
@@ -128,8 +132,9 @@ class Model(ABC):
         raise NotImplementedError
 
     def steady(self, points: Values) -> Mapping[str, Any]:
-        """The natural values of the states that a start may leave open (None)."""
-        raise NotImplementedError
+        """The natural values of the states that a start may leave open (None); by
+        default the set speed for the bit."""
+        return {"bit_speed": points.operation[2]}
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
         """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1)
@@ -467,7 +472,7 @@ class Model(ABC):
         self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
     ) -> dict[str, Array]:
         """The labels of runs with these features."""
-        from nsdrill.observe.labels import motions, severities
+        from nsdrill.observe.labels import motions
         from nsdrill.variables import OK
 
         response = self.responses(features, thresholds)
@@ -478,7 +483,7 @@ class Model(ABC):
         if any(name.startswith("section_") for name in features):
             still, scales = (self.still(features, state_scales, thresholds.motion.absolute), self.seen(state_scales))
             returns = self.returns(features)
-            labels |= motions(features, status, labels["settled"], returns, scales, still, thresholds)
+            labels |= motions(features, status, labels["settled"], returns, scales, still, thresholds.motion)
         return labels
 
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
@@ -488,9 +493,7 @@ class Model(ABC):
     def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
         """The critical responses as a sum of bits, from the features that define
         them."""
-        from nsdrill.observe.labels import responses
-
-        return responses(features, thresholds)
+        return present(features, thresholds)
 
     def scales(self, table: Array) -> dict[str, Array]:
         """The units in which differences of features are measured, by name, arrays

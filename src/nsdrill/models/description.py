@@ -14,17 +14,26 @@ from typing import TYPE_CHECKING, Any
 
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
-from nsdrill.variables import CHECKS, POINT, RESPONSES, Variable, feature, flag, in_trace, responses
+from nsdrill.models.responses import RESPONSES
+from nsdrill.models.starts import Starts
+from nsdrill.variables import CHECKS, POINT, Variable, feature, flag, in_trace
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
 
 _OPERATION = (
-    in_trace("drive_speed", "rad s-1", "speed of the drive"),
-    in_trace("wob", "N", "weight on bit"),
-    in_trace("depth", "m", "measured depth"),
+    in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
+    in_trace("wob", "N", "weight on bit", label="Weight on bit"),
+    in_trace("depth", "m", "measured depth", label="Measured depth"),
 )
 _CHECKED = {"tight": "with a smaller tolerance", "long": "when continued for longer"}
+
+
+_OPEN: Any = None  # follows from the rest of a description
+
+
+def _no_friction(points: Any) -> Mapping[str, Any]:
+    return {}
 
 
 @dataclass(frozen=True)
@@ -82,9 +91,12 @@ class Drawn:
     ``panels`` of a bifurcation diagram; ``histories`` of a trace against time;
     ``planes`` of a trace, pairs (position, velocity); ``section`` variables along an
     axis and ``section_planes``, pairs of them; ``summary``: features along one axis;
-    ``attractors``: features of attractors, each (least or None, greatest, words). The
-    set speed is drawn where ``bit_speed`` is, the wall of the hole where ``radius`` is,
-    the path of the collar centre where ``x`` and ``y`` are among the variables.
+    ``attractors``: features of attractors, each (least or None, greatest, words);
+    ``values``: the features that are first in the list of kinds, by the names of these
+    kinds; ``signed``: those with a line at zero. The set speed is drawn where ``speed``
+    is, the wall of the hole where ``radius`` is, the path of the collar centre where
+    ``x`` and ``y`` are among the variables; the angle of the bit is the sum of
+    ``angle``.
 
     ``modes`` gives the mode to which a variable belongs, where a study may freeze
     modes; the variable is not drawn while that mode is frozen. A panel has its own
@@ -99,6 +111,11 @@ class Drawn:
     section_planes: tuple[tuple[str, str], ...] = ()
     summary: tuple[str, ...] = ()
     attractors: tuple[tuple[str | None, str, str], ...] = ()
+    values: Mapping[str, str] = field(default_factory=dict)
+    signed: tuple[str, ...] = ()
+    speed: str = "bit_speed"
+    angle: tuple[str, ...] = ("twist", "drive_angle")
+    radius: str = "radius"
     modes: Mapping[str, str] = field(default_factory=dict)
     collar: str | None = None
 
@@ -135,7 +152,9 @@ class Description:
         ``parameters`` is the dataclass tree of the model's numbers, each field a
         section of the study; ``initial`` that of its start; ``operation`` the operating
         point with the model's own defaults. ``meanings`` describes each key of these in
-        one line. ``orders`` and ``constraints`` are what values must satisfy together:
+        one line. ``completed`` gives a resolved study of any version what the model has
+        now, and ``as_before`` leaves out of one what earlier versions did not know, so
+        that it keeps its digest. ``orders`` and ``constraints`` are what values must satisfy together:
         ``constraints(check)`` yields the faults of a study, with ``check`` a
         :class:`nsdrill.study.constraints.Checker`. ``units_by`` has the keys whose
         units depend on a choice: (key of the choice, its words with their units).
@@ -145,14 +164,15 @@ class Description:
         ``example_slice``.
     States
         ``states`` gives the names of the states of a string with these parameters, the
-        angle of the drive last. They are one of ``several_states``, where not all
-        strings have the same; where their number depends on the parameters,
-        ``states_allowed`` says whether a file may have such states. A slice of starts
-        may vary the states ``sliced``, or all where there are none.
+        angle of the drive last; by default those of the start. They are one of
+        ``several_states``, where not all strings have the same; where their number
+        depends on the parameters, ``states_allowed`` says whether a file may have such
+        states. A slice of starts may vary the states ``sliced``, or all where there are
+        none.
     Variables
         ``labels`` follow ``response``, which has a bit for each of ``responses``, those
         that the model can show. ``check_features`` are the features from which the
-        responses are made, ``shown`` those whose range ``show`` prints,
+        responses are made, by default all of those that are measured, ``shown`` those whose range ``show`` prints,
         ``distinguishing`` those that are printed for an attractor. ``derived`` are
         variables made from the features and the numbers of the study
         (:meth:`nsdrill.models.base.Model.derived`). ``own_trace`` has the variables of
@@ -182,11 +202,11 @@ class Description:
     name: str
     title: str
     parameters: type
-    initial: type
+    initial: type[Starts]
     meanings: Mapping[str, str]
-    states: Callable[[Any], tuple[str, ...]]
     features: tuple[Variable, ...]
     own_trace: tuple[Variable, ...]
+    states: Callable[[Any], tuple[str, ...]] = _OPEN
     states_allowed: Callable[[tuple[str, ...]], bool] | None = None
     sliced: tuple[str, ...] = ()
     untraced: tuple[Variable, ...] = ()
@@ -195,7 +215,7 @@ class Description:
     derived: tuple[Variable, ...] = ()
     peaks: tuple[Variable, ...] = ()
     section: tuple[Variable, ...] = ()
-    responses: tuple[str, ...] = RESPONSES
+    responses: tuple[str, ...] = tuple(RESPONSES)
     check_features: tuple[str, ...] = ()
     shown: tuple[str, ...] = ()
     several_states: tuple[tuple[str, ...], ...] = ()
@@ -212,11 +232,29 @@ class Description:
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
-    friction_rates: Callable[[Any], Mapping[str, Any]] = lambda _: {}
-    explicit_only: Callable[[Any], str | None] = lambda _: "this model has no implicit friction"
+    friction_rates: Callable[[Any], Mapping[str, Any]] = _no_friction
+    explicit_only: Callable[[Any], str | None] = _OPEN
+    completed: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict
+    as_before: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
+
+    def __post_init__(self) -> None:
+        if self.states is _OPEN:
+            self._set("states", lambda parameters: self.initial.states())
+        if self.explicit_only is _OPEN:
+            reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
+            self._set("explicit_only", lambda parameters: reason)
+        if not self.check_features:
+            measured, present = (
+                {variable.name for variable in self.features},
+                (RESPONSES[one] for one in self.responses),
+            )
+            self._set("check_features", tuple(one.feature for one in present if one.feature in measured))
+
+    def _set(self, attribute: str, value: Any) -> None:
+        object.__setattr__(self, attribute, value)
 
     @property
     def dynamics(self) -> Model:
@@ -301,7 +339,7 @@ class Description:
                 flag_values=(0, 1, 2, 3, 4, 5),
                 flag_meanings="pending ok diverged step_limit step_underflow inferred",
             ),
-            responses("response", "critical responses present", self.responses),
+            self._responses("response", "critical responses present"),
             *self.labels,
             flag("settled", "both halves of the observation agree", "unsettled settled"),
             flag(
@@ -317,6 +355,7 @@ class Description:
                 "period in returns to the Poincare section, 0 where there is none",
                 "label",
                 only="returns",
+                label="Period",
             ),
             Variable(
                 "attractor",
@@ -328,9 +367,20 @@ class Description:
             ),
             *self.features,
             *self.derived,
-            feature("half_difference", "1", "largest disagreement between the halves of the observation"),
-            feature("zero_one", "1", "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic", "returns"),
-            feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent"),
+            feature(
+                "half_difference",
+                "1",
+                "largest disagreement between the halves of the observation",
+                label="Disagreement of halves",
+            ),
+            feature(
+                "zero_one",
+                "1",
+                "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic",
+                "returns",
+                label="0-1 test $K$",
+            ),
+            feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent", label="Lyapunov exponent"),
             feature("lyapunov_error", "s-1", "standard error of the largest Lyapunov exponent", "exponent"),
             flag(
                 "trusted",
@@ -357,12 +407,17 @@ class Description:
             Variable("final_state", "f8", "", "state at the end of the run", "states", (*POINT, "state")),
         )
 
+    def _responses(self, name: str, long_name: str, only: str | None = None) -> Variable:
+        """A label of critical responses, with a bit for each response of the model."""
+        bits, words = tuple(RESPONSES[word].bit for word in self.responses), " ".join(self.responses)
+        return Variable(name, "i1", "1", long_name, "label", flag_masks=bits, flag_meanings=words, only=only)
+
     def _check(self, name: str) -> tuple[Variable, ...]:
         """The variables of one of the checks of a point."""
         words = _CHECKED[name]
         units = {variable.name: variable.units for variable in self.features}
         return (
-            responses(f"{name}_response", f"critical responses {words}", self.responses, "verify"),
+            self._responses(f"{name}_response", f"critical responses {words}", "verify"),
             Variable(
                 f"{name}_difference",
                 "f8",

@@ -231,18 +231,43 @@ def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tu
             name = key.removeprefix("initial.")
             initial = with_values(initial, {name: getattr(first, name)})
         else:
-            parameters = with_values(parameters, {key: _value_at(default, key)})
+            parameters = with_values(parameters, {key: value_of(default, key)})
     return parameters, initial, unread
+
+
+@lru_cache
+def marked(parameters: type, mark: str) -> dict[str, Any]:
+    """The fields of a tree of parameters of this class that are marked as ``mark`` by
+    :func:`nsdrill.ranges.parameter`: the marks by dotted key."""
+    marks: dict[str, Any] = {}
+
+    def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
+        if mark in meta:
+            marks[key] = meta[mark]
+
+    describe(parameters(), visit)
+    return marks
+
+
+def lanes_of(parameters: type) -> tuple[str, ...]:
+    """The names in the equations of the numbers that these read as they are."""
+    return tuple(marked(parameters, "lane").values())
+
+
+def lane_values(parameters: Any) -> dict[str, Any]:
+    """The values of :func:`lanes_of` by their names."""
+    return {name: value_of(parameters, key) for key, name in marked(parameters.__class__, "lane").items()}
 
 
 def word_in(parameters: Any, initial: Starts, key: str) -> str:
     """The word of the choice at this key, of the parameters or of the start."""
     start = key.startswith("initial.")
-    word = _value_at(initial if start else parameters, key.removeprefix("initial.") if start else key)
+    word = value_of(initial if start else parameters, key.removeprefix("initial.") if start else key)
     return str(word).lower() if isinstance(word, bool) else str(word)
 
 
-def _value_at(tree: Any, key: str) -> Any:
+def value_of(tree: Any, key: str) -> Any:
+    """The value at a dotted key."""
     for name in key.split("."):
         tree = getattr(tree, name)
     return tree
@@ -266,6 +291,14 @@ def _with_value(tree: Any, key: str, value: Any) -> Any:
     changed = copy.copy(tree)
     object.__setattr__(changed, name, _with_value(part, rest, value) if rest else value)
     return changed
+
+
+def without(data: Mapping[str, Any], sections: Sequence[str], name: str) -> dict[str, Any]:
+    """Nested ``data`` without ``name`` of a section; as it was where it has none."""
+    if not sections:
+        return {key: value for key, value in data.items() if key != name}
+    first, *rest = sections
+    return {**data, first: without(data[first], rest, name)} if first in data else dict(data)
 
 
 # Which keys of a study a choice reads: the law of a friction, the kind of a drive.

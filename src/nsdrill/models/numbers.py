@@ -129,8 +129,16 @@ class DriveTuning:
 
 
 DRILLED = (
-    feature("rate_of_penetration", "m s-1", "rate of penetration at the mean speed", "drilled"),
-    feature("mechanical_specific_energy", "Pa", "mechanical specific energy, by the torque at the surface", "drilled"),
+    feature(
+        "rate_of_penetration", "m s-1", "rate of penetration at the mean speed", "drilled", label="Rate of penetration"
+    ),
+    feature(
+        "mechanical_specific_energy",
+        "Pa",
+        "mechanical specific energy, by the torque at the surface",
+        "drilled",
+        label="Mechanical specific energy",
+    ),
 )
 
 

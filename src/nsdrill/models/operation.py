@@ -10,6 +10,8 @@ from typing import Any
 from nsdrill.ranges import Checked, parameter
 
 LARGEST_FORCE = 1e7  # N
+# The names of the operating values in a trace.
+SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ import numpy as np
 
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.schedule import Schedule
-from nsdrill.observe.thresholds import Thresholds
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Array, Model, Variant

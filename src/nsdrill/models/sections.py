@@ -171,6 +171,7 @@ class Wall(Hole):
         low=1.0,
         high=1e13,
         usual="1 MN/m to 10 GN/m; Hertz 1 to 1000 GN/m^1.5",
+        lane="wall_stiffness",
     )
     law: Literal["linear", "hertz"] = choice("linear", "P; G has Hertz's")
     friction: WallFriction = field(default_factory=WallFriction)
@@ -199,9 +200,18 @@ class Lobes(Checked):
     lobes: int = parameter(
         3, "", "B (3 roller cone, 1 PDC); P does not say which", "high", low=1, high=8, usual="1, 3; 5 or 6 blades"
     )
-    surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
+    surface_amplitude: float = parameter(
+        1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm", lane="surface_amplitude"
+    )
     rock_stiffness: float = parameter(
-        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
+        25e6,
+        "N/m",
+        "CY as reported; B has 1.16e9",
+        "low: sweep it",
+        low=1.0,
+        high=1e13,
+        usual="1 MN/m to 10 GN/m",
+        lane="rock_stiffness",
     )
     cutting: Cutting = field(default_factory=Cutting)
 
@@ -321,3 +331,25 @@ MEANINGS: dict[str, str] = {
     "initial.spread": "Scatter of the drawn starts; 1: all that may happen, near 0: about steady drilling",
     "initial.slice": "Grid of starts over two states, each {from, to, points}",
 }
+
+
+# What differs from well to well, in the order of a short study.
+SHORT_KEYS = (
+    "drillstring.collar.outer_diameter",
+    "drillstring.collar.inner_diameter",
+    "drillstring.collar.length",
+    "drillstring.collar.span",
+    "drillstring.collar_length",
+    "drillstring.pipe.outer_diameter",
+    "drillstring.pipe.inner_diameter",
+    "drillstring.outer_diameter",
+    "drillstring.inner_diameter",
+    "mud.density",
+    "well.diameter",
+    "bit.lobes",
+    "bit.rock_stiffness",
+    "bit.friction.static",
+    "bit.friction.dynamic",
+    "operation.depth",
+    "operation.wob",
+)

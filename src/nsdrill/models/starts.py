@@ -4,7 +4,7 @@ every model has."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,12 @@ class Starts(Checked):
     seed: int = parameter(0, high=10**15, usual="any")
     spread: float = parameter(1.0, low=1e-6, high=1.0, usual="0.1 to 1")
     slice: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    @classmethod
+    def states(cls) -> tuple[str, ...]:
+        """The names of the states that a start of the model gives, in order."""
+        shared = {item.name for item in fields(Starts)}
+        return tuple(item.name for item in fields(cls) if item.name not in shared)
 
     @property
     def starts(self) -> int:

@@ -20,14 +20,14 @@ import numpy as np
 
 from nsdrill.equations.contacts import friction
 from nsdrill.models.base import Model, Symmetry
-from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
+from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import HyperbolicFriction, Tubular
-from nsdrill.models.starts import Starts, state
-from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
-from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Names, Section, TimeAbove
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.turning import DRAWN, SURFACE_TORQUES, TURNING, TurningStart, turning_channels, turning_features
+from nsdrill.models.vocabulary import known, known_in_trace
+from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, like, parameter
 
 
@@ -60,56 +60,6 @@ class Parameters:
     bit: Bit = field(default_factory=Bit)
 
 
-@dataclass(frozen=True)
-class Initial(Starts):
-    """The state at the start; ``bit_speed`` None is the set speed."""
-
-    twist: float = state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
-    bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s")
-    drive_angle: float = state(0.0, "rad", 1e9, "any")
-
-
-STATES = ("twist", "bit_speed", "drive_angle")
-NAMES = Names(
-    STATES[:2],
-    slopes=("bit_acceleration",),
-    parameters=("inertia", "stiffness", "damping", "drive_speed", "torque", *columns_of("bit"), "stuck"),
-)
-DECLARATION = Declaration(
-    channels=(
-        Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="drive_speed"),
-        Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck"),
-        Channel(
-            "bit angle",
-            lambda twist, drive_speed, time, phase: twist + (phase + drive_speed * time),
-            "bit_speed",
-            "bit_acceleration",
-        ),
-    ),
-    features=(
-        Extremes(
-            "bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks", slip="drive_speed"
-        ),
-        Extremes("twist", greatest="twist_max", least="twist_min"),
-        TimeAbove("bit speed", "slipping"),
-        Mean("bit speed", "bit_speed_mean"),
-        Derived(
-            "stick_slip_index",
-            lambda bit_speed_max, bit_speed_min, bit_speed_mean: np.divide(
-                50.0 * (bit_speed_max - bit_speed_min),
-                bit_speed_mean,
-                out=np.full(len(bit_speed_mean), np.inf),
-                where=bit_speed_mean != 0.0,
-            ),
-        ),
-        Derived("stuck_fraction", lambda slipping: 1.0 - slipping),
-        Derived("surface_torque_min", lambda stiffness, twist_max: -stiffness * twist_max),
-        Derived("surface_torque_max", lambda stiffness, twist_min: -stiffness * twist_min),
-    ),
-    section=Section("bit angle", 2.0 * math.pi),
-)
-
-
 def pipe(string: Drillstring, depth: Any) -> tuple[Any, Any]:
     """Rotary inertia [kg m^2] and torsional stiffness [N m/rad] of the pipe above the
     collars."""
@@ -127,19 +77,26 @@ def torque(bit: Bit, wob: Any, speed: Any) -> Any:
 def equations(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     """The slope of the bit speed."""
     rock = friction("bit", slip=s.bit_speed, normal=p.torque, law=hyperbolic, numbers=numbers_of(p, "bit"))
-    return {"bit_speed": (-p.damping * s.bit_speed - p.stiffness * s.twist - rock) / p.inertia}
+    return {"bit_speed": (-p.damping * s.bit_speed - p.torsional_stiffness * s.twist - rock) / p.inertia}
 
 
 class Torsion(Model):
     """The model: its equations and lane parameters."""
 
-    name = "torsion"
-    equations = staticmethod(equations)
-    rows_named, declared = NAMES, DECLARATION
-    relative, sticking = ("twist",), "stuck"
-
-    def pushed(self, variant: Any) -> tuple[str, ...]:
-        return ("bit_speed",)
+    name, equations = "torsion", staticmethod(equations)
+    rows_named = Names(
+        ("twist", "bit_speed"),
+        ("bit_acceleration",),
+        ("inertia", "torsional_stiffness", "damping", "drive_speed", "torque", *columns_of("bit"), "stuck"),
+    )
+    declared = Declaration(
+        turning_channels(
+            "drive_speed", "stuck", lambda twist, drive_speed, time, phase: twist + (phase + drive_speed * time)
+        ),
+        (*turning_features("drive_speed"), Extremes("twist", "twist_max", "twist_min"), *SURFACE_TORQUES[:2]),
+        section=Section("bit angle", 2.0 * math.pi),
+    )
+    relative, sticking, rubbing = ("twist",), "stuck", ("bit_speed",)
 
     def symmetry(self, points: Values) -> Symmetry:
         return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
@@ -150,7 +107,7 @@ class Torsion(Model):
         share = law.dynamic / law.static
         return {
             "inertia": string.collar_inertia + inertia / 3,
-            "stiffness": stiffness,
+            "torsional_stiffness": stiffness,
             "damping": string.damping,
             "drive_speed": speed,
             "torque": wob * 2 / 3 * bit.radius * law.static,
@@ -158,20 +115,14 @@ class Torsion(Model):
             "stuck": thresholds.stuck_below,
         }
 
-    def natural_scales(self, table: Mapping[str, Any], o: Any) -> Any:
-        return 0.1, 0.1 * table["drive_speed"]
-
     def fastest(self, table: Mapping[str, Any], o: Any) -> Any:
-        return np.maximum(np.sqrt(table["stiffness"] / table["inertia"]), table["drive_speed"])
-
-    def steady(self, points: Values) -> Mapping[str, Any]:
-        return {"bit_speed": points.operation[2]}
+        return np.maximum(np.sqrt(table["torsional_stiffness"] / table["inertia"]), table["drive_speed"])
 
     def drawn(self, points: Values, shape: Any) -> Mapping[str, Any]:
         """Twists up to one and a half times the one under the torque at rest, bit
         speeds up to twice that of the drive."""
         q, table = points.initial.spread, self.columns(points, Thresholds())
-        twist = (table["torque"] + table["damping"] * table["drive_speed"]) / table["stiffness"]
+        twist = (table["torque"] + table["damping"] * table["drive_speed"]) / table["torsional_stiffness"]
         return {
             "twist": -1.5 * q * twist * shape[:, 0],
             "drive_angle": 2 * math.pi * shape[:, 2],
@@ -190,29 +141,23 @@ def friction_rates(points: Values) -> Mapping[str, Any]:
     return {"bit.friction.smoothing": 2 / math.pi * table["bit_smoothing"] * table["torque"] / table["inertia"]}
 
 
-FEATURES = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
 DESCRIPTION = Description(
     name="torsion",
     title="A string that only twists, with friction at the bit: stick-slip and nothing else",
     parameters=Parameters,
-    initial=Initial,
+    initial=TurningStart,
     meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
-    states=lambda parameters: STATES,
     friction_rates=friction_rates,
-    explicit_only=lambda parameters: None,
     responses=("stick_slip",),
-    check_features=("stick_slip_index",),
     grazing=(STICK_ONSET,),
-    labels=(BY_NAME["stick_slip_severity"],),
-    # A name means the same in every model that has it, so known variables are taken
-    # from the other models.
-    features=tuple(BY_NAME[name] for name in (*FEATURES, "surface_torque_min", "surface_torque_max")),
-    peaks=(BY_NAME["bit_speed_peaks"],),
-    section=(BY_NAME["section_twist"], BY_NAME["section_bit_speed"]),
-    own_trace=tuple(IN_TRACE[name] for name in (*STATES, "bit_torque", "surface_torque")),
-    shown=(*FEATURES[3:], "surface_torque_max"),
-    compared={**dict.fromkeys(FEATURES[:3], "drive_speed"), "stuck_fraction": None},
-    distinguishing=FEATURES,
+    labels=known("stick_slip_severity"),
+    features=known(*TURNING, "surface_torque_min", "surface_torque_max"),
+    peaks=known("bit_speed_peaks"),
+    section=known("section_twist", "section_bit_speed"),
+    own_trace=known_in_trace(*TurningStart.states(), "bit_torque", "surface_torque"),
+    shown=(*TURNING[3:], "surface_torque_max"),
+    compared={**dict.fromkeys(TURNING[:3], "drive_speed"), "stuck_fraction": None},
+    distinguishing=TURNING,
     orders=(
         Order("drillstring.inner_diameter", "drillstring.outer_diameter", blamed="lower"),
         Order("drillstring.collar_length", "operation.depth", words="the length of the collars"),
@@ -220,13 +165,5 @@ DESCRIPTION = Description(
     ),
     example_axis=("bit.friction.static", "0.2", "0.8"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
-    drawn=Drawn(
-        panels=(Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),),
-        histories=("twist", "bit_speed", "bit_torque"),
-        planes=(("twist", "bit_speed"),),
-        section=("section_twist", "section_bit_speed"),
-        section_planes=(("section_twist", "section_bit_speed"),),
-        summary=("stick_slip_index", "stuck_fraction"),
-        attractors=(("bit_speed_min", "bit_speed_max", "Swing of the bit"), (None, "stick_slip_index", "Index")),
-    ),
+    drawn=DRAWN,
 )

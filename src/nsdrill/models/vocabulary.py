@@ -38,3 +38,14 @@ class _ByName(Mapping[str, Variable]):
 
 BY_NAME: Mapping[str, Variable] = _ByName("variables")
 IN_TRACE: Mapping[str, Variable] = _ByName("trace_and_states")
+
+
+def known(*names: str) -> tuple[Variable, ...]:
+    """The variables of a results file by these names, for a model that has some of
+    another."""
+    return tuple(BY_NAME[name] for name in names)
+
+
+def known_in_trace(*names: str) -> tuple[Variable, ...]:
+    """As :func:`known`, of a trace."""
+    return tuple(IN_TRACE[name] for name in names)

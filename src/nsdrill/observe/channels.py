@@ -17,11 +17,13 @@ a right-hand side may.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
+
+from nsdrill.variables import Variable
 
 Expression = str | float | Callable[..., Any]
 NATURAL = "natural"  # the scale of a channel itself
@@ -128,7 +130,7 @@ class TimeAbove:
     above another ``level``. Excursions inside one step count."""
 
     channel: str
-    name: str
+    name: str = ""
     level: str | float | None = None
 
 
@@ -138,7 +140,7 @@ class Mean:
     scale, the means of the two halves are compared too."""
 
     channel: str
-    name: str
+    name: str = ""
     compared: str | float | None = None
 
 
@@ -159,7 +161,7 @@ class Rms:
     """The root mean square over the observation, exact for the interpolant."""
 
     channel: str
-    name: str
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -169,7 +171,7 @@ class RmsOfSlopes:
     with the middle of the step from the values of the channels."""
 
     channels: tuple[str, ...]
-    name: str
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -178,7 +180,7 @@ class Passages:
     one step count only if the time above the level is measured too."""
 
     channel: str
-    name: str
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -190,7 +192,7 @@ class Winding:
 
     x: str
     y: str
-    name: str
+    name: str = ""
     counted: bool = False
 
 
@@ -276,12 +278,27 @@ class Declaration:
 
     @property
     def named_features(self) -> list[tuple[str, Feature]]:
-        """The names of the feature arrays, each with its feature, in order."""
+        """The names of the feature arrays, each with its feature, in order; those that
+        are derived last."""
         pairs: list[tuple[str, Feature]] = []
         for feature in self.features:
             names = (feature.greatest, feature.least) if isinstance(feature, Extremes) else (feature.name,)
             pairs += [(name, feature) for name in names if name]
-        return pairs
+        return sorted(pairs, key=lambda pair: isinstance(pair[1], Derived))
+
+
+def measured_by(
+    variables: Iterable[Variable], declared: Iterable[Feature], only: Collection[str] = ()
+) -> list[Feature]:
+    """What the records of ``variables`` are measured by (``measure``), of those that every
+    string has or that are for one of the options ``only``, and that are not among the
+    features ``declared``."""
+    names = {getattr(feature, "name", "") for feature in declared}
+    return [
+        replace(variable.measure, name=variable.name)
+        for variable in variables
+        if variable.measure and (variable.only is None or variable.only in only) and variable.name not in names
+    ]
 
 
 def measure_of(feature: Any) -> tuple[str, str]:

@@ -19,6 +19,7 @@ from PIL import Image
 from nsdrill.data import Trace
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.files import CheckedFile, replacing
+from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import BIT, EDGE, MUD, ROCK, STEEL, Scene, has_orbit, square_page
 from nsdrill.plot.look import Look, between
 from nsdrill.plot.page import freeze_layout
@@ -87,7 +88,7 @@ def _frame_times(trace: Trace, look: Look, speed: float) -> Any:
         first, last = float(part[0]), float(part[-1])
     else:
         last = float(trace.time[-1])
-        revolution = 2 * pi / max(float(np.nanmean(np.abs(trace["bit_speed"]))), 1e-3)
+        revolution = 2 * pi / max(float(np.nanmean(np.abs(trace[drawn_in(trace.attrs).speed]))), 1e-3)
         first = max(float(trace.time[0]), last - LAST_REVOLUTIONS * revolution)
     count = int((last - first) / speed * FRAME_RATE + 1e-6) + 1
     if count > MAX_FRAMES:

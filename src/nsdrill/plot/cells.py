@@ -20,7 +20,8 @@ from nsdrill.models.description import Description
 from nsdrill.observe.labels import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.page import area_entry, line_entry
-from nsdrill.plot.style import GREY, font_size, halo
+from nsdrill.plot.slices import edges
+from nsdrill.plot.style import GREY, Properties, font_size, halo
 
 VEIL = 0.18  # share of white over cells that were not run
 PALE_GREY = to_hex(tuple((1 - VEIL) * part + VEIL for part in to_rgb(GREY)))  # type: ignore[arg-type]
@@ -30,7 +31,7 @@ Cells = tuple[Array, Array]  # their edges along x and y, in the units that are 
 def cover(axes: Axes, cells: Cells, selected: Array, gid: str, **style: Any) -> None:
     """Cover the ``selected`` cells [y, x] with one path."""
     if np.any(selected):
-        unlined: dict[str, Any] = {"facecolors": "none", "linewidths": 0}
+        unlined: Properties = {"facecolors": "none", "linewidths": 0}
         axes.add_collection(
             PathCollection([covering_path(cells, selected)], gid=gid, **{**unlined, **style}), autolim=False
         )
@@ -68,21 +69,21 @@ def covering_path(cells: Cells, selected: Array) -> Path:
     return Path(corners.reshape(-1, 2), codes * len(rows))
 
 
-DOUBT_HATCH = "//////"
+DOUBT_HATCH = "///"
 LARGEST_DOT, SMALLEST_DOT = 4.5, 1.6  # points of diameter of a dot
-DOT: dict[str, Any] = {"marker": "o", "color": "black", "markeredgecolor": "white", "linestyle": "none"}
+DOT: Properties = {"marker": "o", "color": "black", "markeredgecolor": "white", "linestyle": "none"}
 
 
 def overlay_verdicts(axes: Axes, cells: Cells, verdicts: Array, cell_size: float) -> None:
     """Hatch the cells [y, x] where a check found other features, and put a dot where it
     found another response, or failed; ``cell_size`` in points."""
     x, y = cells
-    hatch(axes, cells, verdicts == FEATURES_DIFFER, DOUBT_HATCH, "white", "features_differ")
+    hatch(axes, cells, verdicts == FEATURES_DIFFER, DOUBT_HATCH, "white", "features_differ", width=0.4)
     rows, columns = np.nonzero((verdicts == RESPONSE_DIFFERS) | (verdicts == CHECK_FAILED))
     if rows.size:
         size = float(np.clip(0.6 * cell_size, SMALLEST_DOT, LARGEST_DOT))
         middle = 0.5 * (x[columns] + x[columns + 1]), 0.5 * (y[rows] + y[rows + 1])
-        own: dict[str, Any] = {"markersize": size, "markeredgewidth": min(0.5, 0.2 * size), "gid": "response_differs"}
+        own: Properties = {"markersize": size, "markeredgewidth": min(0.5, 0.2 * size), "gid": "response_differs"}
         axes.plot(*middle, scalex=False, scaley=False, **DOT, **own)
 
 
@@ -137,18 +138,34 @@ def draw_equal_rates(
         return []
     if min(np.count_nonzero(known.any(axis=axis)) for axis in (0, 1)) < 2:
         return []
-    style: dict[str, Any] = {"levels": levels, "colors": "black", "linewidths": 0.7, "linestyles": "dashed"}
+    style: Properties = {"levels": levels, "colors": "black", "linewidths": 0.7, "linestyles": "dashed"}
+    centres, values = _to_the_edges(centres, values)
+    known = np.isfinite(values)
     if known.all():
         lines: Any = axes.contour(*centres, values, zorder=4, **style)
     else:
         x, y = np.meshgrid(*centres)
         lines = axes.tricontour(x[known], y[known], values[known], zorder=4, **style)
     lines.set(gid="equal", path_effects=halo(1.8))
-    label_style: dict[str, Any] = {"fontsize": font_size(6), "inline_spacing": 2}
+    label_style: Properties = {"fontsize": font_size(6), "inline_spacing": 2}
     positions = _label_positions(axes, lines, keep_clear, label_style) if keep_clear else False
     for label in axes.clabel(lines, inline=True, manual=positions, **label_style):
         label.set(path_effects=halo(1.8), gid="equal:label")
     return [line_entry(color="black", linewidth=0.7, linestyle="dashed", label=shown.label)]
+
+
+def _to_the_edges(centres: Cells, values: Array) -> tuple[Cells, Array]:
+    """The values [y, x] at the centres of cells, continued in a straight line to the
+    outer edges of the outer cells."""
+    continued = []
+    for axis, centre in zip((1, 0), centres, strict=True):
+        ends, along = edges(centre)[[0, -1]], np.moveaxis(values, axis, 0)
+        before, after = (ends - centre[[0, -1]]) / (centre[[1, -1]] - centre[[0, -2]])
+        outer = along[0] + before * (along[1] - along[0]), along[-1] + after * (along[-1] - along[-2])
+        places, kept = np.unique([ends[0], *centre, ends[1]], return_index=True)
+        values = np.moveaxis(np.stack([outer[0], *along, outer[1]])[kept], 0, axis)
+        continued.append(places)
+    return (continued[0], continued[1]), values
 
 
 def _label_positions(

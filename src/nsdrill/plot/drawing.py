@@ -1,28 +1,46 @@
-"""One picture, from its kind and data to a figure that is laid out, and to a file."""
+"""One picture, from its kind and data to a figure that is laid out; and one panel of it
+alone, in a figure of its own or in axes of the caller.
+
+For one panel the picture is drawn twice: whole, to learn the names and sizes of its
+panels, and again into a stand-in for its figure, which puts the wanted panel where it is
+wanted and the others on a figure that nobody sees.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+import difflib
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from copy import copy
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator
+from matplotlib.transforms import ScaledTranslation
 
 from nsdrill.data import Results
 from nsdrill.errors import InputError, option
-from nsdrill.plot.into import draw_panel
 from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
+from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look, apply_limits, limit_y_axes
 from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import freeze_layout, limit_x_axes, panels_of, write_in_largest_panel
+from nsdrill.plot.page import freeze_layout, limit_x_axes, new_figure, panels_of, write_in_largest_panel
 from nsdrill.plot.registry import Kind
-from nsdrill.plot.style import house_style, marks_of, on_dark_page, using_look, without_glyph_warnings
+from nsdrill.plot.style import (
+    Properties,
+    house_style,
+    marks_of,
+    on_dark_page,
+    page_width,
+    target,
+    using_look,
+    without_glyph_warnings,
+)
 from nsdrill.variables import INFERRED, OK, has_failed
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class Drawing:
@@ -91,3 +109,175 @@ def no_data_message(data: Results) -> str:
     failed, points = int(np.count_nonzero(has_failed(status))), status.size
     waiting = f", {points - failed} not run yet" if failed < points else ""
     return f"Nothing to show: no point ended well\n({failed} of {points} failed{waiting})"
+
+
+LEGEND_BELOW = 32.0  # points: room for the ticks and the label of the x axis
+TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend of one panel
+PANEL_HEIGHT = (2.0, 3.4)  # inches: least and greatest
+# The caller's layout takes the room of a legend from the panel.
+COMPACT: Properties = {"handlelength": 1.2, "columnspacing": 0.8, "labelspacing": 0.2, "borderpad": 0.0}
+ENLARGED = 1.6  # a panel alone is higher than one of several
+
+
+def names_of(figure: Figure) -> list[str]:
+    """The names of the panels in the order in which they were made: those of a second
+    column end in 2, and so on."""
+    names: list[str] = []
+    for axes in _panels(figure):
+        name = str(axes.get_label() or axes.get_title() or "panel")
+        repeats = sum(other.partition(" ")[0] == name for other in names)
+        names.append(f"{name} {repeats + 1}" if repeats else name)
+    return names
+
+
+def _panels(figure: Figure) -> list[Axes]:
+    return [axes for axes in panels_of(figure) if axes.get_label() != "<colorbar>"]
+
+
+def draw_panel(picture: Callable[[], Any], whole: Figure, panel: str | None, axes: Axes | None) -> Figure:
+    """Draw the ``panel`` of a ``picture`` alone, into ``axes`` if given, and return the
+    figure that contains it. ``whole`` is the picture with all its panels. Without a
+    name it is the only panel beside a strip. InputError where there is no such panel,
+    or several; nothing is drawn then."""
+    number = _number(names_of(whole), panel, axes)
+    if axes is not None and not isinstance(axes, Axes):
+        raise InputError(f"ax: found a value of the type {type(axes).__name__}; allowed: axes of matplotlib.")
+    place, title = axes, "" if axes is None else axes.get_title()
+    if place is None:
+        place = _alone(_panels(whole)[number])
+    stand_in = _StandIn(place, number, whole, own=axes is None)
+    token = target.set(cast("Figure", stand_in))
+    try:
+        picture()
+    finally:
+        target.reset(token)
+    if axes is not None:
+        axes.set_title(title)
+    figure: Any = place.figure
+    while not isinstance(figure, Figure):  # a SubFigure
+        figure = figure.figure
+    return figure
+
+
+def _number(names: list[str], panel: str | None, axes: Axes | None) -> int:
+    """The place of the wanted panel among those with these names; a name may be
+    shortened where it remains clear."""
+    fitting = [name for name in names if name == panel] or [name for name in names if panel and panel in name]
+    if panel is None:
+        fitting = [name for name in names if name != "strip"]
+    if len(fitting) == 1:
+        return names.index(fitting[0])
+    allowed = ", ".join(repr(name) for name in (fitting if panel and fitting else names))
+    if panel is None:
+        raise InputError(
+            f"ax: found a picture with {len(names)} panels; allowed: one of them, by {option('panel')}: "
+            f"{allowed}. Without ax it is a figure of its own."
+        )
+    near = difflib.get_close_matches(panel, names, n=1, cutoff=0.5) if not fitting else []
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    semicolon = f".{hint} Allowed" if hint else "; allowed"
+    raise InputError(f"{option('panel')}: found {panel!r}{semicolon} here: {allowed}.")
+
+
+def _alone(panel: Axes) -> Axes:
+    """Axes for this panel in a figure of its own."""
+    if panel.get_aspect() == 1.0:
+        side = page_width(4.0)
+        return new_figure(side, side + 0.5).add_subplot()
+    height = panel.get_window_extent().height / panel.figure.dpi
+    height = float(np.clip(ENLARGED * height, *PANEL_HEIGHT))
+    return new_figure(page_width(), TEXT_HEIGHT + height).add_subplot()
+
+
+class _StandIn:
+    """Stands in for the figure while one of its panels is drawn. Where the axes are the
+    caller's, titles and layout are left to the caller."""
+
+    def __init__(
+        self, panel: Axes, number: int, whole: Figure, own: bool, hidden: Any = None, made: Iterator[int] | None = None
+    ) -> None:
+        self.axes = [panel]
+        self._number, self._whole, self._own = number, whole, own
+        self._hidden = hidden or Figure(figsize=tuple(whole.get_size_inches()))
+        self._made = made if made is not None else itertools.count()
+        self._twin: Axes | None = None  # of the panel, on the figure that nobody sees
+        self.bbox = panel.figure.bbox if own else panel.bbox
+        self.dpi = panel.figure.dpi
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._hidden, name)
+
+    def add_subplot(self, *place: Any, sharex: Any = None, sharey: Any = None) -> Axes:
+        (panel,) = self.axes
+        sharex, sharey = (self._twin if shared is panel else shared for shared in (sharex, sharey))
+        made: Axes = self._hidden.add_subplot(*place, sharex=sharex, sharey=sharey)
+        if next(self._made) != self._number:
+            return made
+        self._twin = made
+        return panel
+
+    def subfigures(self, rows: int, columns: int, **ratios: Any) -> Any:
+        (panel,) = self.axes
+        parts = [
+            _StandIn(panel, self._number, self._whole, self._own, part, self._made)
+            for part in np.ravel(self._hidden.subfigures(rows, columns, **ratios))
+        ]
+        shaped = np.empty(len(parts), dtype=object)
+        shaped[:] = parts
+        return shaped if len(parts) > 1 else parts[0]
+
+    def legend(self, *, handles: list[Any], ncols: int, loc: str) -> Any:
+        (panel,) = self.axes
+        if self._own:
+            return cast("Any", panel.figure).legend(handles=handles, ncols=ncols, loc=loc)
+        below = ScaledTranslation(0.0, -LEGEND_BELOW / 72.0, panel.figure.dpi_scale_trans)
+        return panel.legend(
+            handles=handles,
+            ncols=ncols,
+            **COMPACT,
+            loc="upper center",
+            bbox_to_anchor=(0.5, 0.0),
+            borderaxespad=0.0,
+            bbox_transform=panel.transAxes + below,
+        )
+
+    def suptitle(self, *args: Any, **kwargs: Any) -> Any:
+        figure: Any = self.axes[0].figure
+        return figure.suptitle(*args, **kwargs) if self._own else None
+
+    def colorbar(self, mesh: Any, *, ax: Any, **kwargs: Any) -> Any:
+        (panel,) = self.axes
+        if panel in np.ravel(np.array(ax, dtype=object)):
+            colours = ScalarMappable(mesh.norm, mesh.cmap)  # the mesh may be of another panel
+            return cast("Any", panel.figure).colorbar(colours, ax=panel, **kwargs)
+        return self._hidden.colorbar(mesh, ax=ax, **kwargs)
+
+    def finish(self, across: str | None, units: str) -> None:
+        """Give the panel the limits, scales and labels that it shares with others;
+        ``across`` is the variable along x."""
+        (panel,) = self.axes
+        panel.tick_params(labelbottom=True, labelleft=True)
+        if across and not panel.get_xlabel():
+            panel.set_xlabel(quantity(across, units).label)
+        if (y := panel.yaxis.get_gid()) and not panel.get_ylabel():
+            panel.set_ylabel(quantity(y, units).label)
+        if self._twin is None:
+            return
+        for axis, twin in ((panel.xaxis, self._twin.xaxis), (panel.yaxis, self._twin.yaxis)):
+            name = axis.axis_name
+            if getattr(self._twin, f"get_autoscale{name}_on")():
+                continue
+            if axis.get_scale() != twin.get_scale():
+                getattr(panel, f"set_{name}scale")(twin.get_scale())
+                axis.set_major_locator(copy(twin.get_major_locator()))
+                axis.set_major_formatter(copy(twin.get_major_formatter()))
+                axis.set_minor_formatter(copy(twin.get_minor_formatter()))
+            if isinstance(twin.get_major_locator(), FixedLocator):
+                words = [text.get_text() for text in twin.get_ticklabels()]
+                axis.set_ticks(list(twin.get_majorticklocs()), words)
+            getattr(panel, f"set_{name}lim")(getattr(self._twin, f"get_{name}lim")())
+
+    def _ignore(self, *args: Any, **kwargs: Any) -> None:
+        """Replaces the methods that lay out a whole figure."""
+
+    align_ylabels = draw_without_rendering = set_layout_engine = _ignore

@@ -11,13 +11,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from nsdrill import quantity as quantities
-from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, overrides
+from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, overrides, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import as_value
 from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES
 
 UNIT_SYSTEMS = SYSTEMS
+# words of a study as people write them, where that is not the word with blanks
+WRITTEN = {"z_torque": "Z-torque", "lqr": "LQR", "pi": "PI", "dc_motor": "DC motor"}
+DEPTH_WAYS = {"up": "deeper", "down": "shallower"}  # of a sweep that was carried along the depth
 LABEL_WIDTH = 28  # characters of a line beside a panel 1.7 inches high
 
 
@@ -42,9 +45,32 @@ class Shown:
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``; or a word."""
         if self.choices:
-            return self.choices[int(si)].replace("_", " ")
+            return written(self.choices[int(si)])
         number = si / self.scale
         return f"{number:.0f} {self.unit}" if abs(number) >= 1e4 else f"{number:.4g} {self.unit}".strip()
+
+
+def written(word: str) -> str:
+    """A word of a study as people write it: ``LQR``, ``soft torque``."""
+    return WRITTEN.get(word, word.replace("_", " "))
+
+
+def way_word(procedure: str, attrs: Attributes) -> str:
+    """The word for a procedure of a sweep with these ``attrs``: ``deeper`` for up where
+    the state was carried along the depth, which increases downwards."""
+    sweep = resolved_study(attrs).get("sweep") or {}
+    return DEPTH_WAYS.get(procedure, procedure) if sweep.get("along") == "depth" else procedure
+
+
+def carried(procedure: str, attrs: Attributes) -> str:
+    """``carried up``; of a procedure in which nothing is carried its name."""
+    word = way_word(procedure, attrs)
+    return f"carried {word}" if procedure in DEPTH_WAYS else word
+
+
+def both_ways(attrs: Attributes) -> str:
+    """``up and down``, in the words for a sweep with these ``attrs``."""
+    return " and ".join(way_word(procedure, attrs) for procedure in DEPTH_WAYS)
 
 
 def check_units(units: str) -> None:
@@ -81,7 +107,13 @@ def heading(attrs: Attributes, point: str, *, width: int = 100) -> str:
     ``--set`` changed, in ``width`` characters, and the operating values that the title
     does not give."""
     title = " ".join(str(attrs.get("title") or "").split())
-    point_line = "; ".join(part for part in (_values_not_in_title(point, title), *_unusual_features(attrs)) if part)
+    parts = [_values_not_in_title(point, title)]
+    # what sets the string apart
+    if (drive := drive_kind(attrs)) != "ideal":
+        parts.append(f"{written(drive)} drive")
+    if frozen := frozen_modes(attrs):
+        parts.append(f"{' and '.join(frozen)} motion frozen")
+    point_line = "; ".join(filter(None, parts))
     return "\n".join(line for line in (title, describe_overrides(attrs, width), point_line) if line)
 
 
@@ -127,15 +159,6 @@ def _values_not_in_title(point: str, title: str) -> str:
 
 # numbers with more digits than a title needs
 _LONG_NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)
-
-
-def _unusual_features(attrs: Attributes) -> list[str]:
-    """What sets the string apart: a drive that is not ideal, and frozen motions."""
-    drive, frozen = drive_kind(attrs), frozen_modes(attrs)
-    return [
-        *([f"{drive.replace('_', ' ')} drive"] if drive != "ideal" else []),
-        *([f"{' and '.join(frozen)} motion frozen"] if frozen else []),
-    ]
 
 
 # sections of a study that say nothing of the string, the rock or the rig

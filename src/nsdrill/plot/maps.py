@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import LinearTriInterpolator, Triangulation
@@ -36,12 +37,12 @@ from nsdrill.plot.cells import (
     veil,
     verdict_handles,
 )
-from nsdrill.plot.labels import operating_point, quantity, sweep_title
+from nsdrill.plot.labels import both_ways, carried, operating_point, quantity, sweep_title, way_word
 from nsdrill.plot.page import area_entry, finish, name_panel, new_figure, panels_per_row
-from nsdrill.plot.panels import draw_codes, severity_bounds
+from nsdrill.plot.panels import draw_codes, graded, severity_bounds
 from nsdrill.plot.registry import MAX_PANELS
 from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
-from nsdrill.plot.style import GREY, MOTIONS, RESPONSES, SHADE, SHADE_EDGE, WHIRLS, cell_style, page_width
+from nsdrill.plot.style import GREY, KIND_STYLES, MOTIONS, RESPONSES, SHADE, SHADE_EDGE, cell_style, page_width
 from nsdrill.variables import INFERRED
 
 # the first of these that is swept lies along x; depth increases downwards, as in a log
@@ -53,7 +54,7 @@ COLOUR_BAR_WIDTH = 0.4  # inches
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend
 CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "response": tuple((style.name, style.colour) for style in RESPONSES),
-    "whirl_kind": WHIRLS,
+    **KIND_STYLES,
     "motion": tuple((style.name, style.colour) for style in MOTIONS),
 }
 # colours of values, of signed ones, of differences
@@ -181,6 +182,8 @@ class Maps:
             )
         # rather no comparison than less data
         self.may_compare = self.rows * (self.columns + 1) <= MAX_PANELS
+        up, down = (way_word(procedure, results.attrs) for procedure in ("up", "down"))
+        self.difference = f"{down} less {up}"
         self.outcomes = outcome(planes["status"], planes["response"])
         self.inferred = planes["status"] == INFERRED
         self.grid: list[list[Axes]] = []
@@ -194,7 +197,7 @@ class Maps:
         """The values of a variable, those of inferred points from the points around."""
         return fill_inferred(self.planes[name], self.inferred, (self.outcomes >= 0) & ~self.inferred, linear=linear)
 
-    def known(self, values: Array, otherwise: Any = np.nan) -> Array:
+    def known(self, values: Array, otherwise: Array | float = np.nan) -> Array:
         """The values of points that ended well, of others what stands for them."""
         return np.where(self.outcomes < 0, otherwise, values)
 
@@ -205,10 +208,10 @@ class Maps:
         half of the page empty.
         """
         planes, columns = self.planes, self.columns + with_comparison
-        panel_columns = panels_per_row(
-            COLUMNS_OF_PANELS.get(self.rows, 4) if columns == 1 else columns,
-            PANEL_WIDTH + (COLOUR_BAR_WIDTH if of_values else 0.0),
-        )
+        wanted = COLUMNS_OF_PANELS.get(self.rows, 4) if columns == 1 else columns
+        if self.verdicts is not None and self.rows == 1:  # patterns and dots need large cells
+            wanted = min(wanted, 2)
+        panel_columns = panels_per_row(wanted, PANEL_WIDTH + (COLOUR_BAR_WIDTH if of_values else 0.0))
         figure = new_figure(page_width(), height_of_maps(self.rows * columns, panel_columns))
         titles = [self._title(*divmod(number, columns), of_values) for number in range(self.rows * columns)]
         panels = planes.panels(figure, titles, panel_columns)
@@ -222,10 +225,9 @@ class Maps:
         if self.rows > 1:
             words.append(operating_point({planes.panel: planes.panel_values[row]}, planes.units))
         if column >= self.columns:
-            words.append("down less up" if of_values else "up and down compared")
+            words.append(self.difference if of_values else f"{both_ways(planes.results.attrs)} compared")
         elif planes.procedures != ("same",):
-            name = planes.procedures[column]
-            words.append(f"carried {name}" if name in ("up", "down") else name)
+            words.append(carried(planes.procedures[column], planes.results.attrs))
         return ", ".join(words)
 
     def panels(self) -> Iterator[tuple[Axes, tuple[int, int]]]:
@@ -258,7 +260,7 @@ class Maps:
         entries = [entry for entry in entries if np.any(entry[1])]
         if difference is not None:
             differs = {"facecolor": SHADE, "edgecolor": SHADE_EDGE, "hatch": "//////"}
-            entries.append(("up and down differ", difference == 1, fine | differs))
+            entries.append((f"{both_ways(self.planes.results.attrs)} differ", difference == 1, fine | differs))
         handles: list[Artist] = [
             area_entry(label=f"{words} ({np.count_nonzero(cells)} of {cells.size})", **style)
             for words, cells, style in entries
@@ -277,7 +279,7 @@ def height_of_maps(panels: int, columns: int) -> float:
 
 
 def draw_map(results: Results, units: str = "si", variable: str = "response") -> Figure:
-    """Maps of ``response``, ``whirl_kind`` or ``motion``, by the colours of
+    """Maps of ``response``, of its kinds or of ``motion``, by the colours of
     :data:`CATEGORIES`."""
     maps = Maps(results, units)
     planes, categories = maps.planes, CATEGORIES[variable]
@@ -324,7 +326,9 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
         low = -high
     panels = {axes: shown[place] for axes, place in maps.panels()}
     bar = _draw_scale(figure, planes, panels, colours, (low, high), value.label)
-    bounds = severity_bounds(results.attrs, name) if name == "stick_slip_index" and not planes.has_words else ()
+    response = graded(name)
+    has_lines = response is not None and response.lines
+    bounds = severity_bounds(results.attrs, name) if has_lines and not planes.has_words else ()
     for axes, cells in panels.items():
         contour_severity(axes, planes, cells, bounds)
     if crossed_bounds := [bound for bound in bounds if low < bound < high]:
@@ -336,18 +340,22 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
         shown = np.ma.masked_invalid(differences / value.scale)
         high = max(map(abs, robust_limits(shown.compressed()))) if shown.count() else 1.0
         panels = {row[-1]: cells for row, cells in zip(maps.grid, shown, strict=True)}
-        label = f"down less up [{value.unit}]" if value.unit else "down less up"
+        label = f"{maps.difference} [{value.unit}]" if value.unit else maps.difference
         _draw_scale(figure, planes, panels, DIFFERENCE, (-high, high), label)
     maps.draw_marks(figure)
     return maps.finish(figure, maps.entries("interpolated between runs", "none", None))
 
 
 def _draw_scale(
-    figure: Figure, planes: Planes, panels: dict[Axes, Any], colours: str, limits: tuple[float, float], label: str
-) -> Any:
+    figure: Figure,
+    planes: Planes,
+    panels: dict[Axes, np.ma.MaskedArray],
+    colours: str,
+    limits: tuple[float, float],
+    label: str,
+) -> Colorbar:
     """Colour the cells of the panels by their values, and return the colour bar of all,
     pointed at the ends beyond which there are values."""
-    mesh: Any = None
     for axes, cells in panels.items():
         style = cell_style(cells.size)
         mesh = axes.pcolormesh(*planes.cells, cells, cmap=colours, norm=Normalize(*limits), gid="cells", **style)

@@ -5,7 +5,6 @@ before and after it, and measured beside predicted values."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -17,7 +16,7 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.plot.labels import Shown, check_units, operating_point, quantity
 from nsdrill.plot.page import area_entry, finish, freeze_layout, line_entry, new_figure
-from nsdrill.plot.style import BLACK, BLUE, GREY, SKY, VERMILLION, font_size, house_style, page_width
+from nsdrill.plot.style import BLACK, BLUE, GREY, SKY, VERMILLION, Properties, font_size, house_style, page_width
 from nsdrill.variables import dimension_of
 
 SETTING_TOLERANCE = 0.05  # relative deviation up to which a setting counts as a value of the sweep
@@ -51,7 +50,10 @@ def overlay(figure: Figure, results: Results, measured: Measured, units: str) ->
         elif len(swept) == 2 and any(collection.get_gid() == "cells" for collection in axes.collections):
             drawn = drawn_points = _draw_settings(axes, shown, at_held_values, units)
         if drawn and had_none:
-            _add_legend(axes, "D" if len(swept) == 1 else "x")
+            # in the panel, as the figure has a legend already
+            marker = "D" if len(swept) == 1 else "x"
+            handle = line_entry("measured", color=VERMILLION, marker=marker, markersize=4, linestyle="none")
+            axes.legend(handles=[handle], loc="upper right", fontsize=6, frameon=True, framealpha=0.9, borderpad=0.3)
     if not drawn_points:
         raise InputError(
             f"{measured.source}: found no measurement that has a place in this picture; allowed: one of its values "
@@ -59,12 +61,6 @@ def overlay(figure: Figure, results: Results, measured: Measured, units: str) ->
             f"{100 * SETTING_TOLERANCE:g} %)."
         )
     return drawn_points
-
-
-def _add_legend(axes: Axes, marker: str) -> None:
-    """Explain the marker in a legend of the axes, as the figure has one already."""
-    handle = line_entry("measured", color=VERMILLION, marker=marker, markersize=4, linestyle="none")
-    axes.legend(handles=[handle], loc="upper right", fontsize=6, frameon=True, framealpha=0.9, borderpad=0.3)
 
 
 def _draw_values(axes: Axes, x: Array, measured: Measured, name: str, at_held_values: Array, units: str) -> int:
@@ -75,8 +71,8 @@ def _draw_values(axes: Axes, x: Array, measured: Measured, name: str, at_held_va
     )
     if values.size:
         bottom, top = axes.get_ylim()
-        marker: dict[str, Any] = {"marker": "D", "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
-        bars: dict[str, Any] = {"linestyle": "none", "color": VERMILLION, "capsize": 2, "elinewidth": 0.9}
+        marker: Properties = {"marker": "D", "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
+        bars: Properties = {"linestyle": "none", "color": VERMILLION, "capsize": 2, "elinewidth": 0.9}
         axes.errorbar(x[shown], values, errors, zorder=6, gid=f"measured:{name}", **marker, **bars)
         margin = 0.03 * (top - bottom)
         low, high = float(np.min(values - errors)) - margin, float(np.max(values + errors)) + margin
@@ -92,7 +88,7 @@ def _draw_settings(axes: Axes, at: dict[str, Array], at_held_values: Array, unit
     (x, y) = (at[axis] for axis in sorted(at, key=lambda axis: quantity(axis, units).label not in labels))
     (left, right), (bottom, top) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
     shown = at_held_values & (x >= left) & (x <= right) & (y >= bottom) & (y <= top)
-    cross: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 6, "zorder": 4.5, "clip_on": False}
+    cross: Properties = {"linestyle": "none", "marker": "x", "markersize": 6, "zorder": 4.5, "clip_on": False}
     for colour, width, gid in (("white", 3.0, "halo"), (VERMILLION, 1.4, "measured")):
         axes.plot(x[shown], y[shown], color=colour, markeredgewidth=width, gid=gid, **cross)
     return int(shown.sum())
@@ -110,14 +106,15 @@ def draw_fit(
     prior: Mapping[str, Array],
     samples: Mapping[str, Array],
     predicted: Mapping[str, Array],
+    effective: float,
     units: str = "si",
 ) -> Figure:
     """Draw a fit: the ``prior`` and the posterior ``samples`` of each unknown by key,
     in SI, and the ``predicted`` values [samples, points] by name beside those
-    ``measured``."""
+    ``measured``; ``effective`` is the effective number of samples of the fit."""
     check_units(units)
     unknown_rows, feature_rows = -(-len(samples) // COLUMNS), len(measured.values)
-    rows, number, with_names = unknown_rows + feature_rows, effective_number(samples), measured.points <= MAX_NAMED
+    rows, with_names = unknown_rows + feature_rows, measured.points <= MAX_NAMED
     with house_style():
         figure = new_figure(page_width(), 1.2 + PANEL_HEIGHT * rows + (0.25 if with_names else 0.0))
         grid = figure.add_gridspec(rows, 1, height_ratios=[1.0] * rows)
@@ -125,22 +122,15 @@ def draw_fit(
         for place, key in enumerate(samples):
             row, column = divmod(place, COLUMNS)
             axes = figure.add_subplot(cells[row][column])
-            _draw_unknown(axes, quantity(key, units), prior[key], samples[key], bins_for(number))
+            _draw_unknown(axes, quantity(key, units), prior[key], samples[key], bins_for(effective))
         panels = [figure.add_subplot(grid[row]) for row in range(unknown_rows, rows)]
         for axes, name in zip(panels, measured.values, strict=True):
             _draw_feature(axes, quantity(name, units), measured, name, predicted[name])
             axes.tick_params(labelbottom=axes is panels[-1])
         _label_points(panels[-1], measured, units, with_names)
-        finish(figure, title, _handles(number), 3)
+        finish(figure, title, _handles(effective), 3)
         freeze_layout(figure)
     return figure
-
-
-def effective_number(samples: Mapping[str, Array]) -> float:
-    """How many independent samples these are worth: those of great weight are among
-    them several times (Kish 1965)."""
-    repeats = np.unique(np.column_stack(list(samples.values())), axis=0, return_counts=True)[1]
-    return float(repeats.sum() ** 2 / np.sum(repeats.astype(float) ** 2))
 
 
 def bins_for(number: float) -> int:
@@ -153,7 +143,7 @@ def _draw_unknown(axes: Axes, shown: Shown, prior: Array, samples: Array, after_
     before, after = prior / shown.scale, samples / shown.scale
     low, high = np.percentile(before, [0.5, 99.5])
     low, high = min(low, after.min()), max(high, after.max())
-    bins: Any = np.linspace(low, high, BINS + 1)
+    bins = np.linspace(low, high, BINS + 1).tolist()
     axes.hist(before, bins=bins, density=True, color=GREY, alpha=0.6, gid="before")
     axes.hist(after, bins=after_bins, density=True, histtype="stepfilled", color=BLUE, alpha=0.7, gid="after")
     axes.set_yticks([])
@@ -174,7 +164,7 @@ def _draw_feature(axes: Axes, shown: Shown, measured: Measured, name: str, predi
     axes.bar(numbers[is_measured], high - low, 0.5, low, color=SKY, alpha=0.6, gid="predicted", zorder=2)
     axes.hlines(middle, numbers[is_measured] - 0.25, numbers[is_measured] + 0.25, color=BLUE, linewidth=1.0, zorder=2.5)
     values, errors = (by_name[name][is_measured] / shown.scale for by_name in (measured.values, measured.errors))
-    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3, "color": BLACK}
+    style: Properties = {"linestyle": "none", "marker": "o", "markersize": 3, "color": BLACK}
     axes.errorbar(numbers[is_measured], values, errors, capsize=2, elinewidth=0.7, zorder=3, **style)
     axes.set_ylabel(shown.label.replace(" [", "\n["), fontsize=font_size(7))
     axes.set_xlim(0.4, measured.points + 0.6)
@@ -193,10 +183,10 @@ def _label_points(axes: Axes, measured: Measured, units: str, with_names: bool) 
     axes.set_xticklabels([text.replace(", ", "\n") for text in texts])
 
 
-def _handles(number: float) -> list[Artist]:
+def _handles(effective: float) -> list[Artist]:
     return [
         area_entry(facecolor=GREY, alpha=0.6, label="before: what the study says"),
-        area_entry(facecolor=BLUE, alpha=0.7, label=f"after, worth {number:.0f} samples"),
+        area_entry(facecolor=BLUE, alpha=0.7, label=f"after, effective number of samples {effective:.0f}"),
         line_entry(color=BLACK, marker="o", markersize=3, linewidth=0.7, label="measured, one deviation"),
         area_entry(facecolor=SKY, alpha=0.6, label="the model after, 5 to 95 %"),
         line_entry(color=BLUE, linewidth=1.0, label="its median"),

@@ -13,20 +13,23 @@ import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from nsdrill.data import Attributes
 from nsdrill.errors import InputError, option
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import look as look
 from nsdrill.plot.style import (
     FONT_SIZE,
     MOTIONS,
     REFERENCE,
     RESPONSES,
+    Properties,
+    font_size,
     house_style,
     missing_characters,
     page_width,
@@ -72,9 +75,13 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def stack(figure: Any, rows: int, *, shared: bool = True, **ratios: Any) -> list[Axes]:
-    """Panels one below the other, which share the x axis where ``shared``."""
-    grid = figure.add_gridspec(rows, 1, **ratios)
+def stack(
+    figure: Figure | SubFigure, rows: int, *, shared: bool = True, heights: Sequence[float] = (), below: float = 0.0
+) -> list[Axes]:
+    """Panels one below the other, of these relative ``heights``, which share the x axis
+    where ``shared``; ``below`` them there is an empty room."""
+    ratios = [*(heights or [1.0] * rows), *([below] if below else [])]
+    grid = figure.add_gridspec(len(ratios), 1, height_ratios=ratios)
     panels: list[Axes] = []
     for row in range(rows):
         first = panels[0] if shared and panels else None
@@ -83,7 +90,7 @@ def stack(figure: Any, rows: int, *, shared: bool = True, **ratios: Any) -> list
     return panels
 
 
-def tiles(figure: Any, count: int, columns: int) -> list[Axes]:
+def tiles(figure: Figure | SubFigure, count: int, columns: int) -> list[Axes]:
     """So many panels, ``columns`` in a row."""
     grid = figure.add_gridspec(-(-count // columns), columns)
     return [figure.add_subplot(grid[divmod(place, columns)]) for place in range(count)]
@@ -149,6 +156,19 @@ def finish(figure: Figure, title: str, handles: Sequence[Artist], columns: int) 
     return figure
 
 
+def write(
+    axes: Axes,
+    text: str,
+    place: tuple[float, float],
+    offset: tuple[float, float] = (0.0, 0.0),
+    size: float = 6.0,
+    **style: Any,
+) -> None:
+    """Write a small text at a place of a panel, moved by ``offset`` [points]; ``size`` is
+    that of :func:`font_size`. ``style`` may have ``xycoords``, as :data:`BESIDE`."""
+    axes.annotate(text, place, offset, textcoords="offset points", fontsize=font_size(size), **style)
+
+
 def panels_per_row(count: int, min_width: float) -> int:
     """How many of ``count`` panels fit in a row, each ``min_width`` inches wide or
     more."""
@@ -175,7 +195,7 @@ def marker_entry(
     hollow: bool = False,
 ) -> Artist:
     """An entry with a marker, filled or open."""
-    style: dict[str, Any] = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge}
+    style: Properties = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge}
     if hollow:
         style |= {"markerfacecolor": "none", "markeredgewidth": edge or 0.7}
     return line_entry(label, linestyle="none", **style)
@@ -191,12 +211,13 @@ def motion_entries(codes: Iterable[int]) -> list[Artist]:
     return [marker_entry(style.name, "o", style.colour, size=4) for style in (MOTIONS[code] for code in sorted(codes))]
 
 
-def direction_entries(procedures: Sequence[str]) -> list[Artist]:
+def direction_entries(procedures: Sequence[str], attrs: Attributes) -> list[Artist]:
     """What filled and open markers mean; no entries where the state was not carried
     both up and down."""
     if not {"up", "down"} <= set(procedures):
         return []
-    return [marker_entry("up: filled", size=4, edge=0.7), marker_entry("down: open", size=4, hollow=True)]
+    up, down = (way_word(procedure, attrs) for procedure in ("up", "down"))
+    return [marker_entry(f"{up}: filled", size=4, edge=0.7), marker_entry(f"{down}: open", size=4, hollow=True)]
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
@@ -208,10 +229,14 @@ def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> Non
         if width <= figure.bbox.width:
             return
         if count == 1:
+            height = legend.get_window_extent().height
             for text in legend.get_texts():
                 characters = int(len(text.get_text()) * 0.95 * figure.bbox.width / width)
                 if len(text.get_text()) > characters:
                     text.set_text(textwrap.fill(text.get_text(), max(characters, SHORTEST_LINE)))
+            if isinstance(figure, Picture) and look.get().height is None:  # else the panels become lower
+                more = (legend.get_window_extent().height - height) / figure.dpi
+                figure.set_figheight(figure.get_figheight() + more)
             return
         legend.remove()
 
@@ -247,7 +272,7 @@ def write_in_largest_panel(figure: Figure, text: str) -> None:
     )
 
 
-def panels_of(figure: Any) -> list[Axes]:
+def panels_of(figure: Figure | SubFigure) -> list[Axes]:
     """All axes of a figure and of its subfigures."""
     panels = figure.axes or [axes for subfigure in getattr(figure, "subfigs", ()) for axes in panels_of(subfigure)]
     return list(dict.fromkeys(panels))

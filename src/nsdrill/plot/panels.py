@@ -21,10 +21,22 @@ from matplotlib.font_manager import FontProperties
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.probability import FAILED_POINT
 from nsdrill.data import Array, Attributes, Results, resolved_study
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.registry import drawn_in
+from nsdrill.models.responses import RESPONSES as CRITICAL
+from nsdrill.models.responses import Response, Thresholds
 from nsdrill.plot.cells import overlay_verdicts, verdict_handles
-from nsdrill.plot.labels import quantity, sweep_title
-from nsdrill.plot.page import area_entry, finish, line_entry, marker_entry, name_panel, new_figure, response_entries
+from nsdrill.plot.labels import quantity, sweep_title, way_word
+from nsdrill.plot.look import BESIDE
+from nsdrill.plot.page import (
+    area_entry,
+    finish,
+    line_entry,
+    marker_entry,
+    name_panel,
+    new_figure,
+    response_entries,
+    write,
+)
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, lay_along, robust_limits
 from nsdrill.plot.slices import line as line_along
@@ -34,9 +46,9 @@ from nsdrill.plot.style import (
     REFERENCE,
     RESPONSES,
     SHADE,
+    Properties,
     ResponseStyle,
     cell_style,
-    font_size,
     page_width,
 )
 from nsdrill.plot.traces import envelope, one_per_pixel
@@ -126,8 +138,7 @@ def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
         overlay_verdicts(axes, (line.edges, rows), verdicts, cell_size)
     row, point = np.nonzero(line.outcome == FAILED_POINT)
     if row.size:
-        cross: dict[str, Any] = {"markersize": 3.5, "markeredgewidth": 0.8, "linestyle": "none"}
-        axes.plot(line.across[point], row, "kx", gid="failed", **cross)
+        axes.plot(line.across[point], row, "kx", gid="failed", markersize=3.5, markeredgewidth=0.8, linestyle="none")
     axes.tick_params(length=0, labelbottom=False)
     axes.grid(visible=False)  # a grid of the user's style would look like borders of cells
     for spine in axes.spines.values():
@@ -135,18 +146,21 @@ def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
 
 
 def draw_rows(
-    axes: Axes, line: Line, codes: Any, styles: Sequence[ResponseStyle], gid: str, *, name_rows: bool
+    axes: Axes, line: Line, codes: Array, styles: Sequence[ResponseStyle], gid: str, *, name_rows: bool
 ) -> Array:
     """Cells [procedure, point] in the colours of the ``styles`` of their codes, a row
     for each procedure, the first on top; returns the edges of the rows."""
     borders = np.arange(len(line.procedures) + 1) - 0.5
     draw_codes(axes, (line.edges, borders), codes, [style.colour for style in styles], gid, gid)
     axes.set_ylim(borders[-1], borders[0])
-    axes.set_yticks(borders[1:] - 0.5, line.procedures if name_rows else [""] * len(codes))
+    names = [way_word(procedure, line.results.attrs) for procedure in line.procedures]
+    axes.set_yticks(borders[1:] - 0.5, names if name_rows else [""] * len(codes))
     return borders
 
 
-def draw_codes(axes: Axes, cells: tuple[Array, Array], codes: Any, colours: Sequence[str], name: str, gid: str) -> None:
+def draw_codes(
+    axes: Axes, cells: tuple[Array, Array], codes: Array, colours: Sequence[str], name: str, gid: str
+) -> None:
     """Cells [y, x] in the ``colours`` of their codes; ``name`` is that of the scale."""
     scale, norm = ListedColormap(list(colours), name=name), BoundaryNorm(np.arange(-0.5, len(colours)), len(colours))
     axes.pcolormesh(*cells, codes, cmap=scale, norm=norm, gid=gid, **cell_style(codes.size))
@@ -156,7 +170,7 @@ def shade_hysteresis(axes: Axes, line: Line) -> int:
     """Shade where up and down differ in response, cell by cell; returns the number of
     shaded intervals."""
     shaded, borders = spans(differences(line.procedures, line.outcome)), line.edges
-    style: dict[str, Any] = {"facecolor": SHADE, "edgecolor": "none", "linewidth": 0, "zorder": 0}
+    style: Properties = {"facecolor": SHADE, "edgecolor": "none", "linewidth": 0, "zorder": 0}
     for first, last in shaded:
         axes.axvspan(borders[first], borders[last + 1], gid="hysteresis", **style)
     return len(shaded)
@@ -244,7 +258,7 @@ def draw_dots(
 def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
     """The rotary speed of the drive as a line: the speed of the bit in steady
     drilling."""
-    style: dict[str, Any] = {**DASHED, "zorder": 1.5}
+    style: Properties = {**DASHED, "zorder": 1.5}
     for line, axes in zip(lines, panels, strict=False):
         if line.axis == "rotary_speed" and len(line.x) > 1:
             axes.plot(line.across, line.across, gid="rotary speed", **style)
@@ -257,39 +271,27 @@ def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
 
 def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]:
     """The wall of the hole as a line, where the file with these ``attrs`` has its
-    distance; an entry of the legend alone where the motion stays far from it."""
+    distance, and its entry of the legend; where the motion stays far from it, its
+    distance beside an arrow in the panels, and no entry."""
     gap = attrs.get("gap")
     if gap is None or not panels:
         return []
-    radius = quantity("radius_peaks", units)
+    radius = quantity(drawn_in(attrs).radius, units)
     height = float(gap) / radius.scale
     if panels[0].get_ylim()[1] < WALL_VISIBLE_FROM * height:
-        return [line_entry(linestyle="none", label=f"wall at {height:.4g} {radius.unit}, out of sight")]
+        words = f"\u2191 wall at {height:.4g} {radius.unit}"
+        corner: Properties = {"xycoords": "axes fraction", "ha": "right", "va": "top", "gid": "wall afar"}
+        for axes in panels:
+            write(axes, words, (1.0, 1.0), (-3, -3), color=REFERENCE, **corner)
+        return []
     for axes in panels:
         axes.axhline(height, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
     return [line_entry(color=REFERENCE, linewidth=0.9, label="wall of the hole")]
 
 
-MILD_TO_SEVERE = ("none", "light", "moderate", "strong", "severe")
-# variable -> section of the thresholds, its four bounds in ascending order, and the
-# names of the five bands
-_GRADED: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
-    "stick_slip_index": (
-        "stick_slip",
-        ("oscillation_index", "medium_index", "stall_index", "severe_index"),
-        ("none", "oscillation", "medium", "onset of stall", "severe"),
-    ),
-    "lift_off_fraction": (
-        "bit_bounce",
-        ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
-        MILD_TO_SEVERE,
-    ),
-    "lateral_acceleration_rms": (
-        "whirl",
-        ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
-        MILD_TO_SEVERE,
-    ),
-}
+def graded(name: str) -> Response | None:
+    """The response whose severity is graded by the variable of this name."""
+    return next((response for response in CRITICAL.values() if response.graded == name), None)
 
 
 def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
@@ -299,16 +301,16 @@ def severity_bounds(attrs: Attributes, name: str) -> tuple[float, ...]:
     ``attrs`` are the root attributes of a results file. The thresholds of a new
     classification come before those of the study, and these before the defaults.
     """
-    if name not in _GRADED:
+    response = graded(name)
+    if response is None:
         return ()
-    section, keys, _ = _GRADED[name]
     defaults = asdict(Thresholds())
     if "classification_resolved" in attrs:
         classify = json.loads(attrs["classification_resolved"])
     else:
         classify = resolved_study(attrs).get("classify", defaults)
-    thresholds = {**defaults[section], **classify.get(section, {})}
-    return tuple(float(thresholds[key]) for key in keys)
+    thresholds = {**defaults[response.name], **classify.get(response.name, {})}
+    return tuple(float(thresholds[key]) for key in response.bounds)
 
 
 BINS = 1500  # of a curve: about one for each pixel in print
@@ -328,7 +330,7 @@ def draw_values(axes: Axes, line: Line, name: str, style: Mapping[str, Any] | No
         axes.plot(kept_x, kept_y, **{**own, **(style or {})})
 
 
-def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) -> dict[str, Any]:
+def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) -> Properties:
     """A line with markers; of more than :data:`MAX_MARKERS` points a line alone,
     thinner from :data:`BINS` points on."""
     colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
@@ -354,11 +356,11 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     low, high = robust_limits(values)
     if quantity(name, lines[0].units).unit == "%":  # a share of time or of a mean speed: the axis begins at zero
         low = 0.0
-        high = max(high, 110.0 if name == "stick_slip_index" else 5.0)
+        high = max(high, max((one.axis for one in CRITICAL.values() if one.feature == name), default=5.0))
     margin = 0.06 * (high - low)
     panels[0].set_ylim(low - (margin if low else 0.03 * (high - low)), high + margin)
     bottom, top = panels[0].get_ylim()
-    arrow: dict[str, Any] = {"linestyle": "none", "markersize": 4, "clip_on": False, "zorder": 5}
+    arrow: Properties = {"linestyle": "none", "markersize": 4, "clip_on": False, "zorder": 5}
     for axes, line in zip(panels, lines, strict=True):
         for row, procedure in enumerate(line.procedures):
             shown, colour = line.shown(name)[row], DIRECTION_COLOURS.get(procedure, REFERENCE)
@@ -372,15 +374,15 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
 def shade_severity(axes: Axes, attrs: Attributes, name: str, units: str, *, with_names: bool) -> None:
     """The bands of severity of a variable behind its curve, where it is graded, with
     their names at the right where ``with_names``."""
-    bounds = [bound / quantity(name, units).scale for bound in severity_bounds(attrs, name)]
-    if not bounds:
+    response = graded(name)
+    if response is None:
         return
+    bounds = [bound / quantity(name, units).scale for bound in severity_bounds(attrs, name)]
     top = axes.get_ylim()[1]
     ends = [*bounds, max(top, bounds[-1])]
-    bands = zip([0.0, *bounds], ends, _GRADED[name][2], SEVERITY_GREYS, strict=True)
-    style: dict[str, Any] = {"va": "center", "fontsize": font_size(6), "color": REFERENCE}
+    bands = zip([0.0, *bounds], ends, response.bands, SEVERITY_GREYS, strict=True)
     for number, (start, end, word, grey) in enumerate(bands):
         axes.axhspan(start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}")
         end = min(end, top)
         if with_names and end - start > 0.07 * top:
-            axes.annotate(word, (1.005, 0.5 * (start + end)), xycoords=("axes fraction", "data"), **style)
+            write(axes, word, (1.005, 0.5 * (start + end)), xycoords=BESIDE, va="center", color=REFERENCE)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, NsdrillError, option
@@ -102,7 +102,7 @@ def kinds_of(group: str) -> dict[str, Kind]:
     return {name: kind for name, kind in all_kinds().items() if kind.of == group}
 
 
-def kinds_for(data: Any) -> tuple[str, ...]:
+def kinds_for(data: object) -> tuple[str, ...]:
     """The kinds in which ``data`` can be drawn, the default first; not those that are
     panels of another one."""
     places = {name: kind.place(data) for name, kind in all_kinds().items() if not kind.part_of}
@@ -121,7 +121,7 @@ def variables_for(kind: str, model: Description) -> tuple[str, ...]:
     return ("status", "response", *TRUST, *all_kinds()[kind].uses(model))
 
 
-def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[Kind, str | None]:
+def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tuple[Kind, str | None]:
     """The kind to draw, ``kind`` or the default if it is None, and which ``panel`` of it
     alone, None for all. A panel that is declared as a kind is drawn as that one. The
     InputError for a kind that does not fit lists those that do."""
@@ -141,8 +141,9 @@ def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[
             ("start", "start of every operating point", option("start")),
             (SAMPLE, "sample of the uncertain numbers", option("at", f"{SAMPLE}=...")),
         ):
-            of_several = isinstance(data, Results) and dimension in data.coords
-            if of_several and known[kind].place(_without(data, dimension)) is not None:
+            if not isinstance(data, Results) or dimension not in data.coords:
+                continue
+            if known[kind].place(_without(data, dimension)) is not None:
                 raise InputError(
                     f"plot kind: found {kind!r}, which draws one {of}, with {describe(data)}; "
                     f"allowed here:\n{lines}\nor {kind!r} with {argument}, 0 to "
@@ -179,29 +180,29 @@ def is_study(path: object) -> bool:
     return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith((".yaml", ".yml"))
 
 
-def is_branches(data: Any) -> bool:
+def is_branches(data: object) -> bool:
     """Whether this is a Dataset of branches."""
     return "branch" in getattr(data, "dims", ())
 
 
-def is_sweep(data: Any) -> bool:
+def is_sweep(data: object) -> TypeGuard[Results]:
     """Whether these are results with one start and one sample of every operating point."""
     return isinstance(data, Results) and "start" not in data.coords and SAMPLE not in data.coords
 
 
-def has_samples(data: Any) -> bool:
+def has_samples(data: object) -> TypeGuard[Results]:
     """Whether these are results with several samples of uncertain numbers."""
     return isinstance(data, Results) and SAMPLE in data.coords
 
 
-def needs_samples(data: Any) -> str:
+def needs_samples(data: object) -> str:
     """Why pictures of samples do not fit the data."""
     if isinstance(data, Results) and SAMPLE not in data.coords:
         return "it needs samples of uncertain numbers: the section uncertain of a study"
     return ""
 
 
-def fits_columns(data: Any) -> bool:
+def fits_columns(data: object) -> TypeGuard[Results]:
     """Whether a sweep is drawn over one axis, with a column for each of the few values
     of a second one."""
     if not is_sweep(data):
@@ -210,13 +211,13 @@ def fits_columns(data: Any) -> bool:
     return not others or (len(others) == 1 and others[0] <= MAX_COLUMNS)
 
 
-def is_plane(data: Any) -> bool:
+def is_plane(data: object) -> TypeGuard[Results]:
     """Whether a sweep is drawn over two axes, with panels for the values of a third
     one."""
     return is_sweep(data) and len(data.swept) > 1
 
 
-def longest(data: Any) -> str:
+def longest(data: Results) -> str:
     """The axis along x in pictures over one axis: the longest one, of numbers rather
     than words; of a single point the speed."""
     return str(
@@ -224,21 +225,21 @@ def longest(data: Any) -> str:
     )
 
 
-def needs_one_axis(data: Any) -> str:
+def needs_one_axis(data: object) -> str:
     """Why pictures over one axis do not fit the data."""
     if not is_sweep(data) or fits_columns(data):
         return ""
     return f"it shows one axis, or two of which one has at most {MAX_COLUMNS} values: select one value of the others"
 
 
-def needs_returns(data: Any) -> str:
+def needs_returns(data: object) -> str:
     """Why pictures of the returns to the section do not fit the data."""
     if isinstance(data, Results) and "motion" not in data.variables:
         return "no returns to the Poincare section were recorded: run with record.poincare"
     return ""
 
 
-def needs_starts(data: Any) -> str:
+def needs_starts(data: object) -> str:
     """Why pictures of several starts do not fit the data."""
     if not isinstance(data, Results):
         return ""
@@ -252,7 +253,7 @@ def _without(data: Results, dimension: str) -> Results:
     return Results(coords, data.variables, data.attrs, data.more)
 
 
-def describe(data: Any) -> str:
+def describe(data: object) -> str:
     if isinstance(data, Trace):
         return "a trace"
     if not isinstance(data, Results):

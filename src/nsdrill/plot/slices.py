@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,10 @@ from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
 from nsdrill.units import WithUnit
 from nsdrill.variables import AXES, SAMPLE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import XAxis, YAxis
 
 T = TypeVar("T")
 
@@ -155,7 +159,7 @@ def positions(results: Results, axis: str) -> Array:
     return np.arange(1.0, len(values) + 1.0) if words_along(axis) else values
 
 
-def name_words(axes: Any, results: Results, x: str | None = None, y: str | None = None, units: str = "si") -> None:
+def name_words(axes: Axes, results: Results, x: str | None = None, y: str | None = None, units: str = "si") -> None:
     """Label the axes ``x`` and ``y`` whose values are words with these words."""
     for name, axis in ((x, axes.xaxis), (y, axes.yaxis)):
         if name is None or not words_along(name):
@@ -176,7 +180,7 @@ def is_logarithmic(values: Array) -> bool:
     return bool(np.ptp(np.diff(np.log(values))) < 1e-6 * np.log(values[-1] / values[0]))
 
 
-def spaced(axes: Any, x: Array | None = None, y: Array | None = None) -> None:
+def spaced(axes: Axes, x: Array | None = None, y: Array | None = None) -> None:
     """Give the axes logarithmic scales where the values along them have equal
     ratios."""
     for values, axis in ((x, axes.xaxis), (y, axes.yaxis)):
@@ -184,7 +188,7 @@ def spaced(axes: Any, x: Array | None = None, y: Array | None = None) -> None:
             make_logarithmic(axis)
 
 
-def make_logarithmic(axis: Any, ticks: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
+def make_logarithmic(axis: XAxis | YAxis, ticks: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
     """Give an axis a logarithmic scale with plain numbers at these ``ticks`` of each
     power of ten."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
@@ -195,7 +199,7 @@ def make_logarithmic(axis: Any, ticks: tuple[float, ...] = (1.0, 2.0, 5.0)) -> N
     axis.set_minor_formatter(NullFormatter())
 
 
-def lay_along(axes: Any, results: Results, axis: str, units: str, *, margins: bool = False) -> None:
+def lay_along(axes: Axes, results: Results, axis: str, units: str, *, margins: bool = False) -> None:
     """Let the ``axis`` of a sweep lie along x of a panel: its label, its words, a
     logarithmic scale where the values are, and limits at the edges of the cells or,
     with ``margins``, hardly beyond the first and the last point."""
@@ -210,9 +214,10 @@ def lay_along(axes: Any, results: Results, axis: str, units: str, *, margins: bo
 
 
 def edges(centres: Array) -> Array:
-    """Cell edges half way between neighbours, mirrored at both ends; so a non-uniform
-    axis is drawn to scale. Of values with equal ratios, half way on a logarithmic
-    scale. No cell reaches below zero where no value does."""
+    """Cell edges half way between neighbours; so a non-uniform axis is drawn to scale.
+    The outer cells end half the least step beyond their values, as nothing is known
+    there. Of values with equal ratios, half way on a logarithmic scale. No cell reaches
+    below zero where no value does."""
     centres = np.asarray(centres, dtype=float)
     if is_logarithmic(centres):
         ratio = math.sqrt(centres[1] / centres[0])
@@ -221,7 +226,8 @@ def edges(centres: Array) -> Array:
         half = 0.05 * abs(centres[0]) or 0.5
         return np.array([centres[0] - half, centres[0] + half])
     middle = 0.5 * (centres[1:] + centres[:-1])
-    first, last = 2 * centres[0] - middle[0], 2 * centres[-1] - middle[-1]
+    half = 0.5 * np.diff(centres).min()
+    first, last = centres[0] - half, centres[-1] + half
     if centres[0] >= 0.0:
         first = max(first, 0.0)
     return np.concatenate(([first], middle, [last]))

@@ -30,9 +30,13 @@ from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
 
 from nsdrill.data import Array
+from nsdrill.models.responses import RESPONSE_KINDS
+from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.plot.look import Look
 from nsdrill.plot.look import look as look
-from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
+
+Properties = dict[str, Any]  # of artists of matplotlib, by their names
+Dashes = str | tuple[float, tuple[float, ...]]  # the name of a style of lines, or where it starts and its lengths
 
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
@@ -51,7 +55,7 @@ WARNING = "#8A1C00"  # text of a warning: dark, so that it is read in grey as we
 BAD_TO_GOOD = ("#3F1030", "#93394A", "#C9714B", "#D9A95B", SAFE_COLOUR)
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale behind every marker colour
 REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the rotary speed
-DASHED: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2)}
+DASHED: Properties = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2)}
 # colours belong to the responses
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}
 
@@ -64,7 +68,7 @@ RELATIVE_FONT_SIZES = {  # in units of font.size
     "xtick.labelsize": 0.875,
     "ytick.labelsize": 0.875,
 }
-RC: dict[str, Any] = {
+RC: Properties = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # part of matplotlib: the same picture on every machine
     "font.size": FONT_SIZE,
@@ -107,27 +111,33 @@ class ResponseStyle:
 NO_RESPONSE = "no critical response"
 
 # Indexed by the response bits. One response: a light, strong colour; two: a darker one;
-# all three: black. Whirl is not green, which readers take for safe.
-RESPONSES: tuple[ResponseStyle, ...] = (
-    ResponseStyle(NO_RESPONSE, SAFE_COLOUR, "o"),
-    ResponseStyle("bit-bounce", SKY, "^", "B"),
-    ResponseStyle("stick-slip", ORANGE, "s", "S"),
-    ResponseStyle("bit-bounce + stick-slip", WINE, "p", "BS"),
-    ResponseStyle("whirl", PURPLE, "D", "W"),
-    ResponseStyle("bit-bounce + whirl", BLUE, "P", "BW"),
-    ResponseStyle("stick-slip + whirl", VERMILLION, "X", "SW"),
-    ResponseStyle("bit-bounce + stick-slip + whirl", BLACK, "*", "BSW"),
+# all three: black. None is green, which readers take for safe.
+_LOOKS = (
+    (SAFE_COLOUR, "o"),
+    (SKY, "^"),
+    (ORANGE, "s"),
+    (WINE, "p"),
+    (PURPLE, "D"),
+    (BLUE, "P"),
+    (VERMILLION, "X"),
+    (BLACK, "*"),
 )
-# Indexed by the kind of whirl. Paul Tol's light colours: none of them stands for a
-# response or a kind of motion.
-WHIRLS: tuple[tuple[str, str], ...] = (
-    ("no whirl", "#DDDDDD"),
-    ("forward", "#77AADD"),
-    ("backward", "#EEDD88"),
-    ("backward rolling", "#EE8866"),
-    ("irregular", "#FFAABB"),
-    ("low side", "#BBCC33"),
-)
+
+
+def _styled(bits: int, look: tuple[str, str]) -> ResponseStyle:
+    """The style of the responses with these bits."""
+    present = [response for response in CRITICAL.values() if response.bit & bits]
+    name = " + ".join(response.words for response in present)
+    return ResponseStyle(name or NO_RESPONSE, *look, "".join(response.letter for response in present))
+
+
+RESPONSES: tuple[ResponseStyle, ...] = tuple(_styled(bits, look) for bits, look in enumerate(_LOOKS))
+# Of the kinds of a response, the first for none. Paul Tol's light colours: none of them
+# stands for a response or a kind of motion.
+KIND_COLOURS = ("#DDDDDD", "#77AADD", "#EEDD88", "#EE8866", "#FFAABB", "#BBCC33")
+KIND_STYLES: dict[str, tuple[tuple[str, str], ...]] = {
+    name: tuple(zip(response.words_of_kinds, KIND_COLOURS, strict=True)) for name, response in RESPONSE_KINDS.items()
+}
 # Indexed by the kind of motion. Paul Tol's muted colours: none of them stands for a
 # response.
 MOTIONS: tuple[ResponseStyle, ...] = (
@@ -138,7 +148,6 @@ MOTIONS: tuple[ResponseStyle, ...] = (
     ResponseStyle("chaotic", "#CC6677", "^"),
     ResponseStyle("unsettled", "#DDCC77", "s"),
 )
-assert RESPONSES[BIT_BOUNCE | STICK_SLIP | WHIRL].name.count("+") == 2
 
 
 GOODNESS = LinearSegmentedColormap.from_list("goodness", BAD_TO_GOOD)
@@ -275,7 +284,7 @@ def missing_characters(text: str) -> str:
 
 target: ContextVar[Figure | None] = ContextVar("target", default=None)
 """The stand-in for a figure while a picture is drawn into axes of the caller: see
-:mod:`nsdrill.plot.into`."""
+:mod:`nsdrill.plot.drawing`."""
 
 
 @contextmanager

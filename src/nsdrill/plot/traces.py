@@ -10,10 +10,11 @@ import numpy as np
 
 from nsdrill.data import Array, Trace, drive_kind
 from nsdrill.errors import InputError
+from nsdrill.models.operation import SCHEDULED
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.labels import heading, operating_point, quantity
+from nsdrill.plot.labels import carried, heading, operating_point, quantity
 from nsdrill.plot.look import look as look
-from nsdrill.variables import AXES, SCHEDULED, dimension_of
+from nsdrill.variables import AXES, dimension_of
 
 MOVED_FIRST = ("rotary_speed", "wob", "depth")  # the order in which drillers move them
 MAX_VALUES = 4  # of a ramp that a title lists; of more, the least and the greatest
@@ -128,7 +129,7 @@ def extra_height(trace: Trace) -> float:
 def title_of(trace: Trace, units: str, width: int = 100) -> str:
     """The title of the study and the operating point."""
     procedure = str(trace.attrs.get("procedure") or "")
-    words = {"up": "carried up", "down": "carried down", "same": ""}.get(procedure, procedure)
+    words = "" if procedure == "same" else carried(procedure, trace.attrs)
     parts = filter(None, (operating_point_text(trace, units), words))
     return heading(trace.attrs, ", ".join(parts), width=width)
 
@@ -138,18 +139,20 @@ def is_chosen() -> bool:
     return look.get().time is not None or look.get().xlim is not None
 
 
-def shown_part(trace: Trace) -> tuple[slice, str]:
-    """The part of the trace for orbit and phase planes, and its description (empty if
-    it is the whole trace)."""
+def shown_part(trace: Trace, revolutions: float = LAST_REVOLUTIONS) -> tuple[slice, str]:
+    """The part of the trace for orbit and phase planes, its last ``revolutions`` of the
+    drive, and its description (empty if it is the whole trace)."""
     if is_chosen():
         return slice(None), f"{trace.time[0]:.4g} to {trace.time[-1]:.4g} s"
     speed = float(
-        trace["drive_speed"][-1] if "rotary_speed" in moving_values(trace) else trace.attrs.get("rotary_speed") or 0
+        setpoint(trace, "rotary_speed")[-1]
+        if "rotary_speed" in moving_values(trace)
+        else trace.attrs.get("rotary_speed") or 0
     )
-    part = last_part(trace.time, LAST_SAMPLES, LAST_REVOLUTIONS * 2 * pi / speed if speed > 0 else None)
-    if part.start == 0:
-        return part, ""
-    return part, f"last {trace.time[-1] - trace.time[part.start]:.3g} s"
+    start = max(len(trace.time) - LAST_SAMPLES, 0)
+    if speed > 0.0:
+        start = max(start, int(np.searchsorted(trace.time, trace.time[-1] - revolutions * 2 * pi / speed)))
+    return slice(start, None), f"last {trace.time[-1] - trace.time[start]:.3g} s" if start else ""
 
 
 # Fewer samples for the same picture.
@@ -226,11 +229,3 @@ def one_per_pixel(x: Array, y: Array, shape: tuple[int, int]) -> Array:
     pixel = rows * across + columns
     first_points[pixel[::-1]] = np.arange(len(x))[::-1]  # the first point of each pixel
     return np.sort(first_points[first_points >= 0])
-
-
-def last_part(time: Array, samples: int, duration: float | None = None) -> slice:
-    """The end of a trace: at most ``samples`` samples, and at most ``duration`` [s]."""
-    start = max(len(time) - samples, 0)
-    if duration is not None and len(time):
-        start = max(start, int(np.searchsorted(time, time[-1] - duration)))
-    return slice(start, None)

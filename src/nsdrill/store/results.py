@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from nsdrill.data import Array, Attributes
+from nsdrill.data import Array
 from nsdrill.errors import FileError
 from nsdrill.files import MAKE_ROOM, reason
 from nsdrill.models.kept import Kept
@@ -29,17 +29,16 @@ _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096
 
 
-def write_results(path: str | os.PathLike[str], log: Source, attrs: Attributes | None = None) -> None:
+def write_results(path: str | os.PathLike[str], log: Source) -> None:
     """Write the results file ``path`` from ``log``; pending points keep status 0.
 
-    ``attrs`` are added to the root attributes of the log's header. ``path`` is replaced
-    in one step at the end; NsdrillError if that fails, with ``path`` and ``log``
-    unchanged.
+    ``path`` is replaced in one step at the end; NsdrillError if that fails, with
+    ``path`` and ``log`` unchanged.
     """
     recovery_text = getattr(log, "recovery_text", lambda: "The points are still in memory.")
     kept, coords = log.kept, coordinates(log)
     lengths = {name: len(coords[name]) for name in kept.grid}
-    root = root_attributes("results", {**log.header["attrs"], **(attrs or {})}, kept.axes, lengths, kept.unknowns)
+    root = root_attributes("results", log.header["attrs"], kept.axes, lengths, kept.unknowns)
     order, shape = file_order(lengths, root), grid_shape(log.header, kept)
     block, kind = block_shape(shape, points_in_block(kept)), record_dtype(kept)
     stored = stored_coordinates(coords, order, kept, unknown_samples(log))

@@ -8,11 +8,12 @@ import numpy as np
 
 from nsdrill.data import Attributes, Trace
 from nsdrill.errors import FileError
+from nsdrill.models.operation import SCHEDULED
 from nsdrill.models.registry import model_in
 from nsdrill.store import hdf5
 from nsdrill.store.layout import coordinate_attributes, plain_attributes, root_attributes
 from nsdrill.store.read import Arrays, PathLike, coordinate, real_values
-from nsdrill.variables import SCHEDULED, Variable
+from nsdrill.variables import Variable
 
 _CHUNK = 65536  # samples: 512 KiB of one variable
 

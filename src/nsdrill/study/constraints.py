@@ -15,11 +15,12 @@ from nsdrill.data import Array, Resolved, value_at
 from nsdrill.errors import Fault
 from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
+from nsdrill.models.responses import RESPONSES
 from nsdrill.ranges import bound_text
 from nsdrill.study.forms import Reading
 from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
-from nsdrill.study.study import axis_values, refined_axes
+from nsdrill.study.study import axis_values, refined_axes, size
 from nsdrill.units import USUAL
 from nsdrill.variables import AXES, long_key, short_key
 
@@ -28,13 +29,9 @@ MAX_STARTS = 10**5  # of one operating point: they are compared with each other
 
 # Of the thresholds; those of its own a model tells.
 _ORDERS = tuple(
-    Order(f"classify.{section}.{lower}", f"classify.{section}.{upper}")
-    for section, names in {
-        "stick_slip": ("oscillation_index", "medium_index", "stall_index", "severe_index"),
-        "bit_bounce": ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
-        "whirl": ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
-    }.items()
-    for lower, upper in pairwise(names)
+    Order(f"classify.{response.name}.{lower}", f"classify.{response.name}.{upper}")
+    for response in RESPONSES.values()
+    for lower, upper in pairwise(response.bounds)
 )
 
 
@@ -342,8 +339,3 @@ def _of_unknown(found: str) -> str:
         if f"an axis over {old}" in found:
             return found.replace(f"an axis over {old}", new, 1)
     return found
-
-
-def size(axis: Resolved | Sequence[float | str], refine: int = 0) -> int:
-    """The number of values of a resolved axis."""
-    return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)

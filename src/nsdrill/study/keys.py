@@ -20,9 +20,10 @@ from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
 from nsdrill.models.registry import NAMES, described, of_all
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import bound_text, range_text
 from nsdrill.units import USUAL, QuantityError, quoted
 from nsdrill.variables import MODEL, SAMPLE, short_key
@@ -308,6 +309,8 @@ def in_file_order(cls: type) -> list[Field[Value]]:
 def leaf(key: str, item: Field[Value], hint: type, meaning: str, model: Description) -> Leaf:
     """One leaf from the dataclass field ``item`` with the type ``hint``."""
     meta = {"meaning": meaning, **item.metadata}
+    for other in ("later", "lane"):  # which are of studies and of models
+        meta.pop(other, None)
     # those of the first choice; the validation knows what the choice asks for
     if key in model.units_by:
         meta["units"] = next(iter(model.units_by[key][1].values()))

@@ -13,7 +13,7 @@ from pathlib import Path
 from nsdrill.data import Resolved, value_at
 from nsdrill.errors import Fault, StudyError, option
 from nsdrill.models.leaves import is_compiled_in
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.responses import Thresholds
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.forms import Reading

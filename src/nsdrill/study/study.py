@@ -11,6 +11,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import reduce
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -19,11 +20,13 @@ from nsdrill.data import Resolved
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import place_of, words_of
+from nsdrill.models.leaves import marked, place_of, value_of, without, words_of
 from nsdrill.models.operation import Operation
+from nsdrill.models.registry import described
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.schedule import Ramp
 from nsdrill.models.starts import Starts
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
 from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, Value, keys_named
@@ -130,17 +133,6 @@ class Study:
 
 
 IN_WORDS_ONLY = ("title", "units")  # keys that change no number
-LATER = ("drive", "modes", "stabilizer")  # sections that the first studies did not have
-# What the sections of earlier versions did not have, and its value where nothing has
-# changed.
-NEW_KEYS: dict[tuple[str, str], float | bool] = {
-    ("drillstring", "eccentric_weight"): True,
-    ("mud", "swirl"): 0.0,
-    ("well", "inclination"): 0.0,
-    ("well", "axial_friction"): False,
-}
-# of bit.friction; the first studies have one law
-LAW_KEYS = ("law", "dynamic_from", "b0", "b1", "b2", "b3")
 
 
 def study_from_resolved(
@@ -160,7 +152,7 @@ def study_from_resolved(
 
 def _made(resolved: Resolved, most: int) -> Study:
     keys = keys_named(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
-    known, model = _with_law(resolved, keys.leaves), keys.model
+    model, known = keys.model, keys.model.completed(resolved)
     operation = build(Operation, resolved["operation"])
     sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
     if unknown := set(sweep) - {"procedure", "along", "refine", *keys.axes}:
@@ -179,8 +171,9 @@ def _made(resolved: Resolved, most: int) -> Study:
     initial = build(model.initial, resolved["initial"], lenient=True)
     if initial.starts and (drawn or sweep["procedure"] != "same"):
         raise ValueError(f"initial: found {initial.starts} starts, with {sweep['procedure']} or uncertain numbers")
+    later = {item.name for item in fields(model.parameters) if item.metadata.get("later")}
     sections = {
-        name: build(cls, known.get(name, {}), lenient=True) if name in LATER else build(cls, _known(known, name, cls))
+        name: build(cls, known.get(name, {}), lenient=True) if name in later else build(cls, known[name])
         for name, cls in model.sections.items()
     }
     return Study(
@@ -239,29 +232,13 @@ def _axis(leaf: Leaf, keys: Keys, resolved: Resolved) -> Axis:
     return Axis(leaf.key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})")
 
 
-def _known(resolved: Resolved, section: str, cls: type) -> Resolved:
-    """A section, of the fields of ``cls``, with what an earlier version did not know as
-    it was then."""
-    names = {item.name for item in fields(cls)}
-    return {name: off for (of, name), off in NEW_KEYS.items() if of == section and name in names} | resolved[section]
-
-
-def _with_law(resolved: Resolved, leaves: dict[str, Leaf]) -> Resolved:
-    """A resolved study of any version with the keys of the bit's friction law, if its
-    model has them."""
-    bit = resolved.get("bit", {})
-    law = {name: leaves[key].default for name in LAW_KEYS if (key := f"bit.friction.{name}") in leaves}
-    if not law or "law" in bit.get("friction", {}):
-        return resolved
-    return {**resolved, "bit": {**bit, "friction": {**bit["friction"], **law}}}
-
-
 def build(cls: type, data: Resolved, lenient: bool = False) -> Any:
     """A tree of dataclasses from nested data with exactly their keys. Where
     ``lenient``, keys that an older version did not know may be missing and have their
-    defaults: never those of the physics."""
+    defaults: never those of the physics, but for fields that are marked as later."""
     names = {item.name for item in fields(cls)}
-    if not set(data) <= names or (set(data) != names and not lenient):
+    missing = () if lenient else {item.name for item in fields(cls) if not item.metadata.get("later")} - set(data)
+    if not set(data) <= names or missing:
         raise ValueError(f"{cls.__name__}: found the keys {sorted(data)}, allowed: {sorted(names)}")
     values = {}
     for item in fields(cls):
@@ -288,6 +265,11 @@ def refined_axes(sweep: Resolved) -> tuple[str, ...]:
     return tuple(axis for axis, values in sweep.items() if isinstance(values, dict) and axis != sweep["along"])
 
 
+def size(axis: Resolved | Sequence[Value], refine: int = 0) -> int:
+    """The number of values of a resolved axis."""
+    return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)
+
+
 def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
     """The values of a resolved axis: a list, or {from, to, points} with the spacing
     halved ``refine`` times. The values that the axis has without refinement keep their
@@ -296,7 +278,7 @@ def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 1
     if choice:
         axis = [place_of(choice, word) for word in axis]
     if isinstance(axis, dict):
-        points = (axis["points"] - 1) * 2**refine + 1
+        points = size(axis, refine)
         if points > most or not axis["from"] < axis["to"]:
             raise ValueError(f"sweep: found {axis}, allowed: ascending values, at most {most}")
         if axis.get("spacing") == "log":
@@ -314,52 +296,22 @@ def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 1
 def digest(resolved: Resolved) -> str:
     """SHA-256 of what influences the numbers of a sweep: all but the title, the units,
     the continuation, and the operating values and ramps that swept axes replace. (Studies
-    that sweep words are younger than all keys.)"""
+    that sweep words are younger than most keys.)"""
     apart = (*IN_WORDS_ONLY, SECTION)
     parts = {name: value for name, value in resolved.items() if name not in apart}
-    if parts.get("model", MODEL_LEAF.default) == MODEL_LEAF.default and not any(map(words_of, parts["sweep"])):
-        parts = _as_before(parts)
+    model, has_words = described(str(parts.get("model", MODEL_LEAF.default))), any(map(words_of, parts["sweep"]))
+    for key, later in marked(model.parameters, "later").items():
+        *sections, name = key.split(".")
+        section = reduce(lambda tree, part: tree.get(part, {}), sections, parts)
+        if later > has_words and section.get(name) == value_of(model.parameters(), key):
+            parts = without(parts, sections, name)
+    if not has_words:
+        parts = model.as_before(parts)
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
-        parts = _without(parts, sections, name)
+        parts = without(parts, sections, name)
     ramps = {name: ramp for name, ramp in parts.pop("ramps", {}).items() if name not in parts["sweep"]}
     if ramps:
         parts["ramps"] = ramps
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _as_before(parts: Resolved) -> Resolved:
-    """A study of the main model without what earlier versions did not know, where it is
-    as it was then: so that it keeps its digest."""
-    parts = {name: value for name, value in parts.items() if name != "model"}
-    if parts.get("bit", {}).get("friction", {}).get("law") == "hyperbolic":
-        for name in LAW_KEYS:
-            parts = _without(parts, ["bit", "friction"], name)
-    if parts.get("simulation", {}).get("method") == "auto":
-        parts = _without(parts, ["simulation"], "method")
-    if "frozen" not in parts.get("modes", {}).values():
-        parts.pop("modes", None)
-    if parts.get("drive", {}).get("kind") == "ideal":
-        del parts["drive"]
-        parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
-    for name in ("torque_limit", "on_at", "gains"):
-        if parts.get("drive", {name: 0.0}).get(name) is None:
-            parts = _without(parts, ["drive"], name)
-    if parts.get("drive", {}).get("kind") != "dc_motor":
-        for name in ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia"):
-            parts = _without(parts, ["drive"], name)
-    if parts.get("stabilizer", {}).get("clearance") is None and "stabilizer.clearance" not in parts["sweep"]:
-        parts.pop("stabilizer", None)
-    for (section, name), off in NEW_KEYS.items():
-        if section in parts and parts[section].get(name) == off:
-            parts = _without(parts, [section], name)
-    return parts
-
-
-def _without(data: Resolved, sections: Sequence[str], name: str) -> Resolved:
-    """Nested ``data`` without ``name`` of a section; as it was where it has none."""
-    if not sections:
-        return {key: value for key, value in data.items() if key != name}
-    first, *rest = sections
-    return {**data, first: _without(data[first], rest, name)} if first in data else data

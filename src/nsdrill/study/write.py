@@ -11,6 +11,7 @@ from itertools import groupby
 from pathlib import Path
 
 from nsdrill.data import Resolved, differences
+from nsdrill.models.sections import SHORT_KEYS
 from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
@@ -184,8 +185,7 @@ def _key_of(entry: str) -> str:
 
 
 def _unknown_of(entry: str) -> str:
-    """Without the kind and the numbers of a distribution:
-    ``uncertain.bit.rock_stiffness``."""
+    """Without the kind and the numbers of a distribution."""
     head, _, last = entry.rpartition(".")
     if last in KINDS and not entry.startswith("uncertain.table."):
         return head
@@ -244,26 +244,6 @@ sweep:                                      # {sweep}; without it one operating 
 """
 
 
-# what differs from well to well, in the order of the file
-_SHORT_KEYS = (
-    "drillstring.collar.outer_diameter",
-    "drillstring.collar.inner_diameter",
-    "drillstring.collar.length",
-    "drillstring.collar.span",
-    "drillstring.collar_length",
-    "drillstring.pipe.outer_diameter",
-    "drillstring.pipe.inner_diameter",
-    "drillstring.outer_diameter",
-    "drillstring.inner_diameter",
-    "mud.density",
-    "well.diameter",
-    "bit.lobes",
-    "bit.rock_stiffness",
-    "bit.friction.static",
-    "bit.friction.dynamic",
-    "operation.depth",
-    "operation.wob",
-)
 _SCHEMA_LINE = "# yaml-language-server: $schema=study.schema.json  (for editors; nsdrill schema -o study.schema.json)\n"
 _SHORT_HEAD = """\
 # Each quantity has its unit: 9 in, 8 1/2 in, 15 klbf, 60 rpm. nsdrill new --all shows every key.
@@ -288,9 +268,9 @@ def short_text(model: str = MODEL, units: str = "si") -> str:
     if model != MODEL:
         parts.append(line("", "model", model, MEANINGS["model"]) + "\n")
     own = [leaf for section in keys.model.sections for leaf in keys.of(section)]
-    known = {leaf.key for leaf in own} & {*_SHORT_KEYS}
+    known = {leaf.key for leaf in own} & {*SHORT_KEYS}
     # of a model of another package all
-    names = _SHORT_KEYS if known else [*(leaf.key for leaf in own), *_SHORT_KEYS]
+    names = SHORT_KEYS if known else [*(leaf.key for leaf in own), *SHORT_KEYS]
     chosen = [keys.leaves[key] for key in names if key in keys.leaves]
     section = ""
     for group, found in groupby(chosen, lambda leaf: leaf.key.rpartition(".")[0]):

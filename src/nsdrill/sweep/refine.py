@@ -35,19 +35,13 @@ class Refinement:
     filled: Array | None = None
 
 
-def fine_length(points: int, depth: int) -> int:
-    """The number of values of an axis with ``points`` coarse values whose spacing can
-    be halved ``depth`` times."""
-    return (points - 1) * 2**depth + 1
-
-
 def refine(classes: Array, known: Array, axes: Sequence[bool], depth: int, *, everything: bool = False) -> Refinement:
     """Repeat the refinement of a grid from the units that are known.
 
     ``classes`` (int, fine grid) has the class of each unit for which ``known`` (bool,
     fine grid) is true. ``axes`` (bool) are the axes of the grid that are refined,
-    ``depth`` times; along these the length is that of :func:`fine_length`. For each
-    value of the other axes there is a separate grid.
+    ``depth`` times; along these n values of the coarse grid become
+    (n - 1) 2^depth + 1. For each value of the other axes there is a separate grid.
 
     Every level halves the spacing. A cell is divided, and all units of the divided cell
     are needed, if two of the known units on its corners, edges and faces at the halved

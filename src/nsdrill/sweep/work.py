@@ -30,6 +30,7 @@ from nsdrill.models.leaves import (
     values_at,
     words_of,
 )
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import METHODS
 from nsdrill.observe.exponent import (
@@ -43,7 +44,7 @@ from nsdrill.observe.exponent import (
 )
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.plan import Chosen, Plan
 from nsdrill.variables import OK
 

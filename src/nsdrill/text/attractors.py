@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.data import Answer
+from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
 from nsdrill.quantity import amount
 from nsdrill.text.words import count, in_words, rest, value_text
 
@@ -50,15 +51,14 @@ def _line(attractor: Answer, units: str) -> str:
     interval = "" if attractor["low"] is None else f" ({100 * attractor['low']:4.1f} to {100 * attractor['high']:5.1f})"
     response = attractor["response"]
     words = [in_words(response) if response != "none" else "no critical response"]
-    if attractor["whirl_kind"] != "none":
-        words.append(in_words(attractor["whirl_kind"]))
+    words += [in_words(attractor[name]) for name in RESPONSE_KINDS if attractor[name] != "none"]
     if attractor.get("motion"):
         words.append(in_words(attractor["motion"]) + (f" {attractor['period']}" if attractor["period"] else ""))
     features = attractor["features"]
-    if (lift := features.get("lift_off_fraction")) is not None and "bit_bounce" in response:
-        words.append(f"off the rock {100 * lift:.1f} %")
-    if (index := features.get("stick_slip_index")) is not None and "stick_slip" in response:
-        words.append(f"index {index:.0f} %")
+    for one in RESPONSES.values():
+        value = features.get(one.feature)
+        if one.measured and value is not None and one.name in response:
+            words.append(one.measured.format(one.percent(value)))
     if (radius := features.get("radius_max")) is not None:
         words.append(f"radius {1e3 * radius:.2f} mm" if units == "si" else f"radius {amount(radius, 'in', 3)}")
     if attractor["unsettled"]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import printable
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.quantity import quantity, sign
 from nsdrill.text.attractors import attractor_lines
 from nsdrill.text.branches import lines as branch_lines
@@ -109,15 +110,16 @@ def _response_lines(s: Answer) -> Iterator[str]:
             yield f"\nResponses, {procedure}{known}:"
         for word, number in counts.items():
             yield f"  {in_words(word):32s} {number:8d}  {100 * number / total:5.1f} %"
-        if kinds := s["whirl_kinds"].get(procedure):
-            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
+        for name, response in RESPONSE_KINDS.items():
+            if kinds := s[f"{name}s"].get(procedure):
+                yield f"  {response.words}: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
         if motions := s.get("motions", {}).get(procedure):
             yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
         for name, grades in s["severities"][procedure].items():
             if set(grades) - {"none"}:
-                response = in_words(name).removesuffix(" severity")
+                graded = in_words(name).removesuffix(" severity")
                 counts_text = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
-                yield f"  severity, {response}: {counts_text}"
+                yield f"  severity, {graded}: {counts_text}"
 
 
 def _unknown_lines(s: Answer, units: str) -> Iterator[str]:

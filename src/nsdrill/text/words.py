@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence, Sized
 from typing import Any
 
 from nsdrill.data import Answer
+from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, from_si
 from nsdrill.variables import AXES
@@ -167,7 +168,8 @@ def _in_field(value: float, units: str, name: str | None) -> tuple[float, str]:
 
 
 def in_words(flag: str) -> str:
-    """A flag in words: ``bit_bounce+stick_slip`` is bit-bounce + stick-slip."""
-    for name, word in (("bit_bounce", "bit-bounce"), ("stick_slip", "stick-slip"), ("quasi_", "quasi-"), ("_", " ")):
+    """A flag in words: responses by their words, with spaces around ``+``."""
+    names = {response.name: response.words for response in RESPONSES.values()}
+    for name, word in {**names, "quasi_": "quasi-", "_": " "}.items():
         flag = flag.replace(name, word)
     return flag.replace("+", " + ")

@@ -147,7 +147,7 @@ def _reference_lines(results: Results, series: Line, mode: str | None, axis: str
     """The rotary speed and the wall of the hole, as the pictures draw them."""
     gap = results.attrs.get("gap")
     if mode == "lateral" and gap is not None:
-        height = float(gap) / quantity("radius_peaks", units).scale
+        height = float(gap) / quantity(drawn_in(results.attrs).radius, units).scale
         return [{"words": "wall of the hole", "y": [height, height]}]
     if mode != "torsional":
         return []

@@ -16,12 +16,13 @@ from nsdrill.analysis.window import SAFE as SAFE_STATE
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
+from nsdrill.models.responses import RESPONSES
 from nsdrill.models.starts import Starts, slice_values
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.style import BAD_TO_GOOD, GREY, SAFE_COLOUR
 from nsdrill.plot.style import RESPONSES as RESPONSE_STYLES
-from nsdrill.variables import RESPONSES, SAMPLE
+from nsdrill.variables import SAMPLE
 from nsdrill.web.diagrams import Reply, axis_data, member_dimension
 from nsdrill.web.shown import quantity_data, response_styles
 
@@ -134,7 +135,7 @@ def probability_lines(results: Results, units: str, x: str) -> Reply:
     along one axis: a line for each."""
     probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
     outcomes = occurring_outcomes(probabilities)
-    codes = [0 if name == SAFE else 1 << RESPONSES.index(name) for name, _ in outcomes]
+    codes = [0 if name == SAFE else RESPONSES[name].bit for name, _ in outcomes]
     values = np.stack([100.0 * probabilities.of(name)[0].ravel() for name, _ in outcomes])
     x_edges = edges(results.coords[x]) / quantity(x, units).scale
     head = {

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT
 from nsdrill.data import Answer
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot import style
 from nsdrill.plot.labels import Shown, quantity
@@ -83,7 +84,7 @@ def classes(name: str) -> list[dict[str, str]]:
     if name.endswith("_severity"):  # from none to the worst
         colours: tuple[str, ...] = style.BAD_TO_GOOD[::-1]
     else:
-        colours = (*(colour for _, colour in style.WHIRLS), style.WINE, style.BLACK)
+        colours = (*style.KIND_COLOURS, style.WINE, style.BLACK)
     return [{"name": word.replace("_", " "), "colour": colours[i % len(colours)]} for i, word in enumerate(words)]
 
 
@@ -116,7 +117,7 @@ def label_words(values: Mapping[str, float]) -> list[str]:
                 else:
                     texts.append(f"{severity}: {meaning}")
             else:
-                texts.append(f"{meaning} whirl" if "whirl" in name else meaning)
+                texts.append(f"{meaning} {RESPONSE_KINDS[name].words}" if name in RESPONSE_KINDS else meaning)
     if "trusted" in values:
         texts.append("checks agree" if int(values["trusted"]) else "checks disagree")
     return list(dict.fromkeys(texts))  # two labels may have the same words

@@ -19,7 +19,7 @@ from nsdrill.models.beam.parameters import Beam, Initial, Parameters
 from nsdrill.models.christoforou_yigit import columns as lumped
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import Values, lane_values, lanes_of
 
 NO_WALL = 1e6  # m, the gap of a station without one
 
@@ -39,19 +39,15 @@ PARAMETERS = (
     "softening_force",
     "softening_torque",
     "structural",
-    "axial_damping",
     "axial_stiffness",
-    "torsional_damping",
     "torsional_stiffness",
     "gap",
-    "wall_stiffness",
     "collar_radius",
     *friction.columns_of("wall"),
-    "rock_stiffness",
-    "surface_amplitude",
     *friction.columns_of("bit"),
     "stuck_below",
     "torque_scale",
+    *lanes_of(Parameters),
 )
 # Lane parameters of each station: the gap, the stiffness of the wall, the drag, and the
 # factor from a penetration of this wall to that of the well's wall under the same
@@ -168,7 +164,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
     steady: Any = {"live": 0.0, "static": wob}[axial_load] if isinstance(axial_load, str) else axial_load
     station_places = places(beam)
     friction_arm = values["bit_rise"] + values["bit_dynamic"]
-    values |= {
+    values |= lane_values(parameters) | {
         "drive_speed": speed,
         "per_lateral_mass": 1 / mass,
         "per_inertia": 1 / (k.J + unbalance),

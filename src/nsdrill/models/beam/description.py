@@ -81,7 +81,6 @@ DESCRIPTION = Description(
     peaks=LUMPED.peaks,
     section=LUMPED.section,
     own_trace=(*_mode_variables(), *(variable for variable in variables.TRACE if variable.only is None)),
-    check_features=LUMPED.check_features,
     shown=LUMPED.shown,
     compared=LUMPED.compared,
     grouped=LUMPED.grouped,

@@ -21,10 +21,11 @@ from nsdrill.models.christoforou_yigit.ensemble import reach_of_collar, string_a
 from nsdrill.models.christoforou_yigit.observed import coordinates
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 
 
 class ElasticCollar(CollarInHole):

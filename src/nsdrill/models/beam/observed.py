@@ -20,8 +20,10 @@ from nsdrill.compiler.words import fma
 from nsdrill.generate import define
 from nsdrill.models.beam.columns import aux_of, columns_of
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
+from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
+from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -35,6 +37,7 @@ from nsdrill.observe.channels import (
     Section,
     TimeAbove,
     Winding,
+    measured_by,
 )
 
 OUTPUTS = (
@@ -118,9 +121,7 @@ def _square(az):  # type: ignore[no-untyped-def]
 # With slopes of 0, means are by the trapezoidal rule, and extremes are taken at the
 # ends of the steps.
 CHANNELS = (
-    Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="drive_speed"),
-    Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck_below"),
-    Channel("bit angle", _angle, "bit_speed", "bit_acceleration"),
+    *turning_channels("drive_speed", "stuck_below", _angle),
     Channel("bit position", "z", "vz", "az"),
     Channel("interference", "interference", "interference_rate", level=0.0, scale="z"),
     Channel("radius", "radius", "radius_rate", scale="gap"),
@@ -144,31 +145,23 @@ def _wall_force_max(hertz: int) -> Any:
 
 
 FEATURES: tuple[Feature, ...] = (
-    Extremes("bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks", slip="drive_speed"),
+    *turning_features("drive_speed"),
     Extremes("twist", greatest="twist_max", least="twist_min"),
     Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
     Extremes("interference", greatest="interference_max"),
     Extremes("radius", greatest="radius_max", peaks="radius_peaks"),
     Extremes("clearance", greatest="clearance_max"),
     Extremes("bit torque", greatest="bit_torque_max"),
-    TimeAbove("bit speed", "unstuck"),
     TimeAbove("interference", "on_rock"),
     TimeAbove("clearance", "wall_contact_fraction"),
     Passages("clearance", "impact_rate"),
     Winding("watched_x", "watched_y", "whirl_speed_mean"),
-    Mean("bit speed", "bit_speed_mean"),
     Mean("twist", "twist_mean"),
     Mean("radius", "radius_mean"),
     Mean("lateral square", "lateral_square_mean"),
     Mean("axial square", "axial_square_mean"),
     Mean("wall slip", "wall_slip_mean"),
     Mean("wall surface speed", "wall_surface_speed_mean"),
-    Derived(
-        "stick_slip_index",
-        lambda bit_speed_max, bit_speed_min, bit_speed_mean: _ratio(
-            50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean), np.inf
-        ),
-    ),
     Derived("whirl_ratio", lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean, np.nan)),
     Derived(
         "rolling_ratio",
@@ -187,7 +180,11 @@ def declaration_of(options: Options) -> Declaration:
     """The declaration of a collar with these options."""
     return Declaration(
         channels=CHANNELS,
-        features=(*FEATURES, Derived("wall_force_max", _wall_force_max(options.hertz))),
+        features=(
+            *FEATURES,
+            *measured_by(variables.FEATURES, FEATURES),
+            Derived("wall_force_max", _wall_force_max(options.hertz)),
+        ),
         outputs=Outputs(OUTPUTS, outputs_of(options)),
         section=Section("bit angle", 2.0 * math.pi),
     )

@@ -35,9 +35,11 @@ class Drillstring(Steel):
     eccentricity: float = parameter(0.0127, "m", "CY as reported (1/2 in)", "medium", high=10.0, usual="1 to 15 mm")
     eccentricity_shape: Literal["first", "uniform"] = choice("first", "R: as the lumped model has it")
     eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
-    axial_damping: float = parameter(4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m")
+    axial_damping: float = parameter(
+        4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m", lane="axial_damping"
+    )
     torsional_damping: float = parameter(
-        50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad"
+        50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad", lane="torsional_damping"
     )
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 from operator import attrgetter, itemgetter
 from typing import Any
 
-from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     derived_quantities,
     growth_at_rest,
@@ -25,24 +25,9 @@ from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
 from nsdrill.models.operation import Operation
 from nsdrill.models.steepness import implicit
+from nsdrill.ranges import meanings_of
 
-MEANINGS = {
-    "m_c": "modal steel mass of the span",
-    "m_f": "modal fluid mass, inside and added",
-    "m_l": "lateral mass",
-    "m_e": "eccentric mass",
-    "k_bend": "bending stiffness of the span",
-    "c_h": "hydrodynamic drag coefficient",
-    "m_a": "axial mass",
-    "k_a": "axial stiffness of the pipe",
-    "J": "rotary inertia",
-    "k_t": "torsional stiffness of the pipe",
-    "gap": "radial clearance between collar and wall",
-    "depth_of_cut": "depth of cut per revolution",
-    "cutting_arm": "arm of the cutting torque",
-    "buckling_load": "buckling load of the span",
-}
-COEFFICIENTS = {name: (UNITS[name], meaning) for name, meaning in MEANINGS.items()}
+COEFFICIENTS = meanings_of(Coefficients)
 MAX_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
 LEAST_SHARPNESS = 500.0  # smoothing times dynamic_from
 # Numbers that are not on a sheet of the assembly and that affect critical speeds.

@@ -16,50 +16,32 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.ranges import computed
 
 Float = float | np.ndarray
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """The lumped coefficients [SI]; each a float, or an array over operating points."""
+    """The lumped coefficients [SI]; each a float, or an array over operating points. The
+    radii have no meaning of their own for ``check``."""
 
-    m_c: Float  #: modal steel mass of the span [kg]
-    m_f: Float  #: modal fluid mass, inside and added [kg]
-    m_l: Float  #: lateral mass m_c + m_f [kg]
-    m_e: Float  #: eccentric mass [kg]
-    k_bend: Float  #: bending stiffness E I pi^4 / (2 l^3) [N/m]
-    c_h: Float  #: hydrodynamic drag coefficient [N s^2/m^2]
-    m_a: Float  #: axial mass [kg]
-    k_a: Float  #: axial stiffness of the pipe [N/m]
-    J: Float  #: rotary inertia [kg m^2]
-    k_t: Float  #: torsional stiffness of the pipe [N m/rad]
-    gap: Float  #: radial clearance c0 between collar and wall [m]
-    depth_of_cut: Float  #: per bit revolution [m]
-    cutting_arm: Float  #: zeta sqrt(r_h delta_c) [m]
-    buckling_load: Float  #: Euler load of the span pi^2 E I / l^2 [N]
-    bit_radius: Float  #: r_h, half the hole diameter [m]
-    collar_radius: Float  #: R_c [m]
-
-
-UNITS = {
-    "m_c": "kg",
-    "m_f": "kg",
-    "m_l": "kg",
-    "m_e": "kg",
-    "k_bend": "N/m",
-    "c_h": "N s^2/m^2",
-    "m_a": "kg",
-    "k_a": "N/m",
-    "J": "kg m^2",
-    "k_t": "N m/rad",
-    "gap": "m",
-    "depth_of_cut": "m",
-    "cutting_arm": "m",
-    "buckling_load": "N",
-    "bit_radius": "m",
-    "collar_radius": "m",
-}
+    m_c: Float = computed("kg", "modal steel mass of the span")
+    m_f: Float = computed("kg", "modal fluid mass, inside and added")
+    m_l: Float = computed("kg", "lateral mass")  #: m_c + m_f
+    m_e: Float = computed("kg", "eccentric mass")
+    k_bend: Float = computed("N/m", "bending stiffness of the span")  #: E I pi^4 / (2 l^3)
+    c_h: Float = computed("N s^2/m^2", "hydrodynamic drag coefficient")
+    m_a: Float = computed("kg", "axial mass")
+    k_a: Float = computed("N/m", "axial stiffness of the pipe")
+    J: Float = computed("kg m^2", "rotary inertia")
+    k_t: Float = computed("N m/rad", "torsional stiffness of the pipe")
+    gap: Float = computed("m", "radial clearance between collar and wall")  #: c0
+    depth_of_cut: Float = computed("m", "depth of cut per revolution")
+    cutting_arm: Float = computed("m", "arm of the cutting torque")  #: zeta sqrt(r_h delta_c)
+    buckling_load: Float = computed("N", "buckling load of the span")  #: pi^2 E I / l^2
+    bit_radius: Float = computed("m")  #: r_h, half the hole diameter
+    collar_radius: Float = computed("m")  #: R_c
 
 
 def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float) -> Coefficients:

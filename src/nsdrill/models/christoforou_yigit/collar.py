@@ -13,8 +13,8 @@ from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
-from nsdrill.observe.thresholds import Thresholds
-from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL, WHIRL
+from nsdrill.models.responses import WHIRL, Thresholds
+from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL
 
 
 class CollarInHole(Model):

@@ -25,6 +25,7 @@ from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.leaves import lane_values, lanes_of
 
 STATES = STATE_NAMES[:-1]  # of string and bit
 # Auxiliary outputs, which the observer reads: cosine and sine of the bit angle, the
@@ -44,18 +45,14 @@ PARAMETERS = (
     "softening_force",
     "softening_torque",
     "drag",
-    "axial_damping",
     "axial_stiffness",
-    "torsional_damping",
     "torsional_stiffness",
     "gap",
-    "wall_stiffness",
     "collar_radius",
     *friction.columns_of("wall"),
-    "rock_stiffness",
-    "surface_amplitude",
     *friction.columns_of("bit"),
     "stuck_below",
+    *lanes_of(Parameters),
 )
 # Further states and parameters of a drive that is not ideal.
 DRIVE_STATES = ("lag", "drive_speed")
@@ -105,12 +102,12 @@ def values_of(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, s
     """The lane parameters at operating points, by name: numbers or arrays, from depth
     [m], wob [N] and rotary_speed [rad/s]."""
     k: Coefficients = derive(parameters, depth, wob, rotary_speed)
-    string, well, bit = parameters.drillstring, parameters.well, parameters.bit
+    string, well = parameters.drillstring, parameters.well
     span = string.collar.span
     q = k.m_e * string.eccentricity / k.m_l
     force_softening, torque_softening = math.pi**2 / (2 * span), math.pi**3 / (2 * power(span, 2))
     live = string.lateral_softening == "live"
-    values: dict[str, Any] = {
+    values: dict[str, Any] = lane_values(parameters) | {
         "set_speed": rotary_speed,
         "wob": wob,
         "per_lateral_mass": 1 / k.m_l,
@@ -121,16 +118,11 @@ def values_of(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, s
         "softening_force": force_softening if live else 0.0,
         "softening_torque": torque_softening if live else 0.0,
         "drag": k.c_h,
-        "axial_damping": string.axial_damping,
         "axial_stiffness": k.k_a,
-        "torsional_damping": string.torsional_damping,
         "torsional_stiffness": k.k_t,
         "gap": k.gap,
-        "wall_stiffness": well.stiffness,
         "collar_radius": k.collar_radius,
         **friction.stribeck(well.friction).columns("wall"),
-        "rock_stiffness": bit.rock_stiffness,
-        "surface_amplitude": bit.surface_amplitude,
         **bit_numbers(parameters, k).columns("bit"),
         "stuck_below": stuck_below,
     }

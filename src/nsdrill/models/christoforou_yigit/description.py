@@ -9,6 +9,7 @@ from typing import Any
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
+from nsdrill.models.christoforou_yigit.earlier import as_before, completed
 from nsdrill.models.christoforou_yigit.options import friction_rates, is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
@@ -94,7 +95,6 @@ DESCRIPTION = Description(
     peaks=variables.PEAKS,
     section=variables.SECTION,
     own_trace=variables.TRACE,
-    check_features=variables.CHECK_FEATURES,
     shown=variables.SHOWN,
     compared=variables.COMPARED,
     grouped=variables.GROUPED,
@@ -112,7 +112,8 @@ DESCRIPTION = Description(
     ),
     compiled=("bit.lobes",),
     friction_rates=friction_rates,
-    explicit_only=lambda parameters: None,
+    completed=completed,
+    as_before=as_before,
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),
@@ -140,6 +141,14 @@ DESCRIPTION = Description(
             ("axial_min", "axial_max", "Axial range"),
             (None, "stick_slip_index", "Stick-slip index"),
         ),
+        values={
+            "stick_slip_index": "stick_slip_index",
+            "lift_off": "lift_off_fraction",
+            "wall_contact": "wall_contact_fraction",
+            "radius": "radius_max",
+            "whirl_ratio": "whirl_ratio",
+        },
+        signed=("whirl_ratio",),
         modes={name: mode for mode, names in MODES.items() for name in names},
         collar="drillstring.collar.outer_diameter",
     ),

@@ -20,9 +20,10 @@ from nsdrill.models.christoforou_yigit.options import Options, is_used, options_
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values
+from nsdrill.models.responses import Thresholds
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 
 
 class ChristoforouYigit(CollarInHole):

@@ -17,10 +17,12 @@ import numpy as np
 
 from nsdrill.compiler.words import fma
 from nsdrill.data import Array
+from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.columns import aux_of, columns_of, states_of
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.friction import LAWS, with_slope, with_slope_from_factors
+from nsdrill.models.turning import STICK_SLIP_INDEX, STUCK_FRACTION, SURFACE_TORQUES
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -31,10 +33,9 @@ from nsdrill.observe.channels import (
     MeanAbove,
     Names,
     Outputs,
-    RmsOfSlopes,
     Section,
     TimeAbove,
-    Winding,
+    measured_by,
 )
 
 LEAST_HOLD = 1.0  # least c f', stage length over the time constant of friction, of a held bit
@@ -180,19 +181,11 @@ def _least_amplitude(surface_amplitude: Any) -> Any:
 
 # Derived features that the elastic collar has as well.
 SHARED: tuple[Derived, ...] = (
-    Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck),
     Derived("lift_off_fraction", lambda on_rock: 1.0 - on_rock),
     Derived(
         "bit_force_max", lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(interference_max, 0.0)
     ),
-    *(
-        Derived(f"surface_torque_{name}", function)
-        for name, function in (
-            ("min", lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max),
-            ("max", lambda torsional_stiffness, twist_min: -torsional_stiffness * twist_min),
-            ("mean", lambda torsional_stiffness, twist_mean: -torsional_stiffness * twist_mean),
-        )
-    ),
+    *SURFACE_TORQUES,
 )
 FEATURES: tuple[Feature, ...] = (
     Extremes("bit position", "axial_max", "axial_min", "axial_peaks", smooth=True, compared=_least_amplitude),
@@ -201,21 +194,11 @@ FEATURES: tuple[Feature, ...] = (
     Extremes("reach", "radius_max", peaks="radius_peaks", maxima=True, smooth=True, compared="gap"),
     TimeAbove("bit speed", "unstuck"),
     TimeAbove("interference", "on_rock"),
-    TimeAbove("reach", "wall_contact_fraction"),
-    Winding("x", "y", "whirl_speed_mean", counted=True),
-    Mean("bit speed", "bit_speed_mean", compared="set_speed"),
     Mean("twist", "twist_mean"),
-    Mean("radius", "radius_mean"),
     MeanAbove("rolling speed", "wall_contact_fraction", "rolled"),
     MeanAbove("bit speed", "wall_contact_fraction", "rotated"),
-    RmsOfSlopes(("vx", "vy"), "lateral_acceleration_rms"),
-    RmsOfSlopes(("vz",), "axial_acceleration_rms"),
-    Derived(
-        "stick_slip_index",
-        lambda bit_speed_max, bit_speed_min, bit_speed_mean: _ratio(
-            50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean)
-        ),
-    ),
+    STICK_SLIP_INDEX,
+    STUCK_FRACTION,
     Derived("whirl_ratio", lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean)),
     Derived(
         "rolling_ratio",
@@ -254,12 +237,7 @@ def declaration_of(options: Options) -> Declaration:
             else feature
             for feature in features
         )
-        features += (
-            Extremes("drive speed", "drive_speed_max", "drive_speed_min", smooth=True, compared=None),
-            Mean("drive speed", "drive_speed_mean"),
-        )
-    if options.stabilizer:
-        features += (TimeAbove("reach", "stabilizer_contact_fraction", level="clearance"),)
+        features += (Extremes("drive speed", "drive_speed_max", "drive_speed_min", smooth=True, compared=None),)
     if options.weight:  # a vertical hole has no low side
         features += (Mean("x", "x_sum"), Mean("y", "y_sum"))
         features += (
@@ -289,6 +267,8 @@ def declaration_of(options: Options) -> Declaration:
         unless=(_slowness, _hold) if implicit else None,
         compared=None,
     )
+    present = {"drive_speed": options.driven, "stabilizers": options.stabilizer, "inclined": options.weight}
+    recorded = measured_by(variables.FEATURES, features, [word for word, is_present in present.items() if is_present])
     return Declaration(
         channels=(
             *channels,
@@ -301,7 +281,7 @@ def declaration_of(options: Options) -> Declaration:
                 inside=_torque_inside(options.friction),
             ),
         ),
-        features=(bit_speed, torque, *features, Derived("wall_force_max", _wall_force_max(options.hertz))),
+        features=(bit_speed, torque, *features, *recorded, Derived("wall_force_max", _wall_force_max(options.hertz))),
         outputs=Outputs(OUTPUTS, _outputs(options.lobes, options.friction)),
         section=Section("bit angle", REVOLUTION),
     )

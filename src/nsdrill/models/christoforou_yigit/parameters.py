@@ -16,7 +16,7 @@ from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.sections import Collars, HyperbolicFriction, Lobes, Steel, StillMud, Wall, WallFriction
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import Checked, choice, defaults, given, parameter
+from nsdrill.ranges import LATER, Checked, choice, defaults, given, parameter
 
 
 @dataclass(frozen=True)
@@ -55,12 +55,24 @@ class Drillstring(Steel):
     eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
     lateral_softening: Literal["live", "static", "none"] = choice("live", "CY")
     axial_damping: float = parameter(
-        4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m; critical 2 MN s/m on the rock"
+        4000.0,
+        "N s/m",
+        "CY, J as reported",
+        "low",
+        high=1e9,
+        usual="1 to 100 kN s/m; critical 2 MN s/m on the rock",
+        lane="axial_damping",
     )
     torsional_damping: float = parameter(
-        50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad; critical 1000 N m s/rad"
+        50.0,
+        "N m s/rad",
+        "CY, J as reported",
+        "low",
+        high=1e7,
+        usual="10 to 500 N m s/rad; critical 1000 N m s/rad",
+        lane="torsional_damping",
     )
-    eccentric_weight: bool = True
+    eccentric_weight: bool = field(default=True, metadata=LATER)
 
 
 @dataclass(frozen=True)
@@ -68,7 +80,7 @@ class Mud(StillMud):
     """The drilling fluid, which may rotate with the fraction ``swirl`` of the rotary
     speed."""
 
-    swirl: float = parameter(0.0, "", "J: 0.5", "medium", high=1.0, usual="0 to 0.5")
+    swirl: float = parameter(0.0, "", "J: 0.5", "medium", high=1.0, usual="0 to 0.5", later=1)
 
 
 @dataclass(frozen=True)
@@ -96,8 +108,8 @@ class BitFriction(HyperbolicFriction):
 class Well(Wall):
     """The hole, which may be inclined."""
 
-    inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg")
-    axial_friction: bool = False
+    inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg", later=1)
+    axial_friction: bool = field(default=False, metadata=LATER)
 
 
 @dataclass(frozen=True)
@@ -253,9 +265,9 @@ class Parameters:
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
-    modes: Modes = field(default_factory=Modes)
-    drive: Drive = field(default_factory=Drive)
-    stabilizer: Stabilizer = field(default_factory=Stabilizer)
+    modes: Modes = field(default_factory=Modes, metadata=LATER)
+    drive: Drive = field(default_factory=Drive, metadata=LATER)
+    stabilizer: Stabilizer = field(default_factory=Stabilizer, metadata=LATER)
 
     @property
     def unread(self) -> frozenset[str]:

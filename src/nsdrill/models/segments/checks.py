@@ -4,7 +4,8 @@ quantities of the linearised string and drive, and warnings."""
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from nsdrill.models.drives import LAWS, overloaded, reflection, swinging
 from nsdrill.models.leaves import Values
@@ -24,25 +25,22 @@ from nsdrill.models.segments.linear import (
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import String, steady_of, string_of
 from nsdrill.models.stability import quantities_of_drive
+from nsdrill.ranges import computed, meanings_of
 
 MODES = 3  # modes of string and drive among the derived quantities
 
 
-class Coefficients(NamedTuple):
+@dataclass(frozen=True)
+class Coefficients:
     """Coefficients of the string as a whole, with its lumped inertia."""
 
-    k_a: float
-    k_t: float
-    J: float
-    c_mud: float
+    k_a: float = computed("N/m", "axial stiffness of string and hoist")
+    k_t: float = computed("N m/rad", "torsional stiffness of the string")
+    J: float = computed("kg m^2", "inertia that has the first torsional frequency with it")
+    c_mud: float = computed("N m s/rad", "drag of the mud on the turning string")
 
 
-COEFFICIENTS = {
-    "k_a": ("N/m", "axial stiffness of string and hoist"),
-    "k_t": ("N m/rad", "torsional stiffness of the string"),
-    "J": ("kg m^2", "inertia that has the first torsional frequency with it"),
-    "c_mud": ("N m s/rad", "drag of the mud on the turning string"),
-}
+COEFFICIENTS = meanings_of(Coefficients)
 
 
 def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:

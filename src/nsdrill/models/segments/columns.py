@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.leaves import Values, lane_values, with_values
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import Steady, String, creep_parameters, steady_of, string_of
 from nsdrill.observe.channels import Names
-from nsdrill.observe.thresholds import Thresholds
 
 # Outputs of the equations for the observer: sine and cosine of the lobes, the
 # interference of bit and rock with its rate, the force of the rock.
@@ -118,6 +118,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         }
     drive = _torque(parameters, string) if parameters.drive.by_torque else _motor(parameters, string, steady)
     return {
+        **lane_values(parameters),
         **values,
         "set_speed": speed,
         "wob": wob,
@@ -139,9 +140,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         "per_top_mass": 1 / string.top_mass,
         "per_bit_mass": 1 / string.bit_mass,
         "per_bit_inertia": 1 / string.bit_inertia,
-        "rock_stiffness": bit.rock_stiffness,
         "closing_factor": quotient(segments.rock_damping, wob),
-        "surface_amplitude": bit.surface_amplitude,
         "lobes": float(bit.lobes),
         "friction_arm": bit.radius * friction.level,
         "hump": friction.hump,

@@ -14,7 +14,7 @@ from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.constraints import ORDERS, constraints
 from nsdrill.models.segments.parameters import MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import SPEEDS, depth_root, string_of
-from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
+from nsdrill.models.vocabulary import known, known_in_trace
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -78,7 +78,6 @@ DESCRIPTION = Description(
     initial=Initial,
     operation=SegmentsOperation,
     friction_rates=friction_rates,
-    explicit_only=lambda parameters: None,
     meanings={
         "drillstring": "The string",
         "segments": "The division of the string, and what is at its ends",
@@ -109,27 +108,23 @@ DESCRIPTION = Description(
     states_allowed=are_states,
     sliced=("z", "twist", "bit_speed", "drive_angle"),
     responses=("bit_bounce", "stick_slip"),
-    check_features=("lift_off_fraction", "stick_slip_index"),
-    labels=(BY_NAME["stick_slip_severity"], BY_NAME["bounce_severity"]),
+    labels=known("stick_slip_severity", "bounce_severity"),
     features=(
-        *(
-            BY_NAME[name]
-            for name in (
-                "bit_speed_min",
-                "bit_speed_max",
-                "bit_speed_mean",
-                "stick_slip_index",
-                "stuck_fraction",
-                "axial_min",
-                "axial_max",
-                "lift_off_fraction",
-                "bit_force_max",
-                "surface_torque_min",
-                "surface_torque_max",
-                "surface_torque_mean",
-                "drive_speed_min",
-                "drive_speed_max",
-            )
+        *known(
+            "bit_speed_min",
+            "bit_speed_max",
+            "bit_speed_mean",
+            "stick_slip_index",
+            "stuck_fraction",
+            "axial_min",
+            "axial_max",
+            "lift_off_fraction",
+            "bit_force_max",
+            "surface_torque_min",
+            "surface_torque_max",
+            "surface_torque_mean",
+            "drive_speed_min",
+            "drive_speed_max",
         ),
         feature("current_min", "A", "least current of the motor", "motor"),
         feature("current_max", "A", "greatest current of the motor", "motor"),
@@ -139,18 +134,17 @@ DESCRIPTION = Description(
         feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling"),
     ),
     derived=DRILLED,
-    peaks=(BY_NAME["axial_peaks"], BY_NAME["bit_speed_peaks"]),
+    peaks=known("axial_peaks", "bit_speed_peaks"),
     section=(
-        *(BY_NAME[f"section_{name}"] for name in ("axial", "axial_velocity", "twist", "bit_speed")),
+        *known("section_axial", "section_axial_velocity", "section_twist", "section_bit_speed"),
         at_section("drive_speed", "rad s-1", "speed of the drive"),
-        at_section("current", "A", "current of the motor, 0 where the drive goes by torque,"),
+        at_section("current", "A", "current of the motor, 0 where the drive goes by torque,", label="Motor current"),
     ),
     own_trace=(
-        *(IN_TRACE[name] for name in ("z", "vz", "twist", "bit_speed")),
-        IN_TRACE["lag"],
-        in_trace("drive_speed", "rad s-1", "speed of the drive"),
-        in_trace("current", "A", "current of the motor; 0 where the drive goes by torque"),
-        *(IN_TRACE[name] for name in ("drive_angle", "bit_force", "bit_torque", "surface_torque")),
+        *known_in_trace("z", "vz", "twist", "bit_speed", "lag"),
+        in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
+        in_trace("current", "A", "current of the motor; 0 where the drive goes by torque", label="Motor current"),
+        *known_in_trace("drive_angle", "bit_force", "bit_torque", "surface_torque"),
         in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
     ),
     untraced=_INNER,

@@ -12,6 +12,7 @@ import numpy as np
 from nsdrill.models.base import Array, Model, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
+from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
 from nsdrill.models.segments.drive import lag_of
@@ -20,7 +21,7 @@ from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import bit_torque, steady_of, string_of
 from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.observe.thresholds import Record
 
 # The variables of the section, and the states that they are.
 SECTION = {

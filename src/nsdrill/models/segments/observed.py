@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-import numpy as np
-
+from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
 
 
@@ -46,11 +44,6 @@ def _surface_torque_rate(  # type: ignore[no-untyped-def]
     drive_speed, speed_1, drive_acceleration, angular_acceleration_1, surface_stiffness, torsional_time
 ):
     return surface_stiffness * (drive_speed - speed_1 + torsional_time * (drive_acceleration - angular_acceleration_1))
-
-
-def _index(bit_speed_max: Any, bit_speed_min: Any, bit_speed_mean: Any) -> Any:
-    infinite = np.full(len(bit_speed_mean), np.inf)
-    return np.divide(50.0 * (bit_speed_max - bit_speed_min), bit_speed_mean, out=infinite, where=bit_speed_mean != 0.0)
 
 
 def _motor_torque(  # type: ignore[no-untyped-def]
@@ -123,13 +116,8 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
         channels=(
             Channel("bit position", "z", "vz", "bit_axial_acceleration"),
             Channel("interference", "interference", "closing", "closing_rate", level=0.0),
-            Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="set_speed"),
-            Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck"),
-            Channel(
-                "bit angle",
-                lambda twist, set_speed, time, phase: twist + (phase + set_speed * time),
-                "bit_speed",
-                "bit_acceleration",
+            *turning_channels(
+                "set_speed", "stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)
             ),
             Channel("force", "force", "force_rate", scale="wob"),
             Channel("surface torque", _surface_torque, _surface_torque_rate, scale="steady_torque"),
@@ -148,13 +136,7 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
             Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
             TimeAbove("interference", "touching"),
             Derived("lift_off_fraction", lambda touching: 1.0 - touching),
-            Extremes(
-                "bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks", slip="set_speed"
-            ),
-            TimeAbove("bit speed", "slipping"),
-            Derived("stuck_fraction", lambda slipping: 1.0 - slipping),
-            Mean("bit speed", "bit_speed_mean"),
-            Derived("stick_slip_index", _index),
+            *turning_features("set_speed"),
             Extremes("force", greatest="bit_force_max"),
             Extremes("surface torque", greatest="surface_torque_max", least="surface_torque_min"),
             Mean("surface torque", "surface_torque_mean"),

@@ -18,7 +18,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Collars, Cutting, Fluid, Hole, Lobes, Pipe, Steel, Tubular, check_bore
 from nsdrill.models.segments.constraints import DRIVE
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import Checked, choice, defaults, given, like, parameter
+from nsdrill.ranges import LATER, Checked, choice, defaults, given, like, parameter
 
 MAX_SEGMENTS = 40
 
@@ -410,7 +410,7 @@ class Parameters:
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
-    drive: Drive = field(default_factory=Drive)
+    drive: Drive = field(default_factory=Drive, metadata=LATER)
 
     @property
     def unread(self) -> frozenset[str]:

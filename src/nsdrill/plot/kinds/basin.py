@@ -9,7 +9,6 @@ overlap.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -28,7 +27,7 @@ from nsdrill.plot.page import area_entry, finish, marker_entry, new_figure
 from nsdrill.plot.panels import draw_codes
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import RESPONSES, light_of, page_width
+from nsdrill.plot.style import RESPONSES, Properties, light_of, page_width
 from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4
@@ -152,11 +151,10 @@ def _draw_cells(axes: Axes, x: Array, y: Array, starts: _Starts, *, transposed: 
 def _draw_dots(axes: Axes, x: Array, y: Array, starts: _Starts) -> None:
     """Draw a dot for each start, at ``x`` and ``y`` [start]."""
     size = float(np.clip(140 / np.sqrt(len(x)), 1.5, 5.0))
-    edge: dict[str, Any] = {"markeredgecolor": "black", "markeredgewidth": 0.2}
     for attractor, colour, marker in starts.named:
         of_it, gid = starts.number == attractor.number, f"attractor:{attractor.number}"
-        style: dict[str, Any] = {"linestyle": "none", "marker": marker, "color": colour, "markersize": size}
-        axes.plot(x[of_it], y[of_it], gid=gid, **style, **edge)
+        style: Properties = {"linestyle": "none", "marker": marker, "color": colour, "markersize": size}
+        axes.plot(x[of_it], y[of_it], gid=gid, **style, markeredgecolor="black", markeredgewidth=0.2)
     rest = np.isin(starts.number, [attractor.number for attractor in starts.others])
     style = {"linestyle": "none", "marker": "o", "color": "#808080", "markersize": 0.5 * size, "markeredgewidth": 0}
     axes.plot(x[rest], y[rest], gid="others", **style)
@@ -178,12 +176,12 @@ def _handles(starts: _Starts, counts: dict[str, int], *, as_cells: bool) -> list
     if counts["failed"]:
         entries.append((f"failed ({counts['failed']})", "x", FAILED_COLOUR if as_cells else "black"))
     if as_cells:
-        border: dict[str, Any] = {"edgecolor": "#808080", "linewidth": 0.3}
+        border: Properties = {"edgecolor": "#808080", "linewidth": 0.3}
         return [area_entry(facecolor=colour, label=label, **border) for label, _, colour in entries]
     return [marker_entry(label, marker, colour, edge=0.2) for label, marker, colour in entries]
 
 
-def _place(data: Any) -> float | None:
+def _place(data: object) -> float | None:
     if not has_starts(data):
         return None
     if len(data.swept) > 1:

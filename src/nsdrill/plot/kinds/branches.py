@@ -32,11 +32,24 @@ from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.look import look, value_of
 from nsdrill.plot.maps import Plane
-from nsdrill.plot.page import area_entry, finish, line_entry, name_panel, new_figure, stack
+from nsdrill.plot.page import area_entry, finish, line_entry, name_panel, new_figure, stack, write
 from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import line as line_of
-from nsdrill.plot.style import BLACK, BLUE, FONT_SIZE, GREEN, ORANGE, SKY, VERMILLION, WINE, font_size, halo, page_width
+from nsdrill.plot.style import (
+    BLACK,
+    BLUE,
+    FONT_SIZE,
+    GREEN,
+    ORANGE,
+    SKY,
+    VERMILLION,
+    WINE,
+    Properties,
+    font_size,
+    halo,
+    page_width,
+)
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import AXES
 
@@ -150,8 +163,8 @@ class _Panel:
     def draw_sweep(self, over: Results) -> None:
         """The peaks of a sweep."""
         line = line_of(over, self.along, self.units)
-        style: dict[str, Any] = {"linestyle": "none", "marker": ".", "color": SWEEP_COLOUR}
-        dots: dict[str, Any] = {"markersize": SWEEP_MARKER_SIZE, "markeredgewidth": 0, "zorder": 1, "rasterized": True}
+        style: Properties = {"linestyle": "none", "marker": ".", "color": SWEEP_COLOUR}
+        dots: Properties = {"markersize": SWEEP_MARKER_SIZE, "markeredgewidth": 0, "zorder": 1, "rasterized": True}
         for name, gid in ((self.peaks, "sweep"), (self.feature, "sweep greatest")):
             if name in over.variables:
                 values = line[name] / self.y_shown.scale
@@ -187,7 +200,6 @@ class _Panel:
         grazing = [code for code in meanings if code > 100]
         looks = {**MARKERS, **{code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}}
         labels = self.data["label"].values
-        above: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": font_size(6), "zorder": 5}
         for members in self._groups(labels):
             codes = dict.fromkeys(labels[members].tolist())
             if len(codes) > 2:
@@ -198,7 +210,8 @@ class _Panel:
                 self._mark(name, first, *looks.get(code, ("o", BLACK)))
             if len(members) > 2:
                 place = self.x[members[0]], self.y[members[0]]
-                self.axes.annotate(str(len(members)), place, (0, 3.5), path_effects=halo(1.5), gid="number", **above)
+                above: Properties = {"ha": "center", "zorder": 5, "path_effects": halo(1.5), "gid": "number"}
+                write(self.axes, str(len(members)), place, (0, 3.5), **above)
 
     def _groups(self, labels: Array) -> list[Array]:
         """The numbers of the special points in sight, those together that would lie on
@@ -221,7 +234,7 @@ class _Panel:
         """A marker with this ``name`` in the legend, at one ``place`` of the
         branches."""
         is_cross = marker == "x"
-        style: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": "none", "markersize": 4}
+        style: Properties = {"marker": marker, "color": colour, "linestyle": "none", "markersize": 4}
         style |= {"markeredgecolor": colour if is_cross else "white", "markeredgewidth": 0.9 if is_cross else 0.4}
         self.axes.plot([self.x[place]], [self.y[place]], zorder=4, gid=f"special:{name}", **style)
         self.handles.setdefault(name, line_entry(label=name, **style))
@@ -251,7 +264,7 @@ def draw_branch_curves(figure: Figure, data: Any, plane: Plane) -> None:
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     paths = plane.shown({name: data[f"curve_{name}"].values for name in (along, over)})
     for number, (code, part) in enumerate(zip(codes, _parts(data["curve_row_size"].values), strict=True)):
-        style: dict[str, Any] = {"linestyle": dashes[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
+        style: Properties = {"linestyle": dashes[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
         curve = [path[part] for path in paths]  # type: ignore[index]
         for axes in panels:
             limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
@@ -261,8 +274,9 @@ def draw_branch_curves(figure: Figure, data: Any, plane: Plane) -> None:
         name = meanings[code].title
         handles.setdefault(name, line_entry(label=name, **style))
     if panels and handles:
-        frame: dict[str, Any] = {"frameon": True, "framealpha": 0.9, "fontsize": font_size(6)}
-        panels[0].legend(handles=list(handles.values()), loc="upper left", **frame)
+        panels[0].legend(
+            handles=list(handles.values()), loc="upper left", frameon=True, framealpha=0.9, fontsize=font_size(6)
+        )
 
 
 KINDS = (

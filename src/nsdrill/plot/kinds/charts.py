@@ -6,17 +6,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from nsdrill.data import Attributes
+from nsdrill.data import Array, Attributes
 from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
-from nsdrill.plot.labels import Shown, heading, operating_point, quantity
-from nsdrill.plot.page import finish, new_figure
+from nsdrill.plot.labels import Shown, heading, operating_point, quantity, written
+from nsdrill.plot.page import finish, new_figure, write
 from nsdrill.plot.registry import STUDY, Kind
 from nsdrill.plot.slices import make_logarithmic
 from nsdrill.plot.style import (
@@ -28,6 +28,8 @@ from nsdrill.plot.style import (
     SKY,
     VERMILLION,
     WINE,
+    Dashes,
+    Properties,
     font_size,
     page_width,
     target,
@@ -35,6 +37,7 @@ from nsdrill.plot.style import (
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
 
 Numbers = CriticalSpeeds | BucklingLoads | DriveCard | DriveTuning
+N = TypeVar("N", bound=Numbers)
 
 SLOPE_UNIT = "N m s/rad"
 TO_HERTZ = 1.0 / (2.0 * math.pi)
@@ -43,29 +46,29 @@ OPERATING_COLOUR = "#E4E4E4"  # the rotary speeds of the study
 
 
 @dataclass(frozen=True)
-class Chart:
+class Chart(Generic[N]):
     """The numbers of a chart and the contents of its title: ``attrs`` are the title and
     the study, ``point`` the operating values that the chart holds fixed; ``speeds`` are
     the least and the greatest rotary speed [rad/s] of the study."""
 
-    numbers: Numbers
+    numbers: N
     attrs: Attributes
     point: Mapping[str, float]
     speeds: tuple[float, float]
 
 
-def chart_kind(name: str, words: str, numbers: type, panel: Callable[[Figure, Axes, Chart, str], None]) -> Kind:
+def chart_kind(name: str, words: str, numbers: type[N], panel: Callable[[Figure, Axes, Chart[N], str], None]) -> Kind:
     """The kind of chart that shows ``numbers``; ``panel`` draws them, with a
     label for each entry of the legend."""
 
-    def draw(chart: Chart, units: str = "si") -> Figure:
+    def draw(chart: Chart[N], units: str = "si") -> Figure:
         figure = new_figure(page_width(), 4.4)
         axes = figure.add_subplot(figure.add_gridspec(1, 1)[0, 0])
         panel(figure, axes, chart, units)
         title = heading(chart.attrs, operating_point(chart.point, units))
         return finish(figure, title, axes.get_legend_handles_labels()[0], 3)
 
-    def place(data: Any) -> float | None:
+    def place(data: object) -> float | None:
         return 90 if isinstance(data, Chart) and isinstance(data.numbers, numbers) else None
 
     return Kind(name, words, of=STUDY, place=place, draw=draw)
@@ -78,7 +81,7 @@ def shown_quantity(words: str, unit_name: str, system: str) -> Shown:
     return Shown(words, sign(shown_unit), shown_scale(shown_unit, unit_name))
 
 
-def axis_quantity(axis: str, x: np.ndarray, system: str) -> Shown:
+def axis_quantity(axis: str, x: Array, system: str) -> Shown:
     """How the axis of a chart is shown: long spans in m or ft instead of mm or in."""
     if axis == "inclination":
         return Shown("Inclination of the hole", "°", math.pi / 180)
@@ -96,19 +99,19 @@ def write_note(axes: Axes, text: str) -> None:
     axes.set_title(text, fontsize=font_size(7), loc="left", color=REFERENCE)
 
 
-def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
-    numbers: Any = chart.numbers
+def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart[CriticalSpeeds], units: str) -> None:
+    numbers = chart.numbers
     across, up = axis_quantity(numbers.axis, numbers.x, units), quantity("rotary_speed", units)
     x = numbers.x / across.scale
     axial_label = f"axial waves, {numbers.lobes} lobe{'s' * (numbers.lobes > 1)} a turn, bit"
-    families: tuple[tuple[str, np.ndarray, str, Any, float], ...] = (
+    families: tuple[tuple[str, Array, str, Dashes, float], ...] = (
         ("lateral, of 1, 2, 3 half waves of the span", numbers.lateral, VERMILLION, "-", 0.95),
         ("torsional waves, once a turn", numbers.torsional, BLUE, (0, (5, 2)), 0.85),
         (f"{axial_label} off the rock", numbers.axial, GREEN, (0, (5, 1.5, 1, 1.5)), 0.65),
         (f"{axial_label} on the rock", numbers.axial_on_rock, BLACK, (0, (1, 1.4)), 0.45),
     )
     low, high = (speed / up.scale for speed in chart.speeds)
-    of_the_study: dict[str, Any] = {"zorder": 0, "gid": "operating"}
+    of_the_study: Properties = {"zorder": 0, "gid": "operating"}
     line = of_the_study | {"color": REFERENCE, "linewidth": 2.5, "alpha": 0.5}
     # the rotary speed lies along both axes: the string is on the diagonal
     if numbers.axis == "rotary_speed":
@@ -120,22 +123,16 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) 
         axes.axhline(low, label="rotary speed of the study", **line)
     for label, speeds_of_modes, colour, dashes, part_along in families:
         for number, values in enumerate(speeds_of_modes / up.scale, start=1):
-            style: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 1.1, "gid": label}
-            axes.plot(x, values, label=label if number == 1 else "_", **style)
+            axes.plot(
+                x, values, label=label if number == 1 else "_", color=colour, linestyle=dashes, linewidth=1.1, gid=label
+            )
             finite = np.flatnonzero(np.isfinite(values))
             if finite.size:
                 # each family at a different place, as its curves cross those of others
                 position = finite[round(part_along * (finite.size - 1))]
-                axes.annotate(
-                    str(number),
-                    (x[position], values[position]),
-                    color=colour,
-                    fontsize=font_size(6.5),
-                    ha="center",
-                    va="center",
-                    bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"},
-                    zorder=4,
-                )
+                box: Properties = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"}
+                style: Properties = {"color": colour, "ha": "center", "va": "center", "bbox": box, "zorder": 4}
+                write(axes, str(number), (x[position], values[position]), size=6.5, **style)
     _set_log_height(axes, across.label, up.label)
     waves = [speeds for speeds in (numbers.torsional, numbers.axial) if len(speeds)]
     if waves:  # a span that is about to buckle has a speed of zero
@@ -153,13 +150,12 @@ def _set_log_height(axes: Axes, across: str, up: str) -> None:
     axes.grid(True, axis="y", color=OPERATING_COLOUR, linewidth=0.4, zorder=0)
 
 
-def _draw_buckling(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
-    numbers: Any = chart.numbers
+def _draw_buckling(figure: Figure, axes: Axes, chart: Chart[BucklingLoads], units: str) -> None:
+    numbers = chart.numbers
     force = shown_quantity("Axial load", "N", units)
     across = axis_quantity(numbers.axis, numbers.x, units)
     x = numbers.x / across.scale
-    helix: dict[str, Any] = {"alpha": 0.25, "linewidth": 0}
-    loads: tuple[tuple[np.ndarray, str, Any, float, str, str], ...] = (
+    loads: tuple[tuple[Array, str, Dashes, float, str, str], ...] = (
         (numbers.collar, VERMILLION, "-", 1.3, "collars: sinusoid on the low side", "collars"),
         (numbers.pipe, BLUE, (0, (5, 1.5, 1, 1.5)), 1.3, "pipe: sinusoid on the low side", "pipe"),
         (numbers.euler, BLACK, (0, (5, 2)), 1.0, "span of the collars, pinned (Euler)", ""),
@@ -170,12 +166,11 @@ def _draw_buckling(figure: Figure, axes: Axes, chart: Chart, units: str) -> None
         height = load / force.scale
         if not np.any(height > 0.0):
             continue  # the part floats in the mud, or does not fit the hole
-        style = {"color": colour, "linestyle": dashes, "linewidth": width}
-        axes.plot(x, height, label=label, gid=tube or label, **style)
+        axes.plot(x, height, label=label, gid=tube or label, color=colour, linestyle=dashes, linewidth=width)
         if tube:
             ends = HELIX * height, FULL_HELIX * height
             label = f"{tube}: helix, from its onset to complete"
-            axes.fill_between(x, *ends, color=colour, label=label, gid=f"{tube} helix", **helix)
+            axes.fill_between(x, *ends, color=colour, label=label, gid=f"{tube} helix", alpha=0.25, linewidth=0)
     _set_log_height(axes, across.label, force.label)
     axes.set_xlim(x[0], x[-1])
     if numbers.axis == "inclination":
@@ -186,7 +181,7 @@ def _draw_buckling(figure: Figure, axes: Axes, chart: Chart, units: str) -> None
 
 
 # Colour and dashes of each drive; the dashes distinguish them in grey.
-DRIVES: dict[str, tuple[str, Any]] = {
+DRIVES: dict[str, tuple[str, Dashes]] = {
     "ideal": (BLACK, "-"),
     "stiff": (WINE, (0, (1, 1.2))),
     "soft_torque": (VERMILLION, "-"),
@@ -197,32 +192,23 @@ DRIVES: dict[str, tuple[str, Any]] = {
 }
 
 
-def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
-    numbers: Any = chart.numbers
+def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart[DriveCard], units: str) -> None:
+    numbers = chart.numbers
     slope = shown_quantity("", SLOPE_UNIT, units)
     x = numbers.frequency * TO_HERTZ
     for kind, held_slope in numbers.held.items():
         own = kind == numbers.own
-        label = f"{'this study: ' * own}{kind.replace('_', ' ')}, holds "
+        label = f"{'this study: ' * own}{written(kind)}, holds "
         label += f"{held_slope / slope.scale:.4g}"
         if kind not in numbers.reflected:
             axes.plot([], [], linestyle="none", label=f"{label} (no impedance)")
             continue
         colour, dashes = DRIVES[kind]
-        style = {"color": colour, "linestyle": dashes, "linewidth": 2.0 if own else 1.1}
-        axes.plot(x, numbers.reflected[kind], label=label, gid=kind, **style)
+        width = 2.0 if own else 1.1
+        axes.plot(x, numbers.reflected[kind], label=label, gid=kind, color=colour, linestyle=dashes, linewidth=width)
     for number, wave in enumerate(numbers.waves * TO_HERTZ, start=1):
         axes.axvline(wave, color=REFERENCE, linewidth=0.7, linestyle=(0, (1, 2)), zorder=0)
-        axes.annotate(
-            f"mode {number}",
-            (wave, 0.0),
-            xytext=(2, 3),
-            textcoords="offset points",
-            fontsize=font_size(7),
-            color=REFERENCE,
-            rotation=90,
-            va="bottom",
-        )
+        write(axes, f"mode {number}", (wave, 0.0), (2, 3), 7, color=REFERENCE, rotation=90, va="bottom")
     make_logarithmic(axes.xaxis)
     axes.set(xlim=(x[0], x[-1]), ylim=(0.0, 1.05))
     axes.set(xlabel="Frequency [Hz]", ylabel="Reflected share of the wave, $|R|$")
@@ -231,42 +217,40 @@ def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> No
     )
 
 
-def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
-    numbers: Any = chart.numbers
+def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart[DriveTuning], units: str) -> None:
+    numbers = chart.numbers
     slope = shown_quantity("Steepest stable fall of friction", SLOPE_UNIT, units)
     x, y, held_slope = numbers.matching, numbers.frequency * TO_HERTZ, numbers.held / slope.scale
-    mesh = axes.pcolormesh(x, y, held_slope, cmap="viridis", shading="gouraud", rasterized=True, gid="cells")
+    matching, frequency, best = numbers.best
+    # the best drive lies between the points of the grid
+    scale = {"vmin": held_slope.min(), "vmax": max(best / slope.scale, held_slope.max())}
+    mesh = axes.pcolormesh(x, y, held_slope, cmap="viridis", **scale, shading="gouraud", rasterized=True, gid="cells")
     lines = axes.contour(x, y, held_slope, levels=8, colors="white", linewidths=0.6)
     axes.clabel(lines, fontsize=font_size(6), fmt="%g")
     figure.colorbar(mesh, ax=axes, label=slope.label, fraction=0.05, pad=0.01, aspect=30)
-    string: dict[str, Any] = {"linewidth": 1.0, "linestyle": (0, (5, 2))}
+    string: Properties = {"linewidth": 1.0, "linestyle": (0, (5, 2))}
     axes.axhline(numbers.lumped * TO_HERTZ, color="white", **string)
-    axes.plot([], [], color=REFERENCE, label="frequency of the string", **string)
-    matching, frequency, best = numbers.best
-    words = f"best: {matching:.3g} impedances, {frequency * TO_HERTZ:.3g} Hz, holds "
-    points = [((matching, frequency), "*", 11.0, f"{words}{best / slope.scale:.4g}")]
-    if numbers.own:
-        points.append((numbers.own, "o", 6.0, "the drive of the study"))
-    for (point_x, point_y), marker, marker_size, label in points:
-        position = point_x, point_y * TO_HERTZ
-        inside = x[0] <= position[0] <= x[-1] and y[0] <= position[1] <= y[-1]
-        axes.plot(
-            *(position if inside else ([], [])),
-            marker=marker if inside else "none",
-            markersize=marker_size,
-            linestyle="none",
-            color="white",
-            markeredgecolor=BLACK,
-            markeredgewidth=0.9,
-            label=label if inside else f"{label} lies outside",
-            gid=label,
-            clip_on=False,
-            zorder=5,
-        )
+    axes.plot([], [], color=REFERENCE, label=f"frequency of the string, {numbers.lumped * TO_HERTZ:.2g} Hz", **string)
     for axis in (axes.xaxis, axes.yaxis):
         make_logarithmic(axis, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
     axes.set(xlim=(x[0], x[-1]), xlabel="Gain of the drive, in impedances of the pipe")
     axes.set(ylim=(y[0], y[-1]), ylabel="Frequency of the drive [Hz]")
+    words = f"best: {matching:.3g} impedances, {frequency * TO_HERTZ:.3g} Hz, holds {best / slope.scale:.4g}"
+    _mark_drive(axes, (matching, frequency), words, marker="*", markersize=11.0)
+    if numbers.own:
+        _mark_drive(axes, numbers.own, "the drive of the study", marker="o", markersize=6.0)
+
+
+def _mark_drive(axes: Axes, drive: tuple[float, float], label: str, **marker: Any) -> None:
+    """Mark a ``drive`` (matching, frequency [rad/s]); where it lies outside the limits of
+    the panel, the legend says so."""
+    x, y = drive[0], drive[1] * TO_HERTZ
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    white: Properties = {"color": "white", "markeredgecolor": BLACK, "markeredgewidth": 0.9, "linestyle": "none"}
+    if left <= x <= right and bottom <= y <= top:
+        axes.plot([x], [y], label=label, gid=label, clip_on=False, zorder=5, **white, **marker)
+    else:
+        axes.plot([], [], linestyle="none", label=f"{label} lies outside", gid=label)
 
 
 KINDS = (

@@ -23,7 +23,7 @@ from nsdrill.plot.labels import quantity
 from nsdrill.plot.page import has_title, name_panel, new_figure, put_title, set_panel_title
 from nsdrill.plot.panels import WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLACK, BLUE, MANY_MARKERS, REFERENCE, VERMILLION, font_size, page_width
+from nsdrill.plot.style import BLACK, BLUE, MANY_MARKERS, REFERENCE, VERMILLION, Properties, font_size, page_width
 from nsdrill.plot.traces import CONSTANT_TOLERANCE, LAST_SAMPLES, check_length, shown_part, title_of
 
 STEP = 2  # samples between which the direction is taken
@@ -32,6 +32,8 @@ SUBDIVISIONS = 8  # of such a curve between two samples
 # an arrowhead pointing up
 ARROW = Path([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)], closed=True)
 ARROW_SAMPLES = 300  # samples before the end over which arrowheads show the direction
+ARROWS, ARROW_DISTANCE = 2, 0.12  # most arrowheads, and their least distance as a part of the greatest radius
+ORBIT_REVOLUTIONS = 5  # of the drive: more of them cover each other
 
 
 def square_page(trace: Trace, units: str, height_of_title: float) -> tuple[Figure, Axes]:
@@ -66,7 +68,7 @@ def draw_wall(axes: Axes, radius: float, **properties: Any) -> None:
 def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     """Draw the path of the collar centre in the cross-section of the hole, in a
     different colour where the collar is on the wall."""
-    part, part_text = shown_part(trace)
+    part, part_text = shown_part(trace, ORBIT_REVOLUTIONS)
     across, up = quantity("x", units), quantity("y", units)
     gap = trace.attrs.get("gap")
     x, y, force = smoothed_path(trace, part, None if gap is None else float(gap))
@@ -113,19 +115,25 @@ def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, 
 
 def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
     """Draw a dot at the end of a path, and along its last part arrowheads that point
-    forward in time. A path that reaches less far than ``min_extent`` has no arrowheads,
-    which would cover it."""
+    forward in time, none of them on another one or on the dot. A path that reaches less
+    far than ``min_extent`` has no arrowheads, which would cover it."""
     finite = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if len(finite) < STEP + 1:
         return
     end = finite[-1]
-    style: dict[str, Any] = {"color": BLACK, "linestyle": "none", "zorder": 4}
+    style: Properties = {"color": BLACK, "linestyle": "none", "zorder": 4}
     axes.plot([x[end]], [y[end]], marker="o", markersize=3, gid="end", **style)
-    if np.hypot(x[finite], y[finite]).max() < min_extent:
+    reach = np.hypot(x[finite], y[finite]).max()
+    if reach < min_extent:
         return
-    for place in end - np.unique(np.linspace(0, min(len(finite) - STEP, ARROW_SAMPLES), 4)[1:-1].astype(int)):
+    taken, samples = [end], min(len(finite) - STEP, ARROW_SAMPLES)
+    # the thirds of the last part first, and those between where an arrow is there already
+    for before in dict.fromkeys(int(part * samples / 12) for part in (4, 8, 6, 10, 2, 5, 7, 9, 11, 3, 1)):
+        place = end - before
         step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
-        if np.hypot(*step) > 0.0:
+        is_clear = np.hypot(x[taken] - x[place], y[taken] - y[place]).min() > ARROW_DISTANCE * reach
+        if len(taken) <= ARROWS and is_clear and np.hypot(*step) > 0.0:
+            taken.append(place)
             arrow = MarkerStyle(ARROW, transform=Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi))
             place_of_arrow = [x[place]], [y[place]]
             axes.plot(*place_of_arrow, marker=arrow, markersize=9, markeredgewidth=0.0, gid="direction", **style)
@@ -167,28 +175,30 @@ class Scene:
     def __init__(self, axes: Axes, trace: Trace, units: str) -> None:
         across, up = quantity("x", units), quantity("y", units)
         self._hole, self._collar_radius = (radius / across.scale for radius in radii_of(trace))
-        self._trace, self._shown_speed = trace, quantity("bit_speed", units)
+        drawn = drawn_in(trace.attrs)
+        self._trace, self._speed, self._shown_speed = trace, trace[drawn.speed], quantity(drawn.speed, units)
         self._x, self._y = (trace[name] / across.scale for name in ("x", "y"))
         # that of the bit is also that of the collar above it
-        self._angle = trace["drive_angle"] + trace["twist"]
-        self._revolution = 2 * pi / max(float(np.nanmean(np.abs(trace["bit_speed"]))), 1e-3)
+        self._angle = sum(trace[name] for name in drawn.angle)
+        self._revolution = 2 * pi / max(float(np.nanmean(np.abs(self._speed))), 1e-3)
         axes.set_facecolor(ROCK)
         draw_wall(axes, self._hole, fill=True, color=None, facecolor=MUD, edgecolor=REFERENCE, gid="wall")
-        ring: dict[str, Any] = {"color": None, "edgecolor": BIT, "linewidth": 0.6, "linestyle": "--"}
-        draw_wall(axes, 0.95 * self._hole, gid="bit", **ring)
+        draw_wall(axes, 0.95 * self._hole, gid="bit", color=None, edgecolor=BIT, linewidth=0.6, linestyle="--")
         cross_section(axes, 1.1 * self._hole, across.label, up.label, zorder=4)
         self._blades = [axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)]
-        steel: dict[str, Any] = {"facecolor": STEEL, "edgecolor": EDGE, "linewidth": 0.9, "zorder": 2}
-        self._collar = Circle((0, 0), self._collar_radius, gid="collar", **steel)
+        self._collar = Circle(
+            (0, 0), self._collar_radius, gid="collar", facecolor=STEEL, edgecolor=EDGE, linewidth=0.9, zorder=2
+        )
         axes.add_patch(self._collar)
-        line: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
-        dot: dict[str, Any] = {"marker": "o", "linestyle": "none"}
+        line: Properties = {"solid_capstyle": "round", "zorder": 3}
+        dot: Properties = {"marker": "o", "linestyle": "none"}
         (self._spoke,) = axes.plot([], [], color=EDGE, linewidth=1.2, gid="spoke", **line)
         (self._path,) = axes.plot([], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line)
         (self._centre,) = axes.plot([], [], color=BLUE, markersize=3.5, zorder=4, **dot)
         (self._contact,) = axes.plot([], [], color=VERMILLION, markersize=6, zorder=5, gid="touch", **dot)
-        clock: dict[str, Any] = {"transform": axes.transAxes, "va": "top", "fontsize": font_size(7), "zorder": 6}
-        self._text = axes.text(0.02, 0.98, "", gid="clock", **clock)
+        self._text = axes.text(
+            0.02, 0.98, "", gid="clock", transform=axes.transAxes, va="top", fontsize=font_size(7), zorder=6
+        )
 
     @property
     def moving_artists(self) -> list[Artist]:
@@ -199,7 +209,7 @@ class Scene:
         """Move the artists to the ``time`` [s], with the path from ``since`` [s] on, or
         that of the last revolution."""
         times, hole, collar = self._trace.time, self._hole, self._collar_radius
-        histories = (self._x, self._y, self._angle, self._trace["wall_force"], self._trace["bit_speed"])
+        histories = (self._x, self._y, self._angle, self._trace["wall_force"], self._speed)
         x, y, angle, force, speed = (float(np.interp(time, times, values)) for values in histories)
         for number, blade in enumerate(self._blades):
             direction = angle + 2 * pi * number / BLADES
@@ -220,7 +230,7 @@ def draw_hole(trace: Trace, units: str = "si") -> Figure:
     """Draw the end of a trace."""
     figure, axes = square_page(trace, units, 0.6)
     scene = Scene(axes, trace, units)
-    part, words = shown_part(trace)
+    part, words = shown_part(trace, ORBIT_REVOLUTIONS)
     scene.show(float(trace.time[-1]), float(trace.time[part][0]))
     set_panel_title(axes, f"{words or 'path'}; collar and bit at the end")
     return figure

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import pi
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
 from nsdrill.analysis.probability import text
@@ -21,7 +20,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import cross_section
 from nsdrill.plot.kinds.hole import draw_wall as draw_wall_around
-from nsdrill.plot.labels import Shown, quantity, sweep_title
+from nsdrill.plot.labels import carried, quantity, sweep_title
 from nsdrill.plot.page import (
     direction_entries,
     motion_entries,
@@ -33,12 +32,13 @@ from nsdrill.plot.page import (
 )
 from nsdrill.plot.panels import WALL_VISIBLE_FROM, Columns, draw_dots, draw_rotary_speed, draw_wall, outcome_handles
 from nsdrill.plot.registry import RETURNS, TRACE, Kind, fits_columns, is_sweep, longest, needs_returns
-from nsdrill.plot.style import BLUE, MANY_MARKERS, MOTIONS, page_width
+from nsdrill.plot.style import BLUE, MANY_MARKERS, MOTIONS, Properties, page_width
 from nsdrill.plot.traces import title_of
 from nsdrill.variables import OK
 
+THIN: Properties = {"scale": 0.3, "edge": 0.2}
 PLANE_WIDTH = 1.6  # least width of a plane in inches
-DOTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0}
+DOTS: Properties = {"linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0}
 
 
 def draw_section(data: Results | Trace, units: str = "si") -> Figure:
@@ -57,7 +57,7 @@ def draw_point(results: Results, units: str = "si") -> Figure:
         period = int(results["period"][row].ravel()[0])
         description = f"{motion.name}, period {period}" if period else motion.name
         count = int(np.isfinite(section[drawn_in(results.attrs).section[0]]).sum())
-        label = {"up": "carried up: ", "down": "carried down: "}.get(name, "")
+        label = "" if name == "same" else f"{carried(name, results.attrs)}: "
         rows[row].suptitle(f"{label}{description}, {count} returns", fontsize="medium")
         _draw_planes(rows[row], section, results.attrs, units, motion.colour)
     put_title(figure, sweep_title(results, units))
@@ -83,7 +83,9 @@ def _layout(attrs: Attributes) -> tuple[int, int]:
     return count, -(-count // panels_per_row(count, PLANE_WIDTH))
 
 
-def _draw_planes(figure: Any, section: Mapping[str, Array], attrs: Attributes, units: str, colour: str) -> None:
+def _draw_planes(
+    figure: Figure | SubFigure, section: Mapping[str, Array], attrs: Attributes, units: str, colour: str
+) -> None:
     """Draw the returns in planes, the first of which is the orbit where there is
     one."""
     drawn = drawn_in(attrs)
@@ -133,7 +135,8 @@ def section_of(trace: Trace) -> dict[str, Array]:
     through samples and their rates (Hermite); the variables by name [return]."""
     chosen = trace.time >= _observed_from(trace)
     time = trace.time[chosen]
-    angle = (trace["twist"] + trace["drive_angle"])[chosen]
+    drawn = drawn_in(trace.attrs)
+    angle = np.sum([trace[name] for name in drawn.angle], axis=0)[chosen]
     if not np.all(np.isfinite(angle)):
         raise InputError("trace: found samples of the bit angle that are no numbers; the section needs all of them.")
     furthest = np.maximum.accumulate(angle)  # a bit that rotates back is not counted twice
@@ -149,7 +152,7 @@ def section_of(trace: Trace) -> dict[str, Array]:
         rise = v1 - v0
         return v0 + theta * (d0 + theta * (3 * rise - 2 * d0 - d1 + theta * (d0 + d1 - 2 * rise)))
 
-    speed = trace["bit_speed"][chosen]
+    speed = trace[drawn.speed][chosen]
     theta = (levels - angle[after - 1]) / np.maximum(angle[after] - angle[after - 1], 1e-300)
     for _ in range(3):  # the angle is nearly straight between samples
         theta = np.clip(
@@ -162,7 +165,7 @@ def section_of(trace: Trace) -> dict[str, Array]:
             return values[after - 1] + theta * (values[after] - values[after - 1])
         return cubic(values, trace[rate][chosen], theta)
 
-    section = {"section_twist": at_section("twist"), "section_bit_speed": at_section("bit_speed")}
+    section = {f"section_{name}": at_section(name) for name in (drawn.angle[0], drawn.speed)}
     if "z" in trace.variables:
         section |= {"section_axial": at_section("z", "vz"), "section_axial_velocity": at_section("vz")}
     if "x" in trace.variables:
@@ -176,13 +179,13 @@ def section_of(trace: Trace) -> dict[str, Array]:
     return section
 
 
-def _section_place(data: Any) -> float | None:
+def _section_place(data: object) -> float | None:
     if isinstance(data, Trace):
         return 84
     return 20 if is_sweep(data) and not data.swept and "motion" in data.variables else None
 
 
-def _section_advice(data: Any) -> str:
+def _section_advice(data: object) -> str:
     if isinstance(data, Results) and "motion" in data.variables:
         return "it shows one operating point: select a value of every axis"
     return needs_returns(data)
@@ -195,25 +198,23 @@ def draw_along(results: Results, units: str = "si") -> Figure:
     shown = drawn_in(results.attrs).section
     page = Columns(results, units, shown, 1.5 * len(shown) + 1.5)
     rasterise = len(shown) * int(np.isfinite(results[shown[0]]).sum()) > MANY_MARKERS
-    style: dict[str, Any] = {"marker": "o", "scale": 0.75, "edge": 0.3, "rasterise": rasterise}
+    style: Properties = {"marker": "o", "scale": 0.75, "edge": 0.3, "rasterise": rasterise}
     present: set[int] = set()
     for line, name, axes in page.each():
         codes = np.where(line["status"] == OK, line["motion"], -1)
-        present |= draw_dots(axes, line, name, codes, MOTIONS, line[name], **style)
+        # a collar that rolls returns at all angles: thin points, where dots would merge to bars
+        own = style | (THIN if name == "section_whirl_angle" else {})
+        present |= draw_dots(axes, line, name, codes, MOTIONS, line[name], **own)
+    angle = quantity("section_whirl_angle", units)
+    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / angle.scale
+    words = ["−π", "−π/2", "0", "π/2", "π"] if angle.unit == "rad" else [f"{tick:g}" for tick in ticks]
     for axes in page.panels("section_whirl_angle"):
-        _set_angle_axis(axes, quantity("section_whirl_angle", units))
+        axes.set_ylim(1.04 * ticks[0], 1.04 * ticks[-1])
+        axes.set_yticks(ticks, words)
     wall = draw_wall(results.attrs, page.panels("section_radius"), units)
     references = [*draw_rotary_speed(page.lines, page.panels("section_bit_speed")), *wall]
-    handles = [*motion_entries(present), *direction_entries(page.lines[0].procedures), *references]
+    handles = [*motion_entries(present), *direction_entries(page.lines[0].procedures, results.attrs), *references]
     return page.finish([*handles, *outcome_handles(page.lines, markers=False)])
-
-
-def _set_angle_axis(axes: Axes, y: Shown) -> None:
-    """Limit an axis of angles to minus and plus half a revolution, with ticks at the
-    quarters."""
-    axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
-    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
-    axes.set_yticks(ticks, ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks])
 
 
 KINDS = (

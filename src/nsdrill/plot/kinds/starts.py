@@ -7,7 +7,7 @@ import json
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TypeGuard
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -19,6 +19,7 @@ from nsdrill.analysis.attractors import Attractor, describe, wilson
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import Shown, quantity, sweep_title
 from nsdrill.plot.page import (
@@ -30,16 +31,17 @@ from nsdrill.plot.page import (
     new_figure,
     response_entries,
     stack,
+    write,
 )
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, lay_along, positions, robust_limits
-from nsdrill.plot.style import REFERENCE, RESPONSES, font_size, ink_on, page_width
+from nsdrill.plot.style import REFERENCE, RESPONSES, Properties, font_size, ink_on, page_width
 
-ATTRACTOR_VARIABLES = ("attractor", "whirl_kind", "settled")  # variables that describe an attractor
+ATTRACTOR_VARIABLES = ("attractor", *RESPONSE_KINDS, "settled")  # variables that describe an attractor
 UNGROUPED = "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
 
 
-def has_starts(data: Any) -> bool:
+def has_starts(data: object) -> TypeGuard[Results]:
     """Whether these are results with several starts of every operating point."""
     return isinstance(data, Results) and "start" in data.coords
 
@@ -53,11 +55,8 @@ def by_operating_point(results: Results) -> dict[str, Array]:
 
 def attractor_label(attractor: Attractor) -> str:
     """The description of an attractor in a legend."""
-    kinds = (BY_NAME["whirl_kind"].flag_meanings or "").split()
-    text = RESPONSES[attractor.response].name
-    if attractor.whirl_kind:
-        text += f" ({kinds[attractor.whirl_kind].replace('_', ' ')})"
-    return text
+    words = (BY_NAME[name].words(value).replace("_", " ") for name, value in attractor.kinds.items() if value)
+    return RESPONSES[attractor.response].name + "".join(f" ({word})" for word in words)
 
 
 class Along:
@@ -97,7 +96,7 @@ SHARES_HEIGHT = 3.6
 # column
 MIN_DIVIDED_SHARE = 0.02
 MIN_NUMBERED_HEIGHT = 8.0  # per cent of the height, for the number of an attractor
-BORDER_STYLE: dict[str, Any] = {"color": "white", "linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
+BORDER_STYLE: Properties = {"color": "white", "linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
 MAX_INTERVALS = 80  # with more operating points only every second, third ... has an interval
 
 
@@ -169,7 +168,7 @@ def draw_bands(axes: Axes, columns: list[list[AttractorShare]], borders: Array) 
     for place, column in enumerate(columns):
         for share in column:
             bands.setdefault((share.attractor.number, share.attractor.response), {})[place] = share
-    centred: dict[str, Any] = {"ha": "center", "va": "center", "clip_on": True, "fontsize": font_size(6)}
+    centred: Properties = {"ha": "center", "va": "center", "clip_on": True, "fontsize": font_size(6)}
     for (number, response), shares in bands.items():
         for place, share in shares.items():
             if share.is_divided and (following := shares.get(place + 1)) and following.is_divided:
@@ -204,7 +203,7 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     along, shown = Along(results, units), drawn_in(results.attrs).attractors
     figure = new_figure(page_width(), ATTRACTORS_HEIGHT)
     panels = stack(figure, len(shown))
-    for row, (axes, (lower_name, name, label)) in enumerate(zip(panels, shown, strict=True)):
+    for axes, (lower_name, name, label) in zip(panels, shown, strict=True):
         y = quantity(name, units)
         points = [
             # a range is taken between the medians of the extremes
@@ -214,12 +213,24 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
         ]
         for centre, height, attractor in sorted(points, key=lambda point: -point[2].share):
             gid = f"{name}:{attractor.response}"
-            axes.plot([centre], [height], linestyle="none", zorder=3, gid=gid, **marker_style(attractor))
+            response, hollow = RESPONSES[attractor.response], attractor.unsettled > attractor.members / 2
+            axes.plot(
+                [centre],
+                [height],
+                linestyle="none",
+                marker=response.marker,
+                color=response.colour,
+                markersize=marker_diameter(attractor.share),
+                markerfacecolor="none" if hollow else response.colour,
+                markeredgewidth=0.7 if hollow else 0.0,
+                zorder=3,
+                gid=gid,
+            )
         if along.is_matched:
-            join_attractors(axes, points, along.centres, with_numbers=row == min(1, len(shown) - 1))
+            join_attractors(axes, points, along.centres)
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
-        axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
+        axes.set_ylim(low - 0.03 * (high - low), high + 0.12 * (high - low))  # room for a number above
         axes.set_ylabel(Shown(label, y.unit, y.scale).label)
         name_panel(axes, name, name)
     figure.align_ylabels(panels)
@@ -233,40 +244,25 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     return along.finish(figure, panels[-1], handles)
 
 
-def join_attractors(
-    axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array, *, with_numbers: bool
-) -> None:
+def join_attractors(axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array) -> None:
     """Draw a line along each attractor, under the markers, and the numbers of those
     with a share of ``MIN_NUMBERED`` or more."""
     lines: dict[int, list[tuple[float, float, Attractor]]] = {}
     for point in points:
         lines.setdefault(point[2].number, []).append(point)
-    style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.5, "zorder": 2}
-    above: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "bottom", "fontsize": font_size(6)}
+    style: Properties = {"color": REFERENCE, "linewidth": 0.5, "zorder": 2}
     for number, members in lines.items():
         for (x, y, _), (next_x, next_y, _) in pairwise(members):
             between = np.any((centres > min(x, next_x)) & (centres < max(x, next_x)))
             axes.plot([x, next_x], [y, next_y], linestyle=":" if between else "-", gid=f"branch:{number}", **style)
-        if with_numbers and len(members) > 1 and max(attractor.share for _, _, attractor in members) >= MIN_NUMBERED:
-            axes.annotate(str(number), members[0][:2], (0, 4), gid=f"number:{number}", **above)
+        if len(members) > 1 and max(attractor.share for _, _, attractor in members) >= MIN_NUMBERED:
+            write(axes, str(number), members[0][:2], (0, 4), ha="center", va="bottom", gid=f"number:{number}")
 
 
 def marker_diameter(share: float) -> float:
     """The diameter of a marker [points]: it grows with the root of the share, from the
     smallest that can be distinguished."""
     return SMALLEST_MARKER + (LARGEST_MARKER - SMALLEST_MARKER) * math.sqrt(share)
-
-
-def marker_style(attractor: Attractor) -> dict[str, Any]:
-    response = RESPONSES[attractor.response]
-    hollow = attractor.unsettled > attractor.members / 2
-    return {
-        "marker": response.marker,
-        "color": response.colour,
-        "markersize": marker_diameter(attractor.share),
-        "markerfacecolor": "none" if hollow else response.colour,
-        "markeredgewidth": 0.7 if hollow else 0.0,
-    }
 
 
 KINDS = (

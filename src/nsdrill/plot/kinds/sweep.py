@@ -5,18 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nsdrill.data import Array, Results
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import drawn_in
+from nsdrill.models.registry import described, drawn_in
+from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.cells import line_variables
-from nsdrill.plot.labels import quantity, sweep_title
+from nsdrill.plot.labels import both_ways, carried, quantity, sweep_title
 from nsdrill.plot.maps import draw_map, draw_value_map, lies_across
 from nsdrill.plot.page import area_entry, direction_entries, finish, line_entry, marker_entry, name_panel, new_figure
 from nsdrill.plot.panels import (
@@ -66,9 +67,10 @@ from nsdrill.plot.style import (
     SKY,
     VERMILLION,
     WINE,
+    Properties,
     page_width,
 )
-from nsdrill.variables import OK, PERIODIC, POINT
+from nsdrill.variables import MODEL, OK, PERIODIC, POINT
 
 MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
 BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
@@ -87,9 +89,9 @@ def draw_bifurcation(results: Results, units: str = "si") -> Figure:
         draw_dots(axes, line, panels[name].greatest, codes, RESPONSES, constant, marker="_")
         steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (codes >= 0)))
     by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
-    handles = outcome_handles(page.lines, markers=True) + direction_entries(page.lines[0].procedures)
+    handles = outcome_handles(page.lines, markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
     if shaded:
-        words = "up and down differ in response"
+        words = f"{both_ways(results.attrs)} differ in response"
         handles.append(area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=words))
     if steady:
         handles.append(marker_entry("no peaks: greatest value", "_", size=5, edge=1.0))
@@ -106,14 +108,10 @@ def with_greatest(peaks: Array, greatest: Array) -> Array:
     return np.concatenate((peaks, np.where(missed, greatest, np.nan)[..., None]), axis=-1)
 
 
-def _bifurcation_advice(data: Any) -> str:
+def _bifurcation_advice(data: object) -> str:
     if isinstance(data, Results) and drawn_in(data.attrs).peaks[0] not in data.variables:
         return "no peaks were recorded: run with record.peaks"
     return needs_one_axis(data)
-
-
-ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
-FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # in the list of kinds, before all others
 
 
 # colours and markers of curves, one curve for each word
@@ -130,15 +128,14 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
         limit_values(panels, page.lines, name)
         for axes in panels:
             shade_severity(axes, results.attrs, name, units, with_names=axes is panels[-1])
-            if name == "whirl_ratio":
+            if name in drawn_in(results.attrs).signed:
                 axes.axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
     if len(names) == 1:
         page.columns[0][1].set_ylabel(quantity(names[0], units).in_lines())
     one = page.lines[0]
     ways = [
         line_entry(
-            label=f"carried {way}" if way in ("up", "down") else way,
-            **({"markersize": 4} | curve_style(way, one.procedures, len(one.x))),
+            label=carried(way, results.attrs), **({"markersize": 4} | curve_style(way, one.procedures, len(one.x)))
         )
         for way in one.procedures
         if one.procedures != ("same",)
@@ -189,17 +186,17 @@ def draw_value(variable: str, results: Results, units: str = "si") -> Figure:
     return draw_value_map(results, units, variable)
 
 
-def _across(data: Any) -> str:
+def _across(data: Results) -> str:
     return longest(data) if len(data.swept) < 2 or _has_word_axis(data) else lies_across(data)
 
 
-def _has_word_axis(data: Any) -> bool:
+def _has_word_axis(data: Results) -> bool:
     """Whether the sweep is over one axis of words and one of numbers: then a curve is
     drawn for each word."""
     return len(data.swept) == 2 and sum(bool(words_along(axis)) for axis in data.swept) == 1
 
 
-def _value_advice(variable: str, data: Any) -> str:
+def _value_advice(variable: str, data: object) -> str:
     if variable in ("lyapunov_exponent", "lyapunov_error") and isinstance(data, Results):
         return "it was not measured: run with record.exponent: true"
     return needs_returns(data) if variable == "zero_one" else ""
@@ -219,7 +216,7 @@ def _value_kind(name: str, variable: str, place: float) -> Kind:
     )
 
 
-_MEASURED = [name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT]
+_MEASURED = {name: name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT}
 
 
 MOTION_LABELS = {
@@ -255,7 +252,7 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
     kinds = [
         area_entry(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present
     ]
-    directions = direction_entries(lines[0].procedures) if names else []
+    directions = direction_entries(lines[0].procedures, results.attrs) if names else []
     return page.finish([*kinds, *directions, *outcome_handles(lines, markers=False)])
 
 
@@ -290,7 +287,7 @@ def _values_to_draw(line: Line, name: str) -> Array:
 
 
 def _draw_motion_values(axes: Axes, line: Line, name: str) -> None:
-    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.4, "markeredgewidth": 0.5}
+    style: Properties = {"linestyle": "none", "marker": "o", "markersize": 2.4, "markeredgewidth": 0.5}
     for row, (procedure, values) in enumerate(zip(line.procedures, _values_to_draw(line, name), strict=True)):
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
         face = "white" if is_open(procedure, line.procedures) else colour
@@ -300,6 +297,14 @@ def _draw_motion_values(axes: Axes, line: Line, name: str) -> None:
         axes.axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
     else:
         axes.set_ylim(*((-0.15, 1.1) if name == "zero_one" else (0, None)))
+
+
+def _place_of_kind(name: str, data: object) -> int | None:
+    return 41 if is_plane(data) and name in data.variables else None
+
+
+def _uses_kind(name: str, model: Description) -> tuple[str, ...]:
+    return (name,)
 
 
 KINDS = (
@@ -334,8 +339,8 @@ KINDS = (
         part_of="value",
     ),
     *(
-        _value_kind(name, ALIASES.get(name, name), 60 + 0.01 * number)
-        for number, name in enumerate(dict.fromkeys((*FIRST, *_MEASURED)))
+        _value_kind(name, variable, 60 + 0.01 * number)
+        for number, (name, variable) in enumerate({**described(MODEL).drawn.values, **_MEASURED}.items())
     ),
     Kind(
         "motion",
@@ -358,14 +363,17 @@ KINDS = (
         uses=line_variables,
         across=lies_across,
     ),
-    Kind(
-        "whirl_kind",
-        "the kind of whirl over two axes",
-        of=PLANE,
-        place=lambda data: 41 if is_plane(data) and "whirl_kind" in data.variables else None,
-        draw=partial(draw_map, variable="whirl_kind"),
-        uses=lambda model: ("whirl_kind",),
-        across=lies_across,
-        part_of="map",
+    *(
+        Kind(
+            name,
+            f"the kind of {response.words} over two axes",
+            of=PLANE,
+            place=partial(_place_of_kind, name),
+            draw=partial(draw_map, variable=name),
+            uses=partial(_uses_kind, name),
+            across=lies_across,
+            part_of="map",
+        )
+        for name, response in RESPONSE_KINDS.items()
     ),
 )

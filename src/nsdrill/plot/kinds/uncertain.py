@@ -24,10 +24,12 @@ from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
 from nsdrill.analysis.window import USUAL_CONFIDENCE
 from nsdrill.data import Array, Results
 from nsdrill.models.registry import model_in
+from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells
-from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title
+from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title, way_word
+from nsdrill.plot.look import BESIDE
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
-from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title
+from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title, write
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
 from nsdrill.plot.slices import lay_along, positions, robust_limits
 from nsdrill.plot.style import (
@@ -37,18 +39,19 @@ from nsdrill.plot.style import (
     ORANGE,
     REFERENCE,
     RESPONSES,
+    Dashes,
+    Properties,
     cell_style,
     font_size,
     halo,
     page_width,
 )
 from nsdrill.quantity import quantity as base_quantity
-from nsdrill.variables import RESPONSES as RESPONSE_NAMES
 from nsdrill.variables import SAMPLE
 
-BAND_STYLE: dict[str, Any] = {"alpha": 0.16, "linewidth": 0}
-EDGE_DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
-CONFIDENCE_STYLE: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.6, "linestyle": (0, (4, 2))}
+BAND_STYLE: Properties = {"alpha": 0.16, "linewidth": 0}
+EDGE_DASHES: tuple[Dashes, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+CONFIDENCE_STYLE: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": (0, (4, 2))}
 
 
 def draw_probability(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Figure:
@@ -66,7 +69,7 @@ def _style(outcome: str) -> tuple[str, str, str]:
     """Label, colour and marker of an outcome."""
     if outcome == SAFE:
         return "safe", BLACK, "o"
-    style = RESPONSES[1 << RESPONSE_NAMES.index(outcome)]
+    style = RESPONSES[CRITICAL[outcome].bit]
     return style.name, style.colour, style.marker
 
 
@@ -128,16 +131,16 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
         label, colour, marker = _style(outcome)
         share, low, high = (100.0 * part.ravel() for part in probabilities.of(outcome))
         axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND_STYLE)
-        edge_style: dict[str, Any] = {"linewidth": 0.7, "linestyle": EDGE_DASHES[place % len(EDGE_DASHES)]}
+        edge_style: Properties = {"linewidth": 0.7, "linestyle": EDGE_DASHES[place % len(EDGE_DASHES)]}
         for edge in (low, high):  # overlapping bands are distinguished by their edges
             axes.plot(x, edge, color=colour, gid=f"edge:{outcome}", **edge_style)
         # of coinciding lines the lower one is wider
         above = len(probabilities.outcomes) - 1 - place
-        sizes: dict[str, Any] = {"markersize": 2.6 + 0.8 * above, "linewidth": 0.9 + 0.4 * above}
+        sizes: Properties = {"markersize": 2.6 + 0.8 * above, "linewidth": 0.9 + 0.4 * above}
         handles += axes.plot(x, share, color=colour, marker=marker, label=label, gid=f"line:{outcome}", **sizes)
     for history, dashes in zip(probabilities.histories[:-1], ("--", ":"), strict=False):
         share = 100.0 * probabilities.of(SAFE, history)[0].ravel()
-        own: dict[str, Any] = {"label": f"safe, {history} by itself", "gid": f"alone:{history}"}
+        own: Properties = {"label": f"safe, {way_word(history, results.attrs)} by itself", "gid": f"alone:{history}"}
         handles += axes.plot(x, share, color=BLACK, linestyle=dashes, linewidth=0.9, **own)
     axes.axhline(100.0 * confidence, zorder=0, gid="confidence", **CONFIDENCE_STYLE)
     axes.set(ylim=(-2.0, 102.0), ylabel="Probability [%]")
@@ -157,11 +160,10 @@ def _draw_points(probabilities: Probabilities, title: str) -> Figure:
         label, colour, marker = _style(outcome)
         labels.append(label)
         share, low, high = (100.0 * float(part.ravel()[0]) for part in probabilities.of(outcome))
-        style: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 5, "linestyle": "none"}
+        style: Properties = {"color": colour, "marker": marker, "markersize": 5, "linestyle": "none"}
         point, *_ = axes.errorbar([share], [row], xerr=[[share - low], [high - share]], capsize=3, **style)
         point.set_gid(f"point:{outcome}")
-        beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": font_size(7)}
-        axes.annotate(f"{share:.1f} %", (high, row), (5, 0), **beside)
+        write(axes, f"{share:.1f} %", (high, row), (5, 0), 7, va="center")
     axes.set_yticks(range(count), labels)
     axes.set(ylim=(count - 0.5, -0.5), xlim=(-2.0, 115.0), xlabel="Probability [%], with its 95 % interval")
     put_title(figure, title)
@@ -170,8 +172,6 @@ def _draw_points(probabilities: Probabilities, title: str) -> Figure:
 
 LOW_COLOUR, HIGH_COLOUR = BLUE, ORANGE
 BAR_HEIGHT = 0.62
-# words at the right of a panel of a tornado
-AT_RIGHT: dict[str, Any] = {"textcoords": "offset points", "annotation_clip": False}
 
 
 def draw_tornado(results: Results, units: str = "si", severity: int | None = None) -> Figure:
@@ -191,7 +191,9 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
         axes.set_xlabel(f"{shown.label}, mean" if shown else "Probability of a safe run [%]")
         if answer["deviation"] is None:
             amount = f"{answer['mean'] / (shown.scale if shown else 0.01):.4g} {shown.unit if shown else '%'}"
-            _write_constant(axes, f"{amount} in every sample,\nwhatever the unknowns are")
+            words = f"{amount} in every sample,\nwhatever the unknowns are"
+            axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes, fontsize=font_size(7))
+            axes.set(xticks=[], yticks=[])
         else:
             _draw_bars(axes, answer, shown.scale if shown else 0.01)
     handles = [
@@ -202,11 +204,6 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
     over = f"mean over {numbers['points']} operating points" if numbers["swept"] else ""
     parts = (operating_point(numbers["at"], units), over, f"{numbers['samples']} samples")
     return finish(figure, heading(results.attrs, "; ".join(filter(None, parts)), width=80), handles, 3)
-
-
-def _write_constant(axes: Axes, text: str) -> None:
-    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, fontsize=font_size(7))
-    axes.set(xticks=[], yticks=[])
 
 
 def _draw_bars(axes: Axes, answer: dict[str, Any], scale: float) -> None:
@@ -227,15 +224,14 @@ def _draw_bars(axes: Axes, answer: dict[str, Any], scale: float) -> None:
         if row["first"] is not None:
             indices = [index for index in ("first", "total") if row[index] is not None]
             texts = [f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %" for index in indices]
-            beside: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": font_size(7)}
-            axes.annotate("\n".join(texts), (1.0, number), (4, 0), **beside, **AT_RIGHT)
+            write(axes, "\n".join(texts), (1.0, number), (4, 0), 7, xycoords=BESIDE, va="center", annotation_clip=False)
     axes.axvline(middle, color=REFERENCE, linewidth=0.8, gid="mean")
     axes.set_yticks(range(len(rows)), [base_quantity(row["key"]).label for row in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.margins(x=0.08)
     words = "first-order\nindex" + (", total" if any(row["total"] is not None for row in rows) else "")
-    above: dict[str, Any] = {"xycoords": "axes fraction", "va": "bottom", "ha": "left", "fontsize": font_size(6)}
-    axes.annotate(words, (1.0, 1.0), (4, 2), color=BLACK, **above, **AT_RIGHT)
+    above: Properties = {"xycoords": "axes fraction", "va": "bottom", "ha": "left", "annotation_clip": False}
+    write(axes, words, (1.0, 1.0), (4, 2), color=BLACK, **above)
 
 
 SPECIFIC_ENERGY = "mechanical_specific_energy"
@@ -255,23 +251,16 @@ def draw_trade_off(results: Results, units: str = "si") -> Figure:
     labelled = front[_spread_out(probability[front], rate[front])] if front.size else front
     figure = new_figure(page_width(5.5), 4.6)
     axes = figure.add_subplot()
-    bars: dict[str, Any] = {"linestyle": "none", "ecolor": "#808080", "elinewidth": 0.7, "capsize": 2, "zorder": 2}
+    bars: Properties = {"linestyle": "none", "ecolor": "#808080", "elinewidth": 0.7, "capsize": 2, "zorder": 2}
     spread = (probability - low)[labelled], (high - probability)[labelled]
     axes.errorbar(probability[labelled], rate[labelled], xerr=spread, gid="interval", **bars)
     axes.plot(probability[front], rate[front], color=BLACK, linewidth=0.8, zorder=2.5, gid="front")
     _draw_points_of_trade(figure, axes, results, units, probability, np.where(known, rate, np.nan))
     for place in labelled:
         at_left = probability[place] > 55.0
-        axes.annotate(
-            _setting_text(results, int(place), units),
-            (probability[place], rate[place]),
-            (-5 if at_left else 5, 4),
-            textcoords="offset points",
-            ha="right" if at_left else "left",
-            fontsize=font_size(6),
-            path_effects=halo(2.0),
-            zorder=4,
-        )
+        setting, at = _setting_text(results, int(place), units), (probability[place], rate[place])
+        side, offset = ("right", (-5, 4)) if at_left else ("left", (5, 4))
+        write(axes, setting, at, offset, ha=side, path_effects=halo(2.0), zorder=4)
     history = ", whatever the history" if EVERY in probabilities.histories else ""
     axes.set(xlim=(-3.0, 103.0), ylim=(0.0, 1.08 * float(np.max(rate[known], initial=1e-9))))
     axes.set(xlabel=f"Probability of a safe run{history} [%]", ylabel=shown.label)
@@ -289,13 +278,13 @@ def _draw_points_of_trade(
         energies = _mean(results, SPECIFIC_ENERGY) / energy.scale
     known, has_energy = np.isfinite(rate), np.isfinite(rate) & np.isfinite(energies)
     without = known & ~has_energy
-    style: dict[str, Any] = {"edgecolor": BLACK, "zorder": 3}
+    style: Properties = {"edgecolor": BLACK, "zorder": 3}
     axes.scatter(
         probability[without], rate[without], s=14, facecolor="white", linewidth=0.5, gid="points:no energy", **style
     )
     if has_energy.any():
         lowest, highest = robust_limits(energies[has_energy])
-        scale: dict[str, Any] = {"c": energies[has_energy], "cmap": "viridis", "vmin": lowest, "vmax": highest}
+        scale: Properties = {"c": energies[has_energy], "cmap": "viridis", "vmin": lowest, "vmax": highest}
         points = axes.scatter(
             probability[has_energy], rate[has_energy], s=16, linewidth=0.4, gid="points", **scale, **style
         )

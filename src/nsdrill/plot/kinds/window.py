@@ -34,7 +34,7 @@ from nsdrill.data import Array, Results, evenly_spaced
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
 from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells, draw_equal_rates, hatch, line_variables
 from nsdrill.plot.kinds.uncertain import draw_outline, outline_entry
-from nsdrill.plot.labels import operating_point, sweep_title
+from nsdrill.plot.labels import operating_point, sweep_title, way_word
 from nsdrill.plot.look import Look, look
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
 from nsdrill.plot.page import (
@@ -58,6 +58,7 @@ from nsdrill.plot.style import (
     RESPONSES,
     SAFE_COLOUR,
     WARNING,
+    Properties,
     font_size,
     halo,
     house_style,
@@ -76,7 +77,7 @@ RIM_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
 HATCH_WIDTH = 1.8  # points
 CHARACTER, LINE = 0.075, 0.16  # inches of a letter of an area, and of its line
 SMALLEST_AREA = 0.004  # of the map, from which an area has a letter
-BORDER: dict[str, Any] = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
+BORDER: Properties = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
 
 
 class Window:
@@ -116,7 +117,7 @@ class Window:
         if most_probable:
             # White below black is visible on every colour.
             x, y = self.plane.shown(most_probable)
-            style: dict[str, Any] = {"marker": "D", "linestyle": "none", "zorder": 5, "clip_on": False}
+            style: Properties = {"marker": "D", "linestyle": "none", "zorder": 5, "clip_on": False}
             for colour, size, gid in (("white", 8.0, "halo"), (BLACK, 6.0, "most_probable")):
                 axes.plot([x], [y], color=colour, markersize=size, gid=gid, **style)
 
@@ -128,15 +129,16 @@ class Window:
             self.plane.shown({axis: sides[side]["margin"] for axis, sides in point["margins"].items()})
             for side in ("less", "more")
         )
-        bars: dict[str, Any] = {"xerr": [[less[0]], [more[0]]]}
+        bars: Properties = {"xerr": [[less[0]], [more[0]]]}
         if self.maps.y:
             bars["yerr"] = [[less[1]], [more[1]]]
         hint = is_hint(self.numbers, point)
         for colour, width, size in (("white", 2.4, 6.0), (BLACK, 1.0, 4.5)):
             face = "white" if hint else colour
-            marker: dict[str, Any] = {"marker": "o", "markersize": size, "markerfacecolor": face, "zorder": 5}
-            caps: dict[str, Any] = {"elinewidth": width, "capsize": 2.5, "capthick": width}
-            artists = axes.errorbar([x], [y], **bars, color=colour, **caps, **marker)
+            caps: Properties = {"elinewidth": width, "capsize": 2.5, "capthick": width}
+            artists = axes.errorbar(
+                [x], [y], **bars, color=colour, **caps, marker="o", markersize=size, markerfacecolor=face, zorder=5
+            )
             artists[0].set_gid("recommended" if colour == BLACK else "halo")
 
     def _most_probable_in(self, number: int) -> dict[str, Any] | None:
@@ -219,14 +221,14 @@ class Window:
             label = f"hatched, with ?: history-dependent ({100 * share['rim']:.1f} %)"
             yield area_entry(facecolor=SAFE_COLOUR, edgecolor=BLACK, linewidth=0, hatch=RIM_HATCH, label=label)
         if numbers["unknown"]:
-            style: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.4, "hatch": UNKNOWN_HATCH}
+            style: Properties = {"edgecolor": BLACK, "linewidth": 0.4, "hatch": UNKNOWN_HATCH}
             yield area_entry(facecolor=GREY, label=f"unknown ({unknown_words(numbers)})", **style)
         yield from self._entries_of_points()
 
     def _criterion(self) -> str:
         """What is safe here."""
         numbers = self.numbers
-        procedures = " and ".join(numbers["procedures"])
+        procedures = " and ".join(way_word(name, self.maps.results.attrs) for name in numbers["procedures"])
         criterion = (
             "no critical response" if numbers["severity"] is None else f"no severity above {numbers['severity']}"
         )
@@ -239,7 +241,7 @@ class Window:
 
     def _entries_of_points(self) -> Iterator[Artist]:
         numbers = self.numbers
-        style: dict[str, Any] = {"color": BLACK, "markersize": 5}
+        style: Properties = {"color": BLACK, "markersize": 5}
         best = [one["recommended"] for one in numbers["maps"] if one["recommended"]]
         for of_hints, words, face in ((False, "recommended", BLACK), (True, "a hint, not a setting", "white")):
             if any(is_hint(numbers, point) == of_hints for point in best):
@@ -257,7 +259,7 @@ def write_name(axes: Axes, place: tuple[float, float], text: str, code: int, sta
     colour, ground = BLACK, "white"
     if state == CRITICAL:
         colour, ground = ink_on(CRITICAL_COLOURS[code]), CRITICAL_COLOURS[code]
-    centred: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 4, "clip_on": True}
+    centred: Properties = {"ha": "center", "va": "center", "zorder": 4, "clip_on": True}
     axes.text(
         *place, text, color=colour, fontsize=font_size(7), path_effects=halo(2.5, ground), gid=f"area:{code}", **centred
     )

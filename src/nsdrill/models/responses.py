@@ -1,0 +1,333 @@
+"""The critical responses of a drill string, each declared once: from which feature and
+threshold it follows, how bad it is, and the words and signs for it. A model names those
+that it can show.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nsdrill.data import Array
+from nsdrill.observe.thresholds import Attractors, Motion, Settled, Trust
+from nsdrill.ranges import Checked, parameter, section
+from nsdrill.variables import CHECKS, OK, Variable, flag
+
+
+@dataclass(frozen=True)
+class BitBounce(Checked):
+    """Bit-bounce: the bit is off the rock for more than ``lift_off_fraction`` of the
+    time.
+
+    The other bounds grade it by the same fraction f. While in contact the bit bears on
+    average 1/(1 - f) times the weight on bit, as the two balance over a long time: 1.1
+    times at the second bound, 1.4 and 2.5 times at the last two.
+    """
+
+    lift_off_fraction: float = parameter(
+        0.01,
+        "",
+        "R: one percent of the time",
+        "convention",
+        high=1.0,
+        meaning="Bit-bounce above this fraction of time off the rock",
+    )
+    light_fraction: float = parameter(
+        0.01,
+        "",
+        "R: as the response",
+        "convention",
+        high=1.0,
+        meaning="Severity light above this fraction of time off the rock",
+    )
+    moderate_fraction: float = parameter(0.1, "", "R", "convention", high=1.0, meaning="Severity moderate above this")
+    strong_fraction: float = parameter(0.3, "", "R", "convention", high=1.0, meaning="Severity strong above this")
+    severe_fraction: float = parameter(0.6, "", "R", "convention", high=1.0, meaning="Severity severe above this")
+
+
+@dataclass(frozen=True)
+class StickSlip(Checked):
+    """Stick-slip: the index (max - min) / (2 mean) exceeds ``stick_slip_index``
+    percent, the onset of full stall.
+
+    The other bounds are those of the severity table of the directional-drilling paper
+    (D): below the first negligible vibration, then torsional oscillation, then medium
+    (mitigate), onset of full stall, severe.
+    """
+
+    stick_slip_index: float = parameter(
+        80.0,
+        "percent",
+        "D: onset of full stall",
+        "convention",
+        low=0.01,
+        high=1e5,
+        meaning="Stick-slip above this index, (max - min) / (2 mean) of the bit speed",
+    )
+    oscillation_index: float = parameter(
+        40.0, "percent", "D", "convention", low=0.01, high=1e5, meaning="Severity torsional oscillation above this"
+    )
+    medium_index: float = parameter(
+        60.0, "percent", "D", "convention", low=0.01, high=1e5, meaning="Severity medium above this"
+    )
+    stall_index: float = parameter(
+        80.0, "percent", "D", "convention", low=0.01, high=1e5, meaning="Severity onset of full stall above this"
+    )
+    severe_index: float = parameter(
+        100.0, "percent", "D", "convention", low=0.01, high=1e5, meaning="Severity severe above this"
+    )
+
+
+@dataclass(frozen=True)
+class Whirl(Checked):
+    """Whirl: the collar is on the wall for more than ``wall_contact_fraction`` of the
+    time.
+
+    Its kind: backward rolling where the rolling ratio is within ``rolling_tolerance``
+    of one and the contact lasts at least ``rolling_contact`` of the time; else forward
+    or backward by the sign of the whirl ratio, and irregular where that is below
+    ``direction`` in size.
+
+    The accelerations [m/s^2] grade it by the r.m.s. lateral acceleration of the collar,
+    on the wall or not, which is what a downhole tool measures: about a quarter, a half,
+    three quarters and one standard gravity. Each manufacturer of tools has its own
+    table; these four are a convention to be adapted.
+    """
+
+    wall_contact_fraction: float = parameter(
+        0.01,
+        "",
+        "R: one percent of the time",
+        "convention",
+        high=1.0,
+        meaning="Whirl above this fraction of time on the wall",
+    )
+    rolling_tolerance: float = parameter(
+        0.1,
+        "",
+        "R",
+        "convention",
+        high=100.0,
+        meaning="Backward rolling within this distance of a rolling ratio of one",
+    )
+    rolling_contact: float = parameter(
+        0.5, "", "R", "convention", high=1.0, meaning="Least fraction of time on the wall for backward rolling"
+    )
+    direction: float = parameter(
+        0.1, "", "R", "convention", high=1000.0, meaning="Irregular below this size of the whirl ratio"
+    )
+    light_acceleration: float = parameter(
+        2.5,
+        "m/s^2",
+        "R: a quarter of g",
+        "convention",
+        high=1e5,
+        meaning="Severity light above this r.m.s. lateral acceleration",
+    )
+    moderate_acceleration: float = parameter(
+        5.0, "m/s^2", "R: half of g", "convention", high=1e5, meaning="Severity moderate above this"
+    )
+    strong_acceleration: float = parameter(
+        7.5, "m/s^2", "R: three quarters of g", "convention", high=1e5, meaning="Severity strong above this"
+    )
+    severe_acceleration: float = parameter(
+        10.0, "m/s^2", "R: g", "convention", high=1e5, meaning="Severity severe above this"
+    )
+
+
+@dataclass(frozen=True)
+class Thresholds(Checked):
+    """All thresholds; ``stuck_below`` [rad/s] is the bit speed under which the bit
+    counts as stuck."""
+
+    bit_bounce: BitBounce = section(BitBounce, "Bit-bounce; the bounds of its severity must ascend")
+    stick_slip: StickSlip = section(StickSlip, "Stick-slip; the bounds of its severity must ascend")
+    whirl: Whirl = section(Whirl, "Whirl; the bounds of its severity must ascend")
+    settled: Settled = section(Settled, "Settled motion")
+    trust: Trust = section(Trust, "Trust, where points were checked")
+    motion: Motion = section(Motion, "Kind of motion, from the returns to the Poincare section")
+    attractors: Attractors = section(Attractors, "Attractors, where every operating point has several starts")
+    stuck_below: float = parameter(
+        5 * math.pi / 30,
+        "rad/s",
+        "field practice: bit-stuck time below 5 rpm",
+        "high",
+        low=1e-6,
+        high=1e3,
+        meaning="Bit speed at or below which the bit is stuck",
+    )
+
+
+BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
+MILD_TO_SEVERE = ("none", "light", "moderate", "strong", "severe")
+
+
+@dataclass(frozen=True)
+class Response:
+    """A critical response.
+
+    It is present where ``feature`` exceeds the threshold of that name in the section of
+    :class:`Thresholds` that has the ``name`` of the response, and has this ``bit`` in
+    the label ``response``. The label ``severity`` is the band, 0 to 4, of the feature
+    ``graded`` among the thresholds ``bounds``; on pictures the bands are named
+    ``bands``, and an axis of ``feature`` reaches ``axis`` percent at least. ``missing``
+    stands for a feature that is no number, and ``share`` says whether it is a fraction
+    of the time, not a percentage. A map of the feature has ``lines`` at the bounds.
+    Where ``at_least`` is set, a response that is present has at least the band 1,
+    whatever its threshold.
+
+    The label ``kind`` tells several kinds of it apart, if there is one.
+
+    ``words`` and one ``letter`` stand for it on pictures; ``verb`` is what a string may
+    do, ``limit`` from where it counts, and ``measured`` how much of it an attractor
+    has, both of the feature in percent.
+    """
+
+    name: str
+    bit: int
+    feature: str
+    severity: Variable
+    graded: str
+    bounds: tuple[str, ...]
+    words: str
+    letter: str
+    verb: str
+    limit: str
+    measured: str
+    kind: Variable | None = None
+    bands: tuple[str, ...] = MILD_TO_SEVERE
+    axis: float = 5.0
+    missing: float = 0.0
+    at_least: bool = True
+    share: bool = True
+    lines: bool = False
+
+    def values(self, features: Mapping[str, Array], name: str) -> Array:
+        """A feature, with :attr:`missing` where it is no number."""
+        return np.asarray(np.nan_to_num(features[name], nan=self.missing))
+
+    def bounds_in(self, thresholds: Any) -> tuple[float, ...]:
+        """The bounds of severity."""
+        return tuple(getattr(getattr(thresholds, self.name), bound) for bound in self.bounds)
+
+    @property
+    def words_of_kinds(self) -> tuple[str, ...]:
+        """The words of the label ``kind``, the first for no response."""
+        _, *kinds = ((self.kind and self.kind.flag_meanings) or "none").split()
+        return f"no {self.words}", *(kind.replace("_", " ") for kind in kinds)
+
+    def percent(self, value: float) -> float:
+        """The value of the feature in percent."""
+        return 100 * value if self.share else value
+
+
+RESPONSES = {
+    response.name: response
+    for response in (
+        Response(
+            "bit_bounce",
+            BIT_BOUNCE,
+            "lift_off_fraction",
+            flag("bounce_severity", "severity band of the time off the rock", " ".join(MILD_TO_SEVERE)),
+            graded="lift_off_fraction",
+            bounds=("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
+            words="bit-bounce",
+            letter="B",
+            verb="bounce",
+            limit="off the rock for more than {:g} % of the time",
+            measured="off the rock {:.1f} %",
+        ),
+        Response(
+            "stick_slip",
+            STICK_SLIP,
+            "stick_slip_index",
+            flag(
+                "stick_slip_severity",
+                "severity band of the stick-slip index",
+                "none torsional_oscillation medium onset_of_full_stall severe",
+            ),
+            graded="stick_slip_index",
+            bounds=("oscillation_index", "medium_index", "stall_index", "severe_index"),
+            words="stick-slip",
+            letter="S",
+            verb="stick",
+            limit="index above {:g} %",
+            measured="index {:.0f} %",
+            bands=("none", "oscillation", "medium", "onset of stall", "severe"),
+            axis=110.0,
+            missing=np.inf,  # the bit does not rotate at all: it is stuck
+            at_least=False,
+            share=False,
+            lines=True,
+        ),
+        Response(
+            "whirl",
+            WHIRL,
+            "wall_contact_fraction",
+            flag("whirl_severity", "severity band of the r.m.s. lateral acceleration", " ".join(MILD_TO_SEVERE)),
+            graded="lateral_acceleration_rms",
+            bounds=("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
+            words="whirl",
+            letter="W",
+            verb="whirl",
+            limit="on the wall for more than {:g} % of the time",
+            measured="",
+            kind=flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"),
+        ),
+    )
+}
+
+
+# The kinds of a response, by the names of their labels.
+RESPONSE_KINDS = {response.kind.name: response for response in RESPONSES.values() if response.kind}
+
+
+def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
+    """The critical responses as a sum of bits, of those whose feature is among
+    ``features``."""
+    bits: Any = np.int64(0)
+    for one in RESPONSES.values():
+        if one.feature in features:
+            limit = getattr(getattr(thresholds, one.name), one.feature)
+            bits = bits + one.bit * (one.values(features, one.feature) > limit)
+    return np.asarray(bits)
+
+
+def severities(features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
+    """The severity bands of the responses whose features the model measures; a bound
+    belongs to the band below it."""
+    labels = {}
+    for one in RESPONSES.values():
+        if one.graded in features:
+            band = np.digitize(one.values(features, one.graded), one.bounds_in(thresholds), right=True)
+            least = response & one.bit > 0 if one.at_least else 0
+            labels[one.severity.name] = np.asarray(np.maximum(band, least))
+    return labels
+
+
+def trust_labels(
+    checks: Mapping[str, Array],
+    response: Array,
+    thresholds: Thresholds,
+    responses: Callable[[Mapping[str, Array], Thresholds], Array],
+) -> dict[str, Array]:
+    """The labels ``tight_response``, ``long_response`` and ``trusted`` of points with
+    this ``response``; ``checks`` has the status of their checks, the features from
+    which ``responses`` are determined, and the differences."""
+    labels = {}
+    trusted = np.ones(np.shape(response), dtype=bool)
+    for check in CHECKS:
+        succeeded = checks[f"{check}_status"] == OK
+        prefix, other = f"{check}_", (f"{check}_status", f"{check}_difference", f"{check}_response")
+        measured = {
+            name.removeprefix(prefix): checks[name] for name in checks if name.startswith(prefix) and name not in other
+        }
+        labels[f"{check}_response"] = np.where(succeeded, responses(measured, thresholds), 0).astype(np.int8)
+        with np.errstate(invalid="ignore"):
+            near = checks[f"{check}_difference"] <= thresholds.trust.tolerance
+        trusted &= succeeded & near & (labels[f"{check}_response"] == response)
+    return {**labels, "trusted": trusted.astype(np.int8)}

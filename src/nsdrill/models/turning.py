@@ -1,0 +1,76 @@
+"""What is observed of every string that turns: its twist, the speed of its bit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nsdrill.models.description import Drawn, Panel
+from nsdrill.models.starts import Starts, state
+from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, TimeAbove
+
+
+def _index(bit_speed_max: Any, bit_speed_min: Any, bit_speed_mean: Any) -> Any:
+    """The stick-slip index, infinite for a bit that does not rotate at all."""
+    infinite, mean = np.full(len(bit_speed_mean), np.inf), np.abs(bit_speed_mean)
+    return np.divide(50.0 * (bit_speed_max - bit_speed_min), mean, out=infinite, where=mean != 0.0)
+
+
+STICK_SLIP_INDEX = Derived("stick_slip_index", _index)
+STUCK_FRACTION = Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck)
+# By the lane parameter ``torsional_stiffness`` of a massless pipe.
+SURFACE_TORQUES = (
+    Derived("surface_torque_min", lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max),
+    Derived("surface_torque_max", lambda torsional_stiffness, twist_min: -torsional_stiffness * twist_min),
+    Derived("surface_torque_mean", lambda torsional_stiffness, twist_mean: -torsional_stiffness * twist_mean),
+)
+
+
+def turning_channels(speed: str, stuck: str, angle: Any) -> tuple[Channel, ...]:
+    """Twist, bit speed and the ``angle`` of the bit, a function of rows; ``speed`` and
+    ``stuck`` are the lane parameters of the set speed and of the bit speed below which
+    the bit is stuck."""
+    return (
+        Channel("twist", "twist", "bit_speed", "bit_acceleration", frame=speed),
+        Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level=stuck),
+        Channel("bit angle", angle, "bit_speed", "bit_acceleration"),
+    )
+
+
+def turning_features(speed: str) -> tuple[Feature, ...]:
+    """The features of the bit speed."""
+    return (
+        Extremes("bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks", slip=speed),
+        TimeAbove("bit speed", "unstuck"),
+        Mean("bit speed", "bit_speed_mean"),
+        STICK_SLIP_INDEX,
+        STUCK_FRACTION,
+    )
+
+
+# Those of the features of the bit speed that files keep.
+TURNING = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
+
+# What a string that does nothing but turn is started from, and what pictures show of it.
+
+
+@dataclass(frozen=True)
+class TurningStart(Starts):
+    """The state at the start; ``bit_speed`` None is the set speed."""
+
+    twist: float = state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
+    bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s")
+    drive_angle: float = state(0.0, "rad", 1e9, "any")
+
+
+DRAWN = Drawn(
+    panels=(Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),),
+    histories=("twist", "bit_speed", "bit_torque"),
+    planes=(("twist", "bit_speed"),),
+    section=("section_twist", "section_bit_speed"),
+    section_planes=(("section_twist", "section_bit_speed"),),
+    summary=("stick_slip_index", "stuck_fraction"),
+    attractors=(("bit_speed_min", "bit_speed_max", "Swing of the bit"), (None, "stick_slip_index", "Index")),
+)
