@@ -360,7 +360,7 @@ def test_the_second_of_two_is_refused_at_once(call: Call, option: tuple[str, ...
     assert not part.path.exists()
 
 
-def test_killed_and_resumed(made: Path, tmp_path: Path) -> None:
+def test_killed_and_resumed(made: Path, tmp_path: Path, call: Call) -> None:
     """A continuation that is killed when a branch is kept goes on with --resume, and
     gives the same numbers."""
     (tmp_path / "study.yaml").write_text(STUDY)
@@ -374,13 +374,10 @@ def test_killed_and_resumed(made: Path, tmp_path: Path) -> None:
     if answer.code == 130:
         assert "--resume" in answer.err
         assert part.exists()
-        assert finish(start("continue", "study.yaml", "-o", "b.h5", cwd=tmp_path)).code == 2
-        other = finish(
-            start("continue", "study.yaml", "-o", "b.h5", "--resume", "--set", "operation.wob=30kN", cwd=tmp_path)
-        )
-        assert other.code == 2
+        call("continue", "study.yaml", "-o", "b.h5", code=2)
+        other = call("continue", "study.yaml", "-o", "b.h5", "--resume", "--set", "operation.wob=30kN", code=2)
         assert "another study" in other.err
-        assert finish(start("continue", "study.yaml", "-o", "b.h5", "--resume", cwd=tmp_path)).code == 0
+        call("continue", "study.yaml", "-o", "b.h5", "--resume")
     assert not part.exists()
     one, two = nsdrill.open_results(made / "b.h5"), nsdrill.open_results(tmp_path / "b.h5")
     for name in ("rotary_speed", "state", "multiplier_real", "period", "label", "bit_speed_max"):

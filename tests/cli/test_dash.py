@@ -3,8 +3,8 @@ and other programs."""
 
 from __future__ import annotations
 
+import io
 import json
-import os
 import subprocess
 from pathlib import Path
 
@@ -26,14 +26,23 @@ def test_new_writes_to_standard_output(call: Call) -> None:
     assert not list(Path().iterdir())
 
 
-def test_a_study_on_standard_input(shared: Path, tmp_path: Path) -> None:
+@pytest.fixture
+def fed(call: Call, monkeypatch: pytest.MonkeyPatch) -> Call:
+    """Gives a command with this text on standard input."""
+
+    def give(text: str, *words: object, code: int = 0) -> Answer:
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+        return call(*words, code=code)
+
+    return give
+
+
+def test_a_study_on_standard_input(shared: Path, tmp_path: Path, fed: Call) -> None:
     text = (shared / "small.yaml").read_text()
-    checked = piped(text, "check", "-", cwd=tmp_path)
-    assert checked.code == 0
-    assert checked.out.startswith("standard input: valid. Small\n16 points: ")
+    assert fed(text, "check", "-").out.startswith("standard input: valid. Small\n16 points: ")
     assert piped(text, "run", "-", "-o", "out.h5", "--quiet", cwd=tmp_path).code == 0
-    assert "the same to the bit" in piped("", "diff", "out.h5", shared / "small.h5", cwd=tmp_path).out
-    assert piped(text, "simulate", "-", "-o", "t.h5", "--duration", "1 s", cwd=tmp_path).code == 0
+    assert "the same to the bit" in fed("", "diff", "out.h5", shared / "small.h5").out
+    fed(text, "simulate", "-", "-o", "t.h5", "--duration", "1 s")
 
 
 @pytest.mark.parametrize(
@@ -45,9 +54,9 @@ def test_a_study_on_standard_input(shared: Path, tmp_path: Path) -> None:
         ("x" * 1_000_001, "standard input: is larger than 1 MB"),
     ],
 )
-def test_faults_on_standard_input(tmp_path: Path, text: str, said: str) -> None:
-    answer = piped(text, "run", "-", "-o", "out.h5", cwd=tmp_path)
-    assert (answer.code, answer.out) == (2, "")
+def test_faults_on_standard_input(tmp_path: Path, text: str, said: str, fed: Call) -> None:
+    answer = fed(text, "run", "-", "-o", "out.h5", code=2)
+    assert answer.out == ""
     assert said in answer.err
     assert not list(tmp_path.iterdir())
 
@@ -114,17 +123,8 @@ def test_the_schema_as_a_file(call: Call) -> None:
         ("nsdrill plot -o pi", "file,pi"),
     ],
 )
-def test_completion(words: str, found: str) -> None:
-    done = subprocess.run(
-        [SCRIPT],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        env={
-            **os.environ,
-            "_NSDRILL_COMPLETE": "bash_complete",
-            "COMP_WORDS": words,
-            "COMP_CWORD": str(len(words.split()) - 1),
-        },
-    )
-    assert found in done.stdout.splitlines()
+def test_completion(words: str, found: str, call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("_NSDRILL_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
+    assert found in call().out.splitlines()

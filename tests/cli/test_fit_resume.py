@@ -195,21 +195,9 @@ def has_state(part):
     return bool(found and found["kept"])
 
 
-def test_a_signal_ends_the_command_with_130_and_it_goes_on():
-    words = (
-        "fit",
-        "study.yaml",
-        "--data",
-        "rig.csv",
-        "-o",
-        "adjusted.yaml",
-        "--batch",
-        100,
-        "--rounds",
-        40,
-        "--set",
-        "simulation.observe=600 s",
-    )
+def test_a_signal_ends_the_command_with_130_and_it_goes_on(call: Call):
+    words = ["fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--batch", "100", "--rounds", "40"]
+    words += ["--set", "simulation.observe=600 s"]
     process = start(*words)
     until = time.monotonic() + 120.0
     while not has_state("adjusted.yaml.part") and time.monotonic() < until:
@@ -217,8 +205,7 @@ def test_a_signal_ends_the_command_with_130_and_it_goes_on():
         time.sleep(0.02)
     process.send_signal(signal.SIGSTOP)
     for option in ((), ("--resume",), ("--overwrite",)):
-        answer = finish(start(*words, *option))
-        assert answer.code == 2
+        answer = call(*words, *option, code=2)
         assert "adjusted.yaml.part: another process is writing these results now" in answer.err
     process.send_signal(signal.SIGINT)
     process.send_signal(signal.SIGCONT)
@@ -226,6 +213,5 @@ def test_a_signal_ends_the_command_with_130_and_it_goes_on():
     assert answer.code == 130, answer.err
     assert "runs are safe in adjusted.yaml.part. Go on with the same command and --resume." in answer.err
     assert not Path("adjusted.yaml").exists()
-    answer = finish(start(*words, "--resume", "--rounds", 2, "--quiet"))
-    assert answer.code == 0, answer.err
+    call(*words, "--resume", "--rounds", 2, "--quiet")
     assert nsdrill.load_study("adjusted.yaml").samples == 128

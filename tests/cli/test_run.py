@@ -104,7 +104,7 @@ def test_wrong_input_writes_nothing(call: Call, small: Path, words: list[str], s
     ("number", "text"), [(signal.SIGINT, LONG_MAP), (signal.SIGTERM, LONG_CHAIN)], ids=["Ctrl-C grid", "SIGTERM chain"]
 )
 def test_interrupted_and_resumed_is_as_undisturbed(
-    number: signal.Signals, text: str, undisturbed: dict[str, Path], tmp_path: Path
+    number: signal.Signals, text: str, undisturbed: dict[str, Path], tmp_path: Path, call: Call
 ) -> None:
     (tmp_path / "long.yaml").write_text(text)
     process = start("run", "long.yaml", "-o", "out.h5", "--workers", "1", cwd=tmp_path)
@@ -119,15 +119,11 @@ def test_interrupted_and_resumed_is_as_undisturbed(
     assert answer.code == 130, answer
     assert "points are safe in out.h5.part. Go on with the same command and --resume." in answer.err
     assert not (tmp_path / "out.h5").exists()
-    blocked = finish(start("run", "long.yaml", "-o", "out.h5", cwd=tmp_path))
-    assert blocked.code == 2
-    assert "--resume" in blocked.err
-    unfinished = finish(start("show", "out.h5.part", cwd=tmp_path))
-    assert unfinished.code == 0
+    assert "--resume" in call("run", "long.yaml", "-o", "out.h5", code=2).err
+    unfinished = call("show", "out.h5.part")
     assert "an unfinished sweep" in unfinished.out
     assert "pending" in unfinished.out
-    resumed = finish(start("run", "long.yaml", "-o", "out.h5", "--resume", "--workers", "2", cwd=tmp_path))
-    assert resumed.code == 0
+    resumed = call("run", "long.yaml", "-o", "out.h5", "--resume", "--workers", "2")
     assert "were there already" in resumed.err
     assert not different(tmp_path / "out.h5", undisturbed[text])
 
@@ -152,7 +148,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return made
 
 
-def test_two_processes_do_not_share_an_output(tmp_path: Path) -> None:
+def test_two_processes_do_not_share_an_output(tmp_path: Path, call: Call) -> None:
     (tmp_path / "long.yaml").write_text(LONG_MAP)
     shorter = ("--set", "simulation.transient=150 s")
     first = start("run", "long.yaml", "-o", "out.h5", "--workers", "1", *shorter, cwd=tmp_path)
@@ -160,8 +156,7 @@ def test_two_processes_do_not_share_an_output(tmp_path: Path) -> None:
         time.sleep(0.02)
     first.send_signal(signal.SIGSTOP)  # so that it does not end before the others have begun
     for more in ([], ["--overwrite"], ["--resume"]):
-        answer = finish(start("run", "long.yaml", "-o", "out.h5", *more, cwd=tmp_path))
-        assert answer.code == 2
+        answer = call("run", "long.yaml", "-o", "out.h5", *more, code=2)
         assert "another process is writing these results" in answer.err
     first.send_signal(signal.SIGCONT)
     assert finish(first).code == 0
