@@ -169,3 +169,10 @@ def test_arrows_of_a_straight_orbit_do_not_cover_each_other() -> None:
     places = [mark.get_xdata()[0] for mark in (*artists(axes, "end"), *artists(axes, "direction"))]
     assert len(places) == 3
     assert np.diff(np.sort(places)).min() > 5.0  # mm
+
+
+@pytest.mark.parametrize("samples", [2, 3, 4, 5, 21, 24])
+def test_the_orbit_of_a_short_trace_is_drawn(whirl: Trace, samples: int) -> None:
+    short = Trace(whirl.time[:samples], {k: v[:samples] for k, v in whirl.variables.items()}, whirl.attrs)
+    (axes,) = plot.draw(short, "orbit").axes
+    assert len(artists(axes, "end")) == (samples > 2)

@@ -276,7 +276,7 @@ MEANINGS: dict[str, str] = {
     "bit.friction.dynamic": "Coefficient at high speed",
     "bit.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper",
     "bit.friction.decay": "Rate of the fall from static to dynamic; larger falls sooner",
-    "bit.friction.law": "Law by which friction falls with bit speed",
+    "bit.friction.law": "Law of friction at the bit",
     "bit.friction.dynamic_from": "Bit speed above which friction is dynamic (V0)",
     "bit.friction.b0": "Lever arm of the whole torque, cutting included",
     "bit.friction.b1": "Steepness of the sign change",

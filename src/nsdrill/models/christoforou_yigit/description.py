@@ -4,6 +4,7 @@ compiler."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any
 
 from nsdrill.models.christoforou_yigit import variables
@@ -11,7 +12,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
 from nsdrill.models.christoforou_yigit.earlier import as_before, completed
 from nsdrill.models.christoforou_yigit.options import friction_rates, is_used
-from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.parameters import BitFriction, Initial, Parameters
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.friction import LAWS, laws_that_read
 from nsdrill.models.leaves import values_at
@@ -75,8 +76,9 @@ MODES = {
     ),
 }
 
+_BESIDE = {item.name: item.metadata["meaning"] for item in fields(BitFriction) if "meaning" in item.metadata}
 BIT_FRICTION = {
-    **{key: MEANINGS[f"bit.friction.{key}"] for law in LAWS.values() for key in law.keys},
+    **{key: _BESIDE.get(key) or MEANINGS[f"bit.friction.{key}"] for law in LAWS.values() for key in law.keys},
     "decay": "Rate of the fall from static to dynamic",  # as short as a line of the template
 }
 MEANINGS_OF_LAWS = {f"bit.friction.{key}": f"{words}; {laws_that_read(key)}" for key, words in BIT_FRICTION.items()}

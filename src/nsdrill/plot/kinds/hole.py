@@ -89,7 +89,7 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     cross_section(axes, (1.2 if wall_text else 1.06) * (extent or 1.0), across.label, up.label, gid="axis")
     draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * extent)
     name_panel(axes, "orbit", "y")
-    notes = [part_text or "orbit", "red: on the wall" if on_wall.any() else "", wall_text, "dot: the end"]
+    notes = [part_text or "orbit", "orange: on the wall" if on_wall.any() else "", wall_text, "dot: the end"]
     set_panel_title(axes, "; ".join(filter(None, notes)))
 
 
@@ -128,7 +128,7 @@ def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
         return
     taken, samples = [end], min(len(finite) - STEP, ARROW_SAMPLES)
     # the thirds of the last part first, and those between where an arrow is there already
-    for before in dict.fromkeys(int(part * samples / 12) for part in (4, 8, 6, 10, 2, 5, 7, 9, 11, 3, 1)):
+    for before in dict.fromkeys(max(STEP, int(part * samples / 12)) for part in (4, 8, 6, 10, 2, 5, 7, 9, 11, 3, 1)):
         place = end - before
         step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
         is_clear = np.hypot(x[taken] - x[place], y[taken] - y[place]).min() > ARROW_DISTANCE * reach
