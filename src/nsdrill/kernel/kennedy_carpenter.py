@@ -36,6 +36,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 from nsdrill.kernel.tableau import Matrix
 
@@ -59,7 +60,7 @@ class Additive:
         """The implicit part's coefficient on the diagonal."""
         return self.implicit[0][-1]
 
-    @property
+    @cached_property
     def error(self) -> tuple[float, ...]:
         """b - b*."""
         return tuple(
@@ -76,7 +77,7 @@ class Additive:
         """The weights of the whole slopes in velocities at these times."""
         return (*self.explicit, self.weights)
 
-    @property
+    @cached_property
     def pushes(self) -> Matrix:
         """The weights of the pushes in addition: the implicit matrix minus the explicit
         one, without the diagonal; at the end that of the last stage."""
@@ -86,13 +87,13 @@ class Additive:
         )
         return (*rows, (*(0.0,) * (len(self.nodes) - 1), -self.diagonal))
 
-    @property
+    @cached_property
     def positions(self) -> Matrix:
         """The weights of the slopes in positions at these times: the explicit weights
         times the explicit matrix, without the last column, which is zero."""
         return tuple(self._through(row, self.explicit) for row in self.rates)
 
-    @property
+    @cached_property
     def position_pushes(self) -> Matrix:
         """The weights of the pushes in positions, added to :attr:`positions`: the
         explicit weights times the difference of the implicit and the explicit matrix.
@@ -105,7 +106,7 @@ class Additive:
             for row in self.rates
         )
 
-    @property
+    @cached_property
     def position_error(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """The weights in the error of positions: of the slopes, and of the pushes in
         addition."""
