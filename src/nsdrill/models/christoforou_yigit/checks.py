@@ -280,7 +280,7 @@ def _passed_over(study: Any, corners: list[Values], format_value: FormatValue) -
         f"Start: the sweep begins at {format_value(passed[0]['from'], 'rad/s', 'rad/s')}, which "
         f"lies{part} above {' and '.join(descriptions)}. A string that is brought up to speed "
         f"passes through that, and may {consequences} from there on; this sweep does not, so a "
-        f"point may look safe that is not. Begin the sweep below {least}."
+        f"point may look safe that is not. Begin the sweep below {least}, even if the bit never drills there."
     )
 
 
