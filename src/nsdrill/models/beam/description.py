@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.models.beam.options import COMMON, FIRST_MODE, STATE_SETS
+from nsdrill.models.beam.columns import COMMON, FIRST_MODE, STATE_SETS
 from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, Initial, Parameters, constraints
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
