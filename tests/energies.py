@@ -14,8 +14,7 @@ from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.equations import LOADS, loads
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import Gains, motor_torque
-from nsdrill.models.operation import Operation
-from nsdrill.models.schedule import History
+from nsdrill.models.operation import History, Operation
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

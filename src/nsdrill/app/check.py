@@ -19,8 +19,7 @@ from nsdrill.data import Answer
 from nsdrill.late import deferred
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
-from nsdrill.models.operation import Operation
-from nsdrill.models.schedule import Ramp
+from nsdrill.models.operation import Operation, Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
 

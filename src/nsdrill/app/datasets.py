@@ -18,8 +18,7 @@ from nsdrill.app.table import table, write_rows
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
 from nsdrill.late import deferred
-from nsdrill.models.registry import model_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.store import (
     MemoryLog,
     claim_file,

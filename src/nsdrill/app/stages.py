@@ -15,7 +15,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.kernel.batch import widened
-from nsdrill.models.steepness import METHODS
+from nsdrill.models.friction import METHODS
 from nsdrill.store import Sink, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.plan import Plan

@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.data import Results, Trace
 from nsdrill.files import replacing
 from nsdrill.models.leaves import words_along
-from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
+from nsdrill.models.registry import BY_NAME, IN_TRACE
 from nsdrill.quantity import find
 from nsdrill.store.layout import in_words
 from nsdrill.store.trace import trace_variables

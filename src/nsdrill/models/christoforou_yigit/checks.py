@@ -20,10 +20,10 @@ from nsdrill.models.christoforou_yigit.drives import growth_at_rest
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import overloaded, swinging
+from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
 from nsdrill.models.operation import Operation
-from nsdrill.models.steepness import implicit
 from nsdrill.ranges import meanings_of
 
 COEFFICIENTS = meanings_of(Coefficients)

@@ -13,10 +13,9 @@ from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.drives import circuit, fall_withstood, gains, impedance, torsional_matrix
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.drives import reflection
+from nsdrill.models.drives import quantities_of_drive, reflection
 from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import Operation
-from nsdrill.models.stability import quantities_of_drive
 
 
 def derived_quantities(

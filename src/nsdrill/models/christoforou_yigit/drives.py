@@ -48,8 +48,7 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, power
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
-from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, by_rows, impedance_of, regulated
-from nsdrill.models.stability import growing, steepest_fall
+from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, by_rows, growing, impedance_of, regulated, steepest_fall
 
 
 def impedance(parameters: Parameters) -> Any:

@@ -61,8 +61,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import Options, columns_of, options_of, states_of, values_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
-from nsdrill.models.operation import Operation
-from nsdrill.models.schedule import History
+from nsdrill.models.operation import History, Operation
 
 
 @lru_cache

@@ -18,14 +18,23 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models import drives
-from nsdrill.models.drives import LAWS, Circuit, Gains, overloaded, reflection, swinging
+from nsdrill.models.drives import (
+    LAWS,
+    Circuit,
+    Gains,
+    growing,
+    overloaded,
+    quantities_of_drive,
+    reflection,
+    steepest_fall,
+    swinging,
+)
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue, few_periods
 from nsdrill.models.operation import Operation
 from nsdrill.models.segments.drive import first_frequency, gains_of, impedance, law_of
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import String, bit_torque, steady_of, string_of
-from nsdrill.models.stability import growing, quantities_of_drive, steepest_fall
 from nsdrill.ranges import computed, meanings_of
 
 SPEEDS = np.geomspace(0.05, 1000.0, 400)  # rad/s, searched for the onset

@@ -10,11 +10,11 @@ import numpy as np
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
+from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.constraints import ORDERS, constraints
 from nsdrill.models.segments.parameters import MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import SPEEDS, depth_root, string_of
-from nsdrill.models.vocabulary import known, known_in_trace
 from nsdrill.variables import at_section, feature, in_trace
 
 
