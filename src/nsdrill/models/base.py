@@ -11,13 +11,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import P, Values
+from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds, present, severities
@@ -66,7 +67,7 @@ class Plain(NamedTuple):
     implicit: int = 0
 
 
-class Model(ABC):
+class Model(ABC, Generic[P]):
     """A model made from its equations (:mod:`nsdrill.equations.motion`) and a declaration
     of what is observed; everything else follows, and may be replaced.
 
@@ -116,11 +117,11 @@ class Model(ABC):
         description then has ``friction_rates``."""
         return self.rubbing
 
-    def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+    def columns(self, points: Values[P], thresholds: Thresholds) -> Mapping[str, Numeric]:
         """The lane parameters by name, numbers or arrays over the points."""
         raise NotImplementedError
 
-    def natural_scales(self, table: Mapping[str, Array], o: Any) -> Sequence[Any]:
+    def natural_scales(self, table: Mapping[str, Array], o: Any) -> Sequence[Numeric]:
         """The natural scale of each state, from the lane parameters by name, with these
         options; by default those of a string that only turns, a tenth of a radian and a
         tenth of the set speed."""
@@ -131,12 +132,12 @@ class Model(ABC):
         hundredth of its inverse."""
         raise NotImplementedError
 
-    def steady(self, points: Values) -> Mapping[str, Any]:
+    def steady(self, points: Values[P]) -> Mapping[str, Numeric]:
         """The natural values of the states that a start may leave open (None); by
         default the set speed for the bit."""
         return {"bit_speed": points.operation[2]}
 
-    def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
+    def drawn(self, points: Values[P], shape: Array) -> Mapping[str, Numeric]:
         """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1)
         that are uniform in [0, 1), in the order of the states with the phase last.
         InputError where the model does not define them."""
@@ -168,16 +169,16 @@ class Model(ABC):
         the order in which they are drawn."""
         return (*self.states(variant), "drive_angle")
 
-    def complete_states(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    def complete_states(self, points: Values[P], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states and the drive's angle by their names, from those of the start."""
         return values
 
-    def sliced(self, points: Values, number: Array) -> dict[str, Array]:
+    def sliced(self, points: Values[P], number: Array) -> dict[str, Array]:
         """The two states that the study's slice varies, at the starts of these
         numbers."""
         return slice_points(points.initial, self.start_names(self.variant(points.parameters)), number)
 
-    def initial_values(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+    def initial_values(self, points: Values[P], names: Sequence[str]) -> dict[str, Numeric]:
         """The states of the study's start by these names, with the natural values where
         the study leaves them open."""
         steady, initial = self.steady(points), points.initial
@@ -204,7 +205,7 @@ class Model(ABC):
 
     # What is fixed when code is compiled
 
-    def variant(self, parameters: Any) -> Variant:
+    def variant(self, parameters: P) -> Variant:
         """The part of these parameters that is compiled in."""
         return ()
 
@@ -271,7 +272,7 @@ class Model(ABC):
             return ()
         return (Level("bit", names.states.index("bit_speed"), names.parameters.index(self.sticking)),)
 
-    def symmetry(self, points: Values) -> Symmetry:
+    def symmetry(self, points: Values[P]) -> Symmetry:
         """The rotational symmetry of the equations of these points. NotImplementedError
         where the model does not define it."""
         raise NotImplementedError
@@ -284,24 +285,24 @@ class Model(ABC):
 
     # What differs from run to run
 
-    def pack(self, points: Values, thresholds: Thresholds) -> Array:
+    def pack(self, points: Values[P], thresholds: Thresholds) -> Array:
         """The lane parameters, shape (n, columns)."""
         values = self.columns(points, thresholds)
         names = self.names(self.variant(points.parameters)).parameters
         columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names))
         return np.stack(columns, axis=1)
 
-    def switches(self, parameters: Any) -> float | None:
+    def switches(self, parameters: P) -> float | None:
         """The time at which something is switched on in the simulation of one operating
         point [s], or None."""
         return None
 
-    def pack_before(self, points: Values, thresholds: Thresholds) -> Array:
+    def pack_before(self, points: Values[P], thresholds: Thresholds) -> Array:
         """The lane parameters before :meth:`switches`, as :meth:`pack` gives them after
         it."""
         raise NotImplementedError
 
-    def starts(self, points: Values, number: Array | int) -> Array:
+    def starts(self, points: Values[P], number: Array | int) -> Array:
         """The initial states with the phase last, shape (n, states + 1), of the starts
         with these numbers."""
         variant, initial = self.variant(points.parameters), points.initial
@@ -319,12 +320,12 @@ class Model(ABC):
         columns_of_points = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
         return np.stack(columns_of_points[: len(names)], axis=1)
 
-    def held(self, parameters: Any) -> tuple[str, ...]:
+    def held(self, parameters: P) -> tuple[str, ...]:
         """The names of states that do not move. In a chain of runs they are not carried
         over: each run has the values of its own operating point."""
         return ()
 
-    def undeviated(self, parameters: Any) -> tuple[str, ...]:
+    def undeviated(self, parameters: P) -> tuple[str, ...]:
         """The names of the states in which the initial deviation of a Lyapunov exponent
         is zero. A deviation of a state that does not move would never decay, and would
         hide one that does."""
@@ -394,11 +395,11 @@ class Model(ABC):
         functions: tuple[Any, Any] = make_observer(lanes, rows, self.names(variant), self.declaration(variant))
         return functions
 
-    def section_parts(self, parameters: Any, record: Record) -> int:
+    def section_parts(self, parameters: P, record: Record) -> int:
         """Into how many parts the section of a ``record`` divides its spacing."""
         return 1
 
-    def store(self, lanes: int, parameters: Any, record: Record, more: int = 0) -> Array:
+    def store(self, lanes: int, parameters: P, record: Record, more: int = 0) -> Array:
         """The observer's store, with room for ``more`` numbers of other observers at
         its end."""
         from nsdrill.observe.findings import new_store
@@ -436,7 +437,7 @@ class Model(ABC):
         names = {HALF_DIFFERENCE, *(variable.name for variable in described_features)}
         return {name: values for name, values in features.items() if name in names}
 
-    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+    def derived(self, features: Mapping[str, Array], points: Values[P]) -> dict[str, Array]:
         """The ``derived`` variables of the description by name, from these features and
         the numbers of the study at the points, each an array [n]; by default there are
         none."""
@@ -556,6 +557,6 @@ class Model(ABC):
         return Ramps(self)
 
     @abstractmethod
-    def outputs(self, parameters: Any, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
+    def outputs(self, parameters: P, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
         """The variables of a trace besides the states, from these: forces, polar
         coordinates. ``point`` is the operating point, numbers or arrays over time."""

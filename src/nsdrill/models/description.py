@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from nsdrill.data import Resolved
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import RESPONSES
@@ -234,8 +235,8 @@ class Description:
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
     friction_rates: Callable[[Any], Mapping[str, Any]] = _no_friction
     explicit_only: Callable[[Any], str | None] = _OPEN
-    completed: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict
-    as_before: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
+    completed: Callable[[Resolved], Resolved] = dict
+    as_before: Callable[[Resolved], Resolved] = dict
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)

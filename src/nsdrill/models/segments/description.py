@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
+from nsdrill.models.operation import Numeric
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.constraints import ORDERS, constraints
@@ -46,7 +46,7 @@ _INNER = (
 )
 
 
-def friction_rates(points: Values) -> dict[str, Any]:
+def friction_rates(points: Values) -> dict[str, Numeric]:
     """The rate at which the cutting torque under the weight on bit brakes the bit
     [1/s], at its steepest: at rest, or, where the depth of cut follows the bit speed,
     between two of the speeds :data:`.string.SPEEDS` of a bit that creeps. (The slope is

@@ -14,7 +14,7 @@ from typing import Literal
 
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import LAWS, Kind, check_inertia
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import Collars, Cutting, Fluid, Hole, Lobes, Pipe, Steel, Tubular, check_bore
 from nsdrill.models.segments.constraints import DRIVE
 from nsdrill.models.starts import Starts, state
@@ -402,7 +402,7 @@ class Drive(Checked):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
     drillstring: Drillstring = field(default_factory=Drillstring)
