@@ -9,7 +9,7 @@ from types import ModuleType
 
 from model_tables import FEATURES, TRACE_VARIABLES
 
-from nsdrill.app.provenance import provenance
+from nsdrill.app.experiment import provenance
 from nsdrill.models.registry import NAMES
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
