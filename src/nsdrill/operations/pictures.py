@@ -244,7 +244,7 @@ def animate(
     'film.gif'
     """
     from nsdrill.plot import look_of
-    from nsdrill.plot.animation import animate, film_name
+    from nsdrill.plot.kinds.hole import animate, film_name
 
     written = film_name(arguments.name_in(path, "path"))
     data, units = datasets.outline_in(trace), datasets.units_for(units, trace)
