@@ -15,7 +15,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple
 
 import numpy as np
 
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.data import Array
+from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import P, Values
 from nsdrill.models.operation import Numeric, OperatingPoint
@@ -23,13 +26,16 @@ from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds, present, severities
 from nsdrill.models.starts import Starts, checked_starts, hypercube, slice_points
+from nsdrill.observe.channel_text import observed_rows
+from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
+from nsdrill.observe.declared import make_observer
+from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
+from nsdrill.observe.labels import motions
 from nsdrill.observe.thresholds import Record
+from nsdrill.variables import OK
 
 if TYPE_CHECKING:
-    from nsdrill.abi import Rows
-    from nsdrill.equations.motion import Motion
     from nsdrill.kernel.batch import Runs
-    from nsdrill.observe.channels import Declaration, Names
 
 Variant = tuple[int, ...]
 
@@ -218,8 +224,6 @@ class Model(ABC, Generic[P]):
         """The layout of the lane buffer for an observer with ``observed`` rows, with a
         deviation beside the states if ``tangent``, and with ``columns`` lane parameters
         where there are more than those of the model."""
-        from nsdrill.abi import Rows
-
         names = self.names(variant)
         states = len(names.states)
         tangent_states = states if tangent else 0
@@ -249,7 +253,6 @@ class Model(ABC, Generic[P]):
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
         """Those of the gaps of ``contacts``."""
         if not self.contacts:
-            from nsdrill.compiler.functions import BUFFER, compiled
 
             @compiled(BUFFER)
             def none(b):  # type: ignore[no-untyped-def]
@@ -382,15 +385,11 @@ class Model(ABC, Generic[P]):
     @property
     def observed(self) -> int:
         """The number of rows of the observer, in every variant."""
-        from nsdrill.observe.channel_text import observed_rows
-
         return observed_rows(self.declaration(self.widest))
 
     def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
         """The compiled (observer, marker); the buffer has a deviation beside the states
         if ``tangent``, and ``others`` rows of other observers."""
-        from nsdrill.observe.declared import make_observer
-
         rows = self.rows(variant, self.observed + others, tangent=tangent)
         functions: tuple[Any, Any] = make_observer(lanes, rows, self.names(variant), self.declaration(variant))
         return functions
@@ -402,16 +401,12 @@ class Model(ABC, Generic[P]):
     def store(self, lanes: int, parameters: P, record: Record, more: int = 0) -> Array:
         """The observer's store, with room for ``more`` numbers of other observers at
         its end."""
-        from nsdrill.observe.findings import new_store
-
         variant, parts = self.variant(parameters), self.section_parts(parameters, record)
         names, declaration = self.names(variant), self.declaration(variant)
         return new_store(lanes, names, declaration, record.peaks, record.poincare, more, parts)
 
     def outcome_width(self, record: Record, variant: Variant) -> int:
         """The number of columns of an observer's outcome."""
-        from nsdrill.observe.findings import outcome_width
-
         names, declaration = self.names(variant), self.declaration(variant)
         return outcome_width(names, declaration, record.peaks, record.poincare)
 
@@ -419,9 +414,6 @@ class Model(ABC, Generic[P]):
         """The features of finished runs by their names, each an array [n]: ``outcome``
         holds the observer's columns, ``table`` the lane parameters, ``observe`` is the
         observation time [s]."""
-        from nsdrill.observe.channels import HALF_DIFFERENCE
-        from nsdrill.observe.findings import measured
-
         state_scales = self.state_scales(table, variant)
         features = measured(self.names(variant), self.declaration(variant), outcome, table, state_scales, observe)
         described_features = described(self.name).features
@@ -446,15 +438,11 @@ class Model(ABC, Generic[P]):
     def peaks(self, outcome: Array, record: Record, variant: Variant) -> dict[str, Array]:
         """The last local maxima by the names of their variables, each an array
         [n, peaks], NaN where fewer."""
-        from nsdrill.observe.findings import peaks_of
-
         return peaks_of(self.declaration(variant), outcome, record.peaks)
 
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         """The last returns to the Poincare section by the names of their variables,
         arrays [n, returns]: ``outcome`` and ``table`` as for the features."""
-        from nsdrill.observe.findings import returns_of
-
         names, declaration = self.names(variant), self.declaration(variant)
         states = returns_of(names, declaration, outcome, record.peaks, record.poincare)
         return {f"section_{name}": states[..., number] for number, name in enumerate(names.states)}
@@ -473,9 +461,6 @@ class Model(ABC, Generic[P]):
         self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
     ) -> dict[str, Array]:
         """The labels of runs with these features."""
-        from nsdrill.observe.labels import motions
-        from nsdrill.variables import OK
-
         response = self.responses(features, thresholds)
         labels = {"response": response, **self.labels(features, response, thresholds)}
         labels |= severities(features, response, thresholds)
@@ -530,8 +515,6 @@ class Model(ABC, Generic[P]):
 
     def motion(self, variant: Variant) -> Motion:
         """The equations with the names of what they read and give."""
-        from nsdrill.equations.motion import Motion
-
         names = self.names(variant)
         return Motion(
             self.equations,

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsdrill.equations.trace import Named
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Schedule
 from nsdrill.models.registry import described
@@ -46,8 +47,6 @@ class Course:
 
     def moved(self, t: Any, phase: Any, s: Any, p: Any) -> tuple[Any, Any, Any, Any]:
         """Time, phase, states and parameters in place of those of the kernel."""
-        from nsdrill.equations.trace import Named
-
         states = vars(s) | {}
         ahead = (p.ahead_square * t + p.ahead_linear) * t
         rate = 2.0 * p.ahead_square * t + p.ahead_linear
