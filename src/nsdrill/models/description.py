@@ -12,8 +12,9 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from nsdrill.data import Resolved
-from nsdrill.models.operation import Operation
+from nsdrill.data import Array, Attributes, Resolved
+from nsdrill.errors import Fault
+from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.starts import Starts
@@ -21,6 +22,7 @@ from nsdrill.variables import CHECKS, POINT, Variable, feature, flag, in_trace
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
+    from nsdrill.models.leaves import Values
 
 _OPERATION = (
     in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
@@ -33,7 +35,7 @@ _CHECKED = {"tight": "with a smaller tolerance", "long": "when continued for lon
 _OPEN: Any = None  # follows from the rest of a description
 
 
-def _no_friction(points: Any) -> Mapping[str, Any]:
+def _no_friction(points: Values) -> Mapping[str, Numeric]:
     return {}
 
 
@@ -224,16 +226,16 @@ class Description:
     grouped: tuple[str, ...] = ()
     distinguishing: tuple[str, ...] = ()
     orders: tuple[Order, ...] = ()
-    constraints: Callable[[Any], Iterator[Any]] | None = None
+    constraints: Callable[[Any], Iterator[Fault]] | None = None
     units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     compiled: tuple[str, ...] = ()
     grazing: tuple[Grazing, ...] = ()
     example_axis: tuple[str, str, str] = ("", "", "")
     example_slice: str = ""
-    attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
+    attributes: Callable[[Any, Any, Mapping[str, Array]], Attributes] | None = None
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
-    friction_rates: Callable[[Any], Mapping[str, Any]] = _no_friction
+    friction_rates: Callable[[Values], Mapping[str, Numeric]] = _no_friction
     explicit_only: Callable[[Any], str | None] = _OPEN
     completed: Callable[[Resolved], Resolved] = dict
     as_before: Callable[[Resolved], Resolved] = dict
@@ -254,7 +256,7 @@ class Description:
             )
             self._set("check_features", tuple(one.feature for one in present if one.feature in measured))
 
-    def _set(self, attribute: str, value: Any) -> None:
+    def _set(self, attribute: str, value: object) -> None:
         object.__setattr__(self, attribute, value)
 
     @property
@@ -265,7 +267,7 @@ class Description:
     def __str__(self) -> str:
         return self.name
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[Callable[[str], Description], tuple[str]]:
         return described, (self.name,)  # another process has the same models by these names
 
     def unknown(self) -> list[str]:

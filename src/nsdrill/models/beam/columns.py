@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -187,7 +187,7 @@ def drags(parameters: Parameters, lumped_drag: Numeric) -> list[Numeric]:
     return [lumped_drag / cubes if station.drag is None else station.drag for station in parameters.beam.stations]
 
 
-def eccentricities(parameters: Parameters) -> dict[int, Any]:
+def eccentricities(parameters: Parameters) -> dict[int, Numeric]:
     """The distance of the mass centre from the axis [m] of each mode that has one."""
     distances, string = parameters.beam.eccentricity_modes, parameters.drillstring
     modes = unbalanced_modes(parameters)
@@ -215,10 +215,10 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Numeric]:
     eccentric = factor * k.m_e
     distances = eccentricities(parameters)
     arms = {n: eccentric * e / mass for n, e in distances.items()}
-    unbalance: Any = sum(eccentric * e * (e - arms[n]) for n, e in distances.items())
+    unbalance: Numeric = sum(eccentric * e * (e - arms[n]) for n, e in distances.items())
     force = factor * math.pi**2 / (2 * span)
     axial_load = beam.axial_load
-    steady: Any = {"live": 0.0, "static": wob}[axial_load] if isinstance(axial_load, str) else axial_load
+    steady: Numeric = {"live": 0.0, "static": wob}[axial_load] if isinstance(axial_load, str) else axial_load
     station_places = places(beam)
     friction_arm = values["bit_rise"] + values["bit_dynamic"]
     values |= lane_values(parameters) | {

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
@@ -98,7 +97,7 @@ def ring(outer: Numeric, inner: Numeric) -> tuple[Numeric, Numeric]:
     return math.pi / 4 * (power(outer, 2) - power(inner, 2)), math.pi / 64 * (power(outer, 4) - power(inner, 4))
 
 
-def one_by_one(function: Callable[[float], float], values: Any) -> Numeric:
+def one_by_one(function: Callable[[float], float], values: Numeric) -> Numeric:
     """A ``function`` of the math module at every value. The bits of numpy's functions
     depend on the processor and on the length of the array."""
     if np.ndim(values) == 0:

@@ -110,9 +110,9 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
     bit_rate = wob * slope_at_rest(parameters, k) / k.J if modes.torsional == "free" else 0.0
     wall_rate = rate_at_rest(parameters.well.friction, normal, per_mass) if modes.lateral == "free" else 0.0
     rates = {f"bit.friction.{law_of_bit(parameters).steep}": bit_rate, "well.friction.smoothing": wall_rate}
-    radius = stabilizer_radius(parameters)
-    if radius is not None and modes.lateral == "free":
-        clearance = parameters.stabilizer.clearance
+    clearance = parameters.stabilizer.clearance
+    if clearance is not None and modes.lateral == "free":
+        radius = stabilizer_radius(parameters, clearance)
         span_force, per_mass = (k.k_bend * (k.gap - clearance), radius**2 / k.J + clearance / k.gap / k.m_l)
         rate = rate_at_rest(parameters.stabilizer.friction, span_force, per_mass)
         rates["stabilizer.friction.smoothing"] = rate
@@ -130,10 +130,9 @@ def weights(parameters: Parameters) -> tuple[Numeric, Numeric]:
     return across * (steel + fluid), across * steel
 
 
-def stabilizer_radius(parameters: Parameters) -> Numeric | None:
-    """R_s = D_well/2 - s0 [m], None without stabilisers."""
-    clearance = parameters.stabilizer.clearance
-    return None if clearance is None else parameters.well.diameter / 2 - clearance
+def stabilizer_radius(parameters: Parameters, clearance: Numeric) -> Numeric:
+    """R_s = D_well/2 - s0 [m]."""
+    return parameters.well.diameter / 2 - clearance
 
 
 def rate_of_penetration(k: Coefficients, rotary_speed: Numeric) -> Numeric:
@@ -145,24 +144,24 @@ def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Numer
     """The lane parameters of all options by their names, also of options that are off.
     ``rotary_speed`` is in rad/s. Where the lateral mode is frozen, the eccentric weight
     is zero and the other forces have no effect."""
-    clearance = parameters.stabilizer.clearance
     across, steel = weights(parameters)
     eccentricity = parameters.drillstring.eccentricity
     if parameters.modes.lateral == "frozen" or not parameters.drillstring.eccentric_weight:
         eccentricity = 0.0
     rate = parameters.mud.swirl * rotary_speed
-    radius = stabilizer_radius(parameters)
-    return {
+    values = {
         "swirl_rate": rate,
         "swirl_momentum": k.m_f * rate,
-        "clearance": clearance,
-        "stabilizer_radius": radius,
-        "stabilizer_arm": None if radius is None else radius / k.collar_radius,
-        **friction.stribeck(parameters.stabilizer.friction).columns("stabilizer"),
         "weight": across,
         "eccentric_weight": steel * eccentricity,
         "penetration_rate": rate_of_penetration(k, rotary_speed),
+        **friction.stribeck(parameters.stabilizer.friction).columns("stabilizer"),
     }
+    clearance = parameters.stabilizer.clearance
+    if clearance is not None:
+        radius = stabilizer_radius(parameters, clearance)
+        values |= {"clearance": clearance, "stabilizer_radius": radius, "stabilizer_arm": radius / k.collar_radius}
+    return values
 
 
 STATES = STATE_NAMES[:-1]  # of string and bit

@@ -5,10 +5,10 @@ the compiler.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields
 
-from nsdrill.data import Attributes, Resolved
+from nsdrill.data import Array, Attributes, Resolved
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import friction_rates, is_used
@@ -79,7 +79,7 @@ def options(parameters: Parameters) -> tuple[str, ...]:
     return tuple(name for name, is_present in used.items() if is_present)
 
 
-def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Sequence[float]]) -> Attributes:
+def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Array]) -> Attributes:
     """The ``gap`` [m] between collar and wall, which pictures show; None where it
     differs between points."""
     axis_values = [axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")]

@@ -175,7 +175,7 @@ def _ratio(numerator: Numeric, denominator: Numeric) -> Numeric:
         return numerator / denominator
 
 
-def _least_amplitude(surface_amplitude: Any) -> Numeric:
+def _least_amplitude(surface_amplitude: Array) -> Numeric:
     return np.maximum(surface_amplitude, 1e-6)
 
 

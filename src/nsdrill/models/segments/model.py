@@ -124,7 +124,8 @@ class Segments(Model[Parameters]):
         steady = steady_of(parameters, string, wob, speed)
         lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady)  # type: ignore[attr-defined]
         states: dict[str, Numeric] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
-        axial_compliance, twist_compliance = 1 / parameters.segments.top.stiffness, 0.0
+        axial_compliance: Numeric = 1 / parameters.segments.top.stiffness
+        twist_compliance: Numeric = 0.0
         last = len(string.torsional_stiffnesses)
         for node in range(last + 1):
             u, angle, angular_speed = (

@@ -27,6 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsdrill.models.operation import Numeric
+from nsdrill.models.sections import Tubular
 from nsdrill.models.segments.parameters import Parameters
 
 # Bit speeds [rad/s] at which the cutting torque is evaluated, up to 53.
@@ -143,13 +144,13 @@ def string_of(parameters: Parameters, depth: Numeric) -> String:
     )
 
 
-def _section(outer: Any, inner: Any) -> tuple[Numeric, Numeric]:
+def _section(outer: Numeric, inner: Numeric) -> tuple[Numeric, Numeric]:
     """The area [m^2] and the polar moment [m^4] of a ring."""
     squares = outer * outer, inner * inner
     return (math.pi / 4 * (squares[0] - squares[1]), math.pi / 32 * (squares[0] * squares[0] - squares[1] * squares[1]))
 
 
-def _segment(parameters: Parameters, part: Any, length: Any) -> Segment:
+def _segment(parameters: Parameters, part: Tubular, length: Numeric) -> Segment:
     steel, mud, hole = parameters.drillstring.material, parameters.mud, parameters.well.diameter
     hydraulics = parameters.segments.hydraulics
     outer, inner = part.outer_diameter, part.inner_diameter
