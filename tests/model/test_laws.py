@@ -23,7 +23,7 @@ from nsdrill.app.check import check
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.coefficients import bit_arm, derive, fall, slope_at_rest, static_arm
+from nsdrill.models.christoforou_yigit.coefficients import bit_arm, derive, static_arm
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, onset
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import LAWS, LawOfBit
@@ -74,11 +74,11 @@ def test_the_array_form_is_odd_and_falls_as_it_says(law: str) -> None:
     assert np.array_equal(bit_arm(parameters, k, -speed), -arm)
     h = 1e-5
     slope = (bit_arm(parameters, k, speed + h) - bit_arm(parameters, k, speed - h)) / (2 * h)
-    assert [-fall(parameters, k, v) for v in speed.tolist()] == pytest.approx(slope, rel=1e-4, abs=1e-7)
+    assert [-bit_arm(parameters, k, v, "fall") for v in speed.tolist()] == pytest.approx(slope, rel=1e-4, abs=1e-7)
     assert np.all(arm < static_arm(parameters, k) * (1 + 1e-9))
     soft = parameters_of(Case(bit_law=law, bit_smoothing=5.0, zeta=0.0))
     near = derive(soft, 5000.0, 22.24e3, 3.0)
-    assert bit_arm(soft, near, 1e-7) / 1e-7 == pytest.approx(slope_at_rest(soft, near), rel=1e-5)
+    assert bit_arm(soft, near, 1e-7) / 1e-7 == pytest.approx(bit_arm(soft, near, 0.0, "slope"), rel=1e-5)
 
 
 @pytest.mark.parametrize("law", OTHERS)

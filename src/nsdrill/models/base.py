@@ -25,7 +25,7 @@ from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds, present, severities
-from nsdrill.models.starts import Starts, checked_starts, hypercube, slice_points
+from nsdrill.models.starts import Starts, hypercube, slice_points
 from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
 from nsdrill.observe.declared import make_observer
@@ -312,8 +312,8 @@ class Model(ABC, Generic[P]):
         names = self.start_names(variant)
         values = self.initial_values(points, names)
         number = np.atleast_1d(np.asarray(number))
-        if initial.starts:
-            checked_starts(initial, number)
+        if initial.starts and number.size and not 0 <= number.min() <= number.max() < initial.starts:
+            raise ValueError(f"start: found {number.min()} to {number.max()}, allowed: 0 to {initial.starts - 1}")
         if initial.slice:
             values |= self.sliced(points, number)
         elif initial.starts:

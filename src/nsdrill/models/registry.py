@@ -42,19 +42,13 @@ _LOCATIONS = {
 }
 
 
-def _installed() -> dict[str, tuple[str, str]]:
-    """The locations of the models of other packages, which cannot replace those of
-    nsdrill."""
-    installed = entry_points(group="nsdrill.models")
-    return {
-        entry.name: (f"{entry.value}:DESCRIPTION", f"{entry.value}:MODEL")
-        for entry in installed
-        if entry.name not in _LOCATIONS
-    }
-
-
 _BUILT_IN = tuple(_LOCATIONS)
-_LOCATIONS |= _installed()
+# Models of other packages cannot replace those of nsdrill.
+_LOCATIONS |= {
+    entry.name: (f"{entry.value}:DESCRIPTION", f"{entry.value}:MODEL")
+    for entry in entry_points(group="nsdrill.models")
+    if entry.name not in _LOCATIONS
+}
 NAMES = tuple(_LOCATIONS)
 
 

@@ -45,13 +45,6 @@ class Starts(Checked):
         return self.ensemble if self.ensemble > 1 else 0
 
 
-def checked_starts(initial: Starts, number: np.ndarray) -> None:
-    """ValueError where one of the start numbers ``number`` is beyond the starts of
-    ``initial``."""
-    if number.size and (number.min() < 0 or number.max() >= initial.starts):
-        raise ValueError(f"start: found {number.min()} to {number.max()}, allowed: 0 to {initial.starts - 1}")
-
-
 def hypercube(seed: int, count: int, draws: int) -> np.ndarray:
     """Random numbers of ``count`` starts, uniform in [0, 1), shape (count, draws).
     Start k has the words from k ``draws`` on of the Philox 4x64 generator (Salmon et

@@ -13,7 +13,7 @@ from nsdrill.models.christoforou_yigit.description import attributes
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric
-from nsdrill.variables import Variable, feature, in_trace
+from nsdrill.variables import feature, in_trace
 
 USUAL = 5  # modes
 # Stations whose friction is solved for together. With 5 modes, machine code for 12 takes
@@ -27,16 +27,15 @@ MEANINGS = {
 }
 
 
-def _mode_variables() -> tuple[Variable, ...]:
-    mode_variables = []
-    for n in range(1, MAX_MODES + 1):
-        for axis in "xy":
-            name = f"{axis}_{n}"
-            mode_variables += [
-                in_trace(name, "m", f"bending mode {n}, {axis}", name),
-                in_trace(f"v{name}", "m s-1", f"velocity of bending mode {n}, {axis}", name),
-            ]
-    return tuple(mode_variables)
+MODE_VARIABLES = tuple(
+    in_trace(name, units, words, f"{axis}_{n}")
+    for n in range(1, MAX_MODES + 1)
+    for axis in "xy"
+    for name, units, words in (
+        (f"{axis}_{n}", "m", f"bending mode {n}, {axis}"),
+        (f"v{axis}_{n}", "m s-1", f"velocity of bending mode {n}, {axis}"),
+    )
+)
 
 
 def states(parameters: Parameters) -> tuple[str, ...]:
@@ -78,7 +77,7 @@ DESCRIPTION = Description(
     derived=LUMPED.derived,
     peaks=LUMPED.peaks,
     section=LUMPED.section,
-    own_trace=(*_mode_variables(), *(variable for variable in variables.TRACE if variable.only is None)),
+    own_trace=(*MODE_VARIABLES, *(variable for variable in variables.TRACE if variable.only is None)),
     shown=LUMPED.shown,
     compared=LUMPED.compared,
     grouped=LUMPED.grouped,

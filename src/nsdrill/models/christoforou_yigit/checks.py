@@ -9,7 +9,7 @@ from functools import cached_property
 from operator import attrgetter, itemgetter
 from typing import Any
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, law_of_bit, slope_at_rest
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, derive, law_of_bit
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     derived_quantities,
     lateral_stiffness,
@@ -132,7 +132,7 @@ def _many_steps(study: Any, corners: list[Corner]) -> str | None:
         if implicit(study.simulation.method, study.model, corner.values).any():
             return 0.0, "", 0.0
         law, friction = law_of_bit(corner.parameters), corner.parameters.bit.friction
-        rate = slope_at_rest(corner.parameters, corner.k) * corner.operation.wob / corner.k.J
+        rate = bit_arm(corner.parameters, corner.k, 0.0, "slope") * corner.operation.wob / corner.k.J
         return float(rate / 3.3), law.steep, float(getattr(friction, law.steep))
 
     steps_per_second, key, value = max(map(steps, corners))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -116,16 +116,6 @@ def power(base: Numeric, exponent: int) -> Numeric:
     return np.array([value**exponent for value in values.tolist()])[places].reshape(np.shape(base))
 
 
-def at(coefficients: Coefficients, index: int) -> Coefficients:
-    """The coefficients of the operating point at ``index`` of arrays."""
-    return Coefficients(
-        **{
-            item.name: float(np.ravel(value)[index]) if np.ndim(value := getattr(coefficients, item.name)) else value
-            for item in fields(coefficients)
-        }
-    )
-
-
 def law_of_bit(parameters: Parameters) -> friction.KeyedLaw:
     """The law of the bit."""
     return friction.LAWS[parameters.bit.friction.law]
@@ -138,32 +128,13 @@ def bit_numbers(parameters: Parameters, k: Coefficients) -> friction.Numbers:
     return law_of_bit(parameters).numbers(parameters.bit.friction, 2 / 3 * k.bit_radius, k.cutting_arm)
 
 
-def bit_arm(parameters: Parameters, k: Coefficients, speed: Numeric) -> Numeric:
-    """The torque of the bit over its force [m], with its sign, at bit speeds
-    [rad/s]."""
-    return _arm("coefficient", parameters, k, speed)
-
-
-def _arm(which: str, parameters: Parameters, k: Coefficients, speed: Numeric) -> Numeric:
+def bit_arm(parameters: Parameters, k: Coefficients, speed: Numeric, which: str = "coefficient") -> Numeric:
+    """The torque of the bit over its force [m], with its sign, at bit speeds [rad/s]; or
+    ``which`` other value of the law there (:func:`nsdrill.models.friction.values`): its
+    "slope" [m s/rad]; at positive speeds "unsmoothed", and the "fall" of that."""
     return friction.values(law_of_bit(parameters), which, speed, bit_numbers(parameters, k))
-
-
-def running_arm(parameters: Parameters, k: Coefficients, speed: Numeric) -> Numeric:
-    """The arm [m] at positive bit speeds [rad/s] without smoothing."""
-    return _arm("unsmoothed", parameters, k, speed)
 
 
 def static_arm(parameters: Parameters, k: Coefficients) -> Numeric:
     """The greatest arm [m] at rest, or a bound of it."""
     return law_of_bit(parameters).at_rest(parameters.bit.friction, 2 / 3 * k.bit_radius, k.cutting_arm)
-
-
-def slope_at_rest(parameters: Parameters, k: Coefficients) -> Numeric:
-    """The slope of the arm at rest [m s/rad]."""
-    return _arm("slope", parameters, k, 0.0)
-
-
-def fall(parameters: Parameters, k: Coefficients, speed: Numeric) -> Numeric:
-    """The rate at which the torque over the force falls with bit speed [m s/rad],
-    without smoothing, at positive speeds."""
-    return _arm("fall", parameters, k, speed)

@@ -38,13 +38,12 @@ states have the same bits on every machine.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
 
 from nsdrill.models.base import Array, Model, Variant
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, running_arm, static_arm
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, static_arm
 from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -52,7 +51,6 @@ from nsdrill.models.leaves import P, Values
 from nsdrill.models.numbers import drilled
 from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import WHIRL, Thresholds
-from nsdrill.models.starts import in_the_disc
 from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL
 
 # Weights of the scaled features, in their order, when attractors of neighbouring
@@ -117,26 +115,6 @@ AXIAL_REACH = 2.0  # times static penetration and lobe amplitude together
 LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit
 
 
-def drawn(points: Values, u: Array) -> dict[str, Numeric]:
-    """The states by name, from numbers ``u`` [starts, 9] that are uniform in [0, 1):
-    of x, y, vx, vy, z, vz, twist, bit speed and the angle of the drive. A drive that is
-    not ideal begins with the set speed."""
-    parameters, (depth, wob, speed), q = points.parameters, points.operation, points.initial.spread
-    k = derive(parameters, depth, wob, speed)
-    reach, fastest = reach_of_collar(k, speed, q)
-    place, velocity = in_the_disc(u[:, 0:2]), in_the_disc(u[:, 2:4])
-    return {
-        "x": reach * place[:, 0],
-        "y": reach * place[:, 1],
-        "vx": fastest * velocity[:, 0],
-        "vy": fastest * velocity[:, 1],
-        **string_and_bit(parameters, k, wob, speed, q, *u[:, 4:8].T),
-        "drive_angle": 2 * math.pi * u[:, 8],
-        "lag": 0.0,
-        "drive_speed": speed,
-    }
-
-
 def reach_of_collar(k: Coefficients, speed: Numeric, spread: float) -> tuple[Numeric, Numeric]:
     """The greatest distance from the axis of the hole [m] and the greatest speed [m/s]
     of the collar in an ensemble."""
@@ -162,7 +140,7 @@ def string_and_bit(
     lobes = bit.lobes * speed * bit.surface_amplitude
     damping = parameters.drillstring.torsional_damping * speed
     static = (wob * static_arm(parameters, k) + damping) / k.k_t
-    steady = (wob * running_arm(parameters, k, speed) + damping) / k.k_t
+    steady = (wob * bit_arm(parameters, k, speed, "unsmoothed") + damping) / k.k_t
     return {
         "z": q * AXIAL_REACH * (rest + bit.surface_amplitude) * (2 * z - 1) - rest,
         "vz": q * LOBE_SPEEDS * lobes * (2 * vz - 1),

@@ -16,12 +16,12 @@ from nsdrill.models import friction
 from nsdrill.models.christoforou_yigit.coefficients import (
     GRAVITY,
     Coefficients,
+    bit_arm,
     bit_numbers,
     derive,
     law_of_bit,
     one_by_one,
     power,
-    slope_at_rest,
 )
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -107,7 +107,7 @@ def friction_rates(points: Values) -> dict[str, Numeric]:
     if parameters.well.axial_friction:
         per_mass = np.maximum(per_mass, 1 / k.m_a)
     modes = parameters.modes
-    bit_rate = wob * slope_at_rest(parameters, k) / k.J if modes.torsional == "free" else 0.0
+    bit_rate = wob * bit_arm(parameters, k, 0.0, "slope") / k.J if modes.torsional == "free" else 0.0
     wall_rate = rate_at_rest(parameters.well.friction, normal, per_mass) if modes.lateral == "free" else 0.0
     rates = {f"bit.friction.{law_of_bit(parameters).steep}": bit_rate, "well.friction.smoothing": wall_rate}
     clearance = parameters.stabilizer.clearance

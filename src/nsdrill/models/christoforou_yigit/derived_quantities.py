@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, derive, fall
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, derive
 from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.drives import circuit, fall_withstood, gains, impedance, torsional_matrix
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -210,8 +210,8 @@ def onset(parameters: Parameters, k: Coefficients, slope: float) -> float | None
     Above that speed the fall of every law becomes less steep."""
     # from the steepest fall on: most laws fall most steeply at rest, others rise first
     trial = np.append(0.0, np.geomspace(1e-3, FASTEST, 7001))
-    start = float(trial[int(np.argmax(fall(parameters, k, trial)))])
-    return _last(lambda speeds: np.asarray(fall(parameters, k, speeds) > slope), start, FASTEST, 14)
+    start = float(trial[int(np.argmax(bit_arm(parameters, k, trial, "fall")))])
+    return _last(lambda speeds: np.asarray(bit_arm(parameters, k, speeds, "fall") > slope), start, FASTEST, 14)
 
 
 def _last(holds: Callable[[Array], Array], low: float, high: float, rounds: int) -> float | None:

@@ -3,6 +3,7 @@ of freedom, rock, wall, lobes."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -11,7 +12,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.base import Array, Symmetry, Variant
 from nsdrill.models.christoforou_yigit import observed
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.collar import CollarInHole, drawn
+from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
 from nsdrill.models.christoforou_yigit.columns import (
     IGNORED_SCALE,
     PARAMETERS,
@@ -30,6 +31,7 @@ from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.starts import in_the_disc
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record
@@ -177,7 +179,23 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         return {"z": -wob / (k.k_a + points.parameters.bit.rock_stiffness), "bit_speed": speed, "drive_speed": speed}
 
     def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
-        return drawn(points, shape)
+        """The states by name, from numbers ``shape`` [starts, 9] that are uniform in [0, 1):
+        of x, y, vx, vy, z, vz, twist, bit speed and the angle of the drive. A drive that is
+        not ideal begins with the set speed."""
+        parameters, (depth, wob, speed), q = points.parameters, points.operation, points.initial.spread
+        k = derive(parameters, depth, wob, speed)
+        reach, fastest = reach_of_collar(k, speed, q)
+        place, velocity = in_the_disc(shape[:, 0:2]), in_the_disc(shape[:, 2:4])
+        return {
+            "x": reach * place[:, 0],
+            "y": reach * place[:, 1],
+            "vx": fastest * velocity[:, 0],
+            "vy": fastest * velocity[:, 1],
+            **string_and_bit(parameters, k, wob, speed, q, *shape[:, 4:8].T),
+            "drive_angle": 2 * math.pi * shape[:, 8],
+            "lag": 0.0,
+            "drive_speed": speed,
+        }
 
     def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states from those of the start. Those of frozen modes replace it: there

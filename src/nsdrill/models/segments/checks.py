@@ -173,11 +173,6 @@ def drive_impedance(parameters: Parameters, string: String) -> tuple[Gains, Circ
     return Gains(float(inertia), 0.0, float(drive.table_damping)), circuit
 
 
-def string_at(parameters: Parameters, operation: Operation) -> String:
-    """The string at an operating point."""
-    return string_of(parameters, operation.depth)
-
-
 MODES = 3  # modes of string and drive among the derived quantities
 
 
@@ -196,7 +191,7 @@ COEFFICIENTS = meanings_of(Coefficients)
 
 def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
     """The coefficients at an operating point."""
-    string = string_at(parameters, operation)
+    string = string_of(parameters, operation.depth)
     first = float(torsional_frequencies(string, 1)[0])
     k_t = float(string.torsional)
     return Coefficients(float(string.axial), k_t, k_t / first**2, float(sum(string.drags)))
@@ -204,7 +199,7 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
 
 def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point."""
-    string, drive = string_at(parameters, operation), parameters.drive
+    string, drive = string_of(parameters, operation.depth), parameters.drive
     steady = steady_of(parameters, string, operation.wob, operation.rotary_speed)
     torque, pipe = float(steady.table_torque), float(impedance(parameters))
     first, second = torsional_frequencies(string, 2)
@@ -267,12 +262,12 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
         with_kind = with_values(parameters, {"drive.kind": kind})
         if kind == "dc_motor" != study_kind:
             with_kind = with_values(with_kind, {"drive.gains": None})
-        string = string_at(with_kind, operation)
+        string = string_of(with_kind, operation.depth)
         slope = slope_held(with_kind, string)
         if kind == "ideal":
             return slope, None
         law, circuit = drive_impedance(with_kind, string)
         return slope, reflection(law, pipe, frequency, circuit)
 
-    waves = torsional_frequencies(string_at(parameters, operation), WAVES)
+    waves = torsional_frequencies(string_of(parameters, operation.depth), WAVES)
     return drives.drive_card(("ideal", *LAWS, "dc_motor", "lqr"), study_kind, waves, slope_and_reflection)
