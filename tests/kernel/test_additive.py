@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from nsdrill.equations.stage import first_slip, kept
 from nsdrill.equations.trace import Named
-from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
+from nsdrill.kernel.pairs import KENNEDY_CARPENTER
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.laws import bit_numbers

@@ -10,9 +10,9 @@ from reference import Case, solve
 from sweep.runs import run_from, work_for
 
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
+from nsdrill.kernel.pairs import Tableau
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.kernel.tableau import Tableau
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 

@@ -11,8 +11,7 @@ import nsdrill
 from nsdrill.abi import RATES, Rows
 from nsdrill.analysis.bifurcations import PERIODIC
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.equations.contacts import touching
-from nsdrill.equations.library import sincos
+from nsdrill.equations.library import sincos, touching
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS
@@ -20,7 +19,7 @@ from nsdrill.models.base import Symmetry
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob
 from nsdrill.models.operation import Operation
-from nsdrill.observe.touches import make_touches, touch_rows
+from nsdrill.observe.contacts import make_touches, touch_rows
 from nsdrill.orbit import special
 from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.flow import Equations, Flow, Legs, advance

@@ -20,11 +20,10 @@ from typing import Any
 from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Rows
 from nsdrill.compiler.functions import BUFFER, generated, identity
 from nsdrill.compiler.language import LanguageError
-from nsdrill.equations.derivative import Tangents, closed
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.lanes import lane_code
+from nsdrill.equations.passes import Tangents, closed, settled
 from nsdrill.equations.stage import RELAX, Further, Stage
-from nsdrill.equations.sums import settled
 from nsdrill.equations.trace import place_of, traced
 
 
@@ -68,7 +67,7 @@ class Motion:
         The functions of the contacts in ``sides`` at the start of the step are among
         the observer's rows, from ``place`` on: within a step each contact is as it was
         then, and a step in which one changes is repeated for the deviation
-        (:mod:`nsdrill.observe.landing`). Where a contact closes or opens, the Jacobian
+        (:mod:`nsdrill.observe.contacts`). Where a contact closes or opens, the Jacobian
         jumps but not the vector field, so the deviation does not (di Bernardo et al.,
         Piecewise-smooth Dynamical Systems, 2008, chapter 2).
         """

@@ -24,10 +24,9 @@ from functools import reduce
 from operator import or_
 from typing import Any
 
-from nsdrill.equations.contacts import Friction, SteepLaw
-from nsdrill.equations.derivative import Tangents, closed
 from nsdrill.equations.graph import Graph, Loop, Node
-from nsdrill.equations.library import choose, fma, greater, sqrt
+from nsdrill.equations.library import Friction, SteepLaw, choose, fma, greater, sqrt
+from nsdrill.equations.passes import Tangents, closed
 
 SATURATION = 0.8  # from 0.64, right for large slips, to 1.57, right for small ones
 LEAST = 1e-300

@@ -472,7 +472,7 @@ class Model(ABC):
         self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
     ) -> dict[str, Array]:
         """The labels of runs with these features."""
-        from nsdrill.observe.labels import motions
+        from nsdrill.observe.motion import motions
         from nsdrill.variables import OK
 
         response = self.responses(features, thresholds)

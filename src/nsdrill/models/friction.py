@@ -30,10 +30,9 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from nsdrill.equations import plain
-from nsdrill.equations.contacts import Law
-from nsdrill.equations.derivative import Tangents
 from nsdrill.equations.graph import Graph, Node
-from nsdrill.equations.library import direction, expm1, flat, slip_factors, tanh
+from nsdrill.equations.library import Law, direction, expm1, flat, slip_factors, tanh
+from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 
 # The words of the laws, which are those of LAWS in its order.

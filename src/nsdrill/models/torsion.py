@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.equations.contacts import friction
+from nsdrill.equations.library import friction
 from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of

@@ -17,7 +17,16 @@ from typing import Any, NamedTuple
 
 from nsdrill.abi import MARKER, OBSERVER, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER
-from nsdrill.observe.channel_text import END, ChannelText, centred, indented, noted, observed_rows, with_definitions
+from nsdrill.observe.channel_text import (
+    END,
+    ChannelText,
+    MarkerText,
+    centred,
+    indented,
+    noted,
+    observed_rows,
+    with_definitions,
+)
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -31,7 +40,6 @@ from nsdrill.observe.channels import (
     check,
 )
 from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE
-from nsdrill.observe.marking import MarkerText
 
 
 class Event(NamedTuple):

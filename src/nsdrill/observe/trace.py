@@ -11,7 +11,7 @@ import numpy as np
 from nsdrill.abi import OBSERVER, Rows
 from nsdrill.compiler.functions import compiled, fma
 from nsdrill.kernel.batch import unobserved
-from nsdrill.observe.interpolant import position_and_velocity
+from nsdrill.observe.inside import position_and_velocity
 
 # The store: number of the next sample, interval [s], capacity, time at which the run
 # began [s], then the samples, each with all states.

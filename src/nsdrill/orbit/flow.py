@@ -3,7 +3,7 @@ batch, with monodromies and touches.
 
 A piece of a trajectory, a *leg*, is a run of the kernel. A leg with a monodromy is run
 once for each state, side by side in lanes, with a deviation along that state as tangent
-states; the deviations land on contacts (:mod:`nsdrill.observe.landing`). The numbers do
+states; the deviations land on contacts (:mod:`nsdrill.observe.contacts`). The numbers do
 not depend on which legs share a batch.
 """
 
@@ -25,8 +25,15 @@ from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes, unobs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model, Symmetry, Variant
-from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
-from nsdrill.observe.touches import TOUCHES, make_levels, make_touches, touch_rows
+from nsdrill.observe.contacts import (
+    TOUCHES,
+    landing_rows,
+    make_landing,
+    make_levels,
+    make_touches,
+    scratch_size,
+    touch_rows,
+)
 from nsdrill.variables import OK
 
 PAIR = "tsitouras"

@@ -33,6 +33,7 @@ from nsdrill.models.leaves import (
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import METHODS
+from nsdrill.observe.contacts import landing_rows, make_landing, scratch_size
 from nsdrill.observe.exponent import (
     GROWTH,
     GROWTH_COLUMNS,
@@ -42,7 +43,6 @@ from nsdrill.observe.exponent import (
     make_growth,
     seed_deviation,
 )
-from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.plan import Chosen, Plan

@@ -25,8 +25,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from nsdrill.equations.contacts import friction, touching
-from nsdrill.equations.library import sqrt
+from nsdrill.equations.library import friction, sqrt, touching
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock
 from nsdrill.models.friction import hyperbolic, numbers_of
 

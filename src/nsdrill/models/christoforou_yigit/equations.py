@@ -10,10 +10,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.equations.contacts import Law, friction, friction_along, touching
-from nsdrill.equations.derivative import Tangents
 from nsdrill.equations.graph import Graph, Node
-from nsdrill.equations.library import sincos, sqrt
+from nsdrill.equations.library import Law, friction, friction_along, sincos, sqrt, touching
+from nsdrill.equations.passes import Tangents
 from nsdrill.equations.plain import written_out
 from nsdrill.equations.stage import Stage
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of

@@ -18,8 +18,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nsdrill.equations.contacts import SteepLaw
-from nsdrill.equations.library import bounded_root, direction, sqrt
+from nsdrill.equations.library import SteepLaw, bounded_root, direction, sqrt
 from nsdrill.equations.stage import first_slip
 from nsdrill.equations.trace import Named, part
 

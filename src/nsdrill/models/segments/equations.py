@@ -42,8 +42,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nsdrill.equations.contacts import friction, touching
-from nsdrill.equations.library import sincos, tanh
+from nsdrill.equations.library import friction, sincos, tanh, touching
 from nsdrill.equations.trace import Named
 from nsdrill.models.segments.columns import Options, nodes_of
 from nsdrill.models.segments.cutting import cutting, rest_of_cutting, rock_force
