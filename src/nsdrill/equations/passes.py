@@ -13,14 +13,14 @@ the order of additions matters, equations call a function of :mod:`.library` or 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from nsdrill.equations.graph import TRUTHS, Graph, Node, rewritten
 
 # Forward-mode differentiation.
 
 
+Nodes = Sequence[Node]
 UNCHANGED = TRUTHS | {"fixed", "variable"}
 TINY = 1e-150  # in place of the root of zero, where its argument does not change either
 
@@ -61,7 +61,7 @@ class Tangents:
                     self.found[node] = self._change(node)
         return {name: self.found[node] for name, node in outputs.items()}
 
-    def _followed(self, outputs: Any) -> list[Node]:
+    def _followed(self, outputs: Iterable[Node]) -> list[Node]:
         seen: set[Node] = set()
         todo = list(outputs)
         while todo:
@@ -84,54 +84,53 @@ class Tangents:
         changes = [self.found[arg] for arg in node.args]
         if all(change.zero for change in changes):
             return self.zero
-        rule = getattr(self, f"_{node.op}", None)
+        rule: Callable[[Node, Nodes, Nodes], Node] | None = getattr(self, f"_{node.op}", None)
         if rule is None:
             raise TypeError(f"no rule for the derivative of {node.op}")
-        made: Node = rule(node, node.args, changes)
-        return made
+        return rule(node, node.args, changes)
 
-    def _add(self, node: Node, args: Any, d: Any) -> Node:
+    def _add(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return d[0] + d[1]
 
-    def _sub(self, node: Node, args: Any, d: Any) -> Node:
+    def _sub(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return d[0] - d[1]
 
-    def _neg(self, node: Node, args: Any, d: Any) -> Node:
+    def _neg(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return -d[0]
 
     def _product(self, a: Node, b: Node) -> Node:
         return self.zero if a.zero or b.zero else a * b
 
-    def _mul(self, node: Node, args: Any, d: Any) -> Node:
+    def _mul(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return self._product(args[0], d[1]) + self._product(args[1], d[0])
 
-    def _fma(self, node: Node, args: Any, d: Any) -> Node:
+    def _fma(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return self._mul(node, args, d) + d[2]
 
-    def _div(self, node: Node, args: Any, d: Any) -> Node:
+    def _div(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return (d[0] - self._product(node, d[1])) / args[1]
 
-    def _sqrt(self, node: Node, args: Any, d: Any) -> Node:
+    def _sqrt(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return d[0] * (0.5 / self.graph.make("max", node, TINY))
 
-    def _abs(self, node: Node, args: Any, d: Any) -> Node:
+    def _abs(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return self.graph.select(args[0] < 0.0, -d[0], d[0])
 
-    def _max(self, node: Node, args: Any, d: Any) -> Node:
+    def _max(self, node: Node, args: Nodes, d: Nodes) -> Node:
         side = self._side(node)
         side = args[0] > args[1] if side is None else side
         return self.graph.select(side, d[0], d[1])
 
-    def _min(self, node: Node, args: Any, d: Any) -> Node:
+    def _min(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return self.graph.select(args[0] < args[1], d[0], d[1])
 
-    def _select(self, node: Node, args: Any, d: Any) -> Node:
+    def _select(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return self.graph.select(args[0], d[1], d[2])
 
-    def _either(self, node: Node, args: Any, d: Any) -> Node:
+    def _either(self, node: Node, args: Nodes, d: Nodes) -> Node:
         return self.graph.make("either", d[0], d[1], extra=node.extra)
 
-    def _result(self, node: Node, args: Any, d: Any) -> Node:
+    def _result(self, node: Node, args: Nodes, d: Nodes) -> Node:
         function, number = node.extra
         results = function.nodes(self.graph, args)
         total = self.zero
@@ -142,7 +141,7 @@ class Tangents:
                 total = total + self._product(self.graph.node(partial), change)
         return total
 
-    def _join(self, node: Node, args: Any, d: Any) -> Node:
+    def _join(self, node: Node, args: Nodes, d: Nodes) -> Node:
         condition, region = args[0], node.extra
         side = self._side(condition.args[0]) if condition.op == "gt" else None
         if side is not None:
