@@ -109,8 +109,8 @@ def _schedule(graph: Graph, outputs: Mapping[str, Node]) -> list[Node | Region]:
         while ready:
             _, _, it = heapq.heappop(ready)
             if isinstance(it, int):
-                other = graph.otherwise.get(it)
-                order.append(Region(it, level(it), level(other) if other else []))
+                instead = graph.otherwise.get(it)
+                order.append(Region(it, level(it), level(instead) if instead else []))
             else:
                 order.append(it)
             for user in users[it]:

@@ -364,12 +364,9 @@ class Stage:
         if len(always) == self.count:
             found = self.solve(always, further)
         else:
-            closing = (graph.condition[contact.region] for contact in self.contacts)
-            conditions = list(
-                dict.fromkeys(
-                    [*(c for c in closing if c is not None), *(graph.input(closed(side)) > 0.0 for side in self.sides)]
-                )
-            )
+            theirs = (graph.condition[contact.region] for contact in self.contacts)
+            closing = [condition for condition in theirs if condition is not None]
+            conditions = list(dict.fromkeys([*closing, *(graph.input(closed(side)) > 0.0 for side in self.sides)]))
             some = reduce(or_, conditions)
             region, other = graph.new_region(some), graph.new_region(None)
             graph.otherwise[region] = other
