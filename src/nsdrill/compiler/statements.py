@@ -96,8 +96,8 @@ class Body(Expressions):
     def call_compiled(self, function: Any, arguments: list[Any]) -> Value:
         if self.lane_count:
             raise Refusal(f"{function.__name__} is called in a loop over lanes, where helpers are inlined")
-        kinds, given = self._passed(arguments, function)
-        return self.module.call_internal(self.text, function, kinds, given)
+        _, given = self._passed(arguments, function)
+        return self.module.call_internal(self.text, function, given)
 
     def _passed(self, arguments: list[Any], function: Any) -> tuple[str, list[str]]:
         """Arguments of a call: their kinds, and their text."""

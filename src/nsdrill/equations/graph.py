@@ -27,14 +27,13 @@ from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Se
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from nsdrill.equations.library import Friction
 
 TRUTHS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
 LEAVES = frozenset({"const", "input"})
-Number: TypeAlias = "Node | float"
 
 
 class Node:
@@ -98,6 +97,9 @@ class Node:
     @property
     def zero(self) -> bool:
         return self.is_number(0.0)
+
+
+Number = Node | float
 
 
 @dataclass

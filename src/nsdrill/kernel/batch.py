@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import time
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -157,7 +157,10 @@ class FinishedRuns:
     parameters: Array
 
 
-def _times(transient: Any, observe: Any) -> dict[str, Any]:
+Times = float | Array
+
+
+def _times(transient: Times, observe: Times) -> dict[str, Times]:
     """The times of the marks of a run [s], and its least step, which still changes the
     time at the end of the run."""
     closes = transient + observe
@@ -169,7 +172,7 @@ def _times(transient: Any, observe: Any) -> dict[str, Any]:
     }
 
 
-def _as_quiet_as_machine_code() -> Any:
+def _as_quiet_as_machine_code() -> AbstractContextManager[None]:
     """The interpreter computes with numpy's numbers, which warn of a division by zero also
     in the side of a condition that is not chosen."""
     return np.errstate(all="ignore") if route() == "interpreter" else nullcontext()
@@ -202,7 +205,7 @@ class Batch:
         self.settings = self._settings(simulation)
 
     @staticmethod
-    def _settings(simulation: Simulation) -> dict[str, float]:
+    def _settings(simulation: Simulation) -> dict[str, Times]:
         return {
             **_times(simulation.transient, simulation.observe),
             "per_rtol": 1.0 / simulation.rtol,
@@ -262,7 +265,7 @@ class Batch:
         if len(job) > self.free:
             raise ValueError(f"{len(job)} runs for {self.free} free slots")
         slots = np.array([self._free.pop() for _ in range(len(job))], dtype=np.int64)
-        settings: dict[str, Any] = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
+        settings: dict[str, Times] = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
         if runs.transient is not None and runs.observe is not None:
             settings |= _times(runs.transient, runs.observe)
         columns = np.concatenate([runs.parameters, runs.state_scales, runs.frame_rates], axis=1)

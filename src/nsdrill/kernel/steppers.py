@@ -22,10 +22,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Rows
-from nsdrill.compiler.functions import compiled, constants, define, fma, inlined
+from nsdrill.compiler.functions import LaneFunction, compiled, constants, define, fma, inlined
 from nsdrill.elementary import exp2, log2
 from nsdrill.kernel.pairs import DORMAND_PRINCE, KENNEDY_CARPENTER, TSITOURAS, Additive, Tableau
 
@@ -374,14 +373,14 @@ class Stepper:
         """The row layout with the stepper's rows added."""
         return replace(rows, private=private_rows(self.tableau, rows))
 
-    def make(self, lanes: int, rows: Rows) -> Any:
+    def make(self, lanes: int, rows: Rows) -> LaneFunction:
         """The compiled function for a number of lanes and a row layout returned by
         :meth:`rows`."""
         return _make(self.tableau, lanes, rows)
 
 
 @lru_cache
-def _make(pair: Pair, lanes: int, rows: Rows) -> Any:
+def _make(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
     return compiled(STEPPER)(define("step", step_text(pair, lanes, rows), fma=fma, decide=decide))
 
 

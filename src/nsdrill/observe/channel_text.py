@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any
+from collections.abc import Callable
 
 from nsdrill.abi import CLOSES, CONTROL, OPENS, Rows
-from nsdrill.compiler.functions import compiled, constants, define, inlined, lowest_bit
+from nsdrill.compiler.functions import LaneFunction, compiled, constants, define, inlined, lowest_bit
 from nsdrill.elementary import angle_between
 from nsdrill.observe import inside
 from nsdrill.observe.channels import (
@@ -48,18 +48,18 @@ CONSTANTS = {
 HELPERS = {word: found for word, found in vars(inside).items() if not word.startswith("_")}
 
 
-def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
+def own_rows(declaration: Declaration) -> dict[tuple[str | int, ...], int]:
     """The position of each row of the observer among those of all observers, by (what,
     name) or (what,)."""
     outputs = declaration.outputs.names if declaration.outputs else ()
-    keys: list[tuple[Any, ...]] = [
+    keys: list[tuple[str | int, ...]] = [
         *(("before", name) for name in outputs),
         *(("now", name) for name in outputs),
         *declaration.measured_per_half,
         *(
             (part, name)
             for name in declaration.channels_with_peaks
-            if "least" in declaration.ends_of(name)
+            if not declaration.extremes[name].maxima
             for part in PEAK_ROWS
         ),
         *(("angle_before", w.name) for w in declaration.of_kind(Winding) if w.counted),
@@ -83,13 +83,15 @@ class ChannelText:
         self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
         self.number_of = {channel.name: k for k, channel in enumerate(declaration.channels)}
         self.row_of = own_rows(declaration)
-        self.helpers: dict[Any, tuple[str, Any]] = {}
+        self.helpers: dict[Callable[..., object], tuple[str, Callable[..., object]]] = {}
         self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
         # what is known at the end of a step only
         aux = {name: self._row(rows.aux_now + k) for k, name in enumerate(names.aux)}
         self.known = {**self.row_texts[END], **aux}
 
-    def compile(self, name: str, kinds: tuple[str, ...], given: str, lines: list[str], **namespace: Any) -> Any:
+    def compile(
+        self, name: str, kinds: tuple[str, ...], given: str, lines: list[str], **namespace: object
+    ) -> LaneFunction:
         """The compiled function ``name`` of the arguments ``given`` with these lines as
         its body."""
         head = [constants(W=self.lanes), f"def {name}({given}):"]
@@ -103,13 +105,13 @@ class ChannelText:
     def _row(self, row: int) -> str:
         return f"b[{self.lanes * row} + i]"
 
-    def _own_row(self, *key: Any) -> str:
+    def _own_row(self, *key: str | int) -> str:
         return self._row(self._row_number(*key))
 
-    def _row_number(self, *key: Any) -> int:
+    def _row_number(self, *key: str | int) -> int:
         return self.rows.observer + self.row_of[key]
 
-    def _offset(self, *key: Any) -> int:
+    def _offset(self, *key: str | int) -> int:
         """The offset of a row of the observer in the buffer, or NONE."""
         return self.lanes * self._row_number(*key) if key in self.row_of else NONE
 
@@ -139,7 +141,7 @@ class ChannelText:
         given = ", ".join(texts[name] for name in arguments(expression))
         return f"{self._function(expression)}({given})"
 
-    def _function(self, function: Any) -> str:
+    def _function(self, function: Callable[..., object]) -> str:
         """The name of a function of the declaration in the text."""
         if function not in self.helpers:
             self.helpers[function] = (f"function_{len(self.helpers)}", inlined(function))
@@ -157,7 +159,7 @@ class ChannelText:
     def _is_followed(self, name: str) -> str:
         """Whether the polynomial follows the channel ``name`` in a step; empty where it
         always does."""
-        found = self.declaration.extremes_of(name)
+        found = self.declaration.extremes.get(name)
         if found is None or found.unless is None:
             return ""
         at_start, at_end = found.unless
@@ -292,9 +294,9 @@ class MarkerText(ChannelText):
             f"for k in range({width}):",
             f"    b[{first_half} + k * W + i] = 0.0",
         ]
-        for name in self.declaration.channels_of(Extremes):
+        for name, extremes in self.declaration.extremes.items():
             lines.append(f"now = {self._code(self._channel(name).value, texts)}")
-            lines += [f"{self._own_row(end, name)} = now" for end in self.declaration.ends_of(name)]
+            lines += [f"{self._own_row(end, name)} = now" for end in extremes.ends]
         for winding in self.declaration.of_kind(Winding):
             if winding.counted:
                 lines.append(f"{self._own_row('angle_before', winding.name)} = {self._angle(winding)}")
@@ -339,13 +341,12 @@ class MarkerText(ChannelText):
         """The lines that complete at a mark what is not compared at each step: extremes
         of smooth channels, and angles of which only half revolutions are counted."""
         lines = []
-        for name in self.declaration.channels_of(Extremes):
-            found = self.declaration.extremes_of(name)
-            if found is None or not found.smooth:
+        for name, extremes in self.declaration.extremes.items():
+            if not extremes.smooth:
                 continue
             value = self._channel(name).value
             lines.append(f"now = {self._code(value, self.row_texts[MARK])}")
-            for end in self.declaration.ends_of(name):
+            for end in extremes.ends:
                 row = self._own_row(end, name)
                 lines.append(f"{row} = {'min' if end == 'least' else 'max'}({row}, now)")
         for winding in self.declaration.of_kind(Winding):
@@ -362,11 +363,11 @@ class MarkerText(ChannelText):
         for number, name in enumerate(self.declaration.channels_with_peaks):
             if (LOW, name) not in self.row_of:
                 continue
-            channel, found = (self._channel(name), self.declaration.extremes_of(name))
+            channel = self._channel(name)
             stuck, slip = self._slip(channel)
             low, high, margin, top = (self._own_row(part, name) for part in PEAK_ROWS)
             ring = f"rings + {number} * (peaks + 1)"
-            if found and found.smooth:
+            if self.declaration.extremes[name].smooth:
                 lines += [
                     f"now = {self._code(channel.value, self.row_texts[MARK])}",
                     f"if {high} - now > fma({self._own_row('growth')}, abs(now), {margin}):",

@@ -16,13 +16,13 @@ step.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from nsdrill.abi import CLOSES, MARKER, OBSERVER, RATES, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined, lowest_bit, packed
+from nsdrill.compiler.functions import BUFFER, INTEGER, LaneFunction, compiled, inlined, lowest_bit, packed
 from nsdrill.kernel.batch import unobserved
 from nsdrill.kernel.pairs import Matrix
 from nsdrill.kernel.steppers import Pair, slope_rows
@@ -52,7 +52,7 @@ def _square(weights: Matrix) -> np.ndarray:
     return table
 
 
-def _part_of_step(rows: Rows, pair: Pair, tangent: Any) -> Any:
+def _part_of_step(rows: Rows, pair: Pair, tangent: LaneFunction) -> LaneFunction:
     """The compiled function that makes one step of the run's stepper in the buffer of
     one lane, from (time, start) to (time + step, stage), by loops over the weights:
     such steps are rare."""
@@ -102,7 +102,7 @@ def _part_of_step(rows: Rows, pair: Pair, tangent: Any) -> Any:
     return part_of_step
 
 
-def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Any:
+def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Callable[..., int]:
     """The function that writes the zeros of the contact functions in the step of lane
     i, by theta, and returns how many there are; it is written out."""
     W, step_ = lanes, lanes * rows.step
@@ -134,7 +134,9 @@ def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Any:
     return find_zeros
 
 
-def _repeat_step(lanes: int, rows: Rows, first: int, tangent: Any, part_of_step: Any, contacts: int) -> Any:
+def _repeat_step(
+    lanes: int, rows: Rows, first: int, tangent: LaneFunction, part_of_step: LaneFunction, contacts: int
+) -> Callable[..., None]:
     """The function that repeats the step of lane i in parts between the ``crossings``
     zeros of the contact functions, in the buffer of one lane; it is written out."""
     W, N, own, M, A = lanes, rows.states, rows.own, rows.slopes, rows.slopes + len(rows.pushed)
@@ -192,7 +194,9 @@ def _repeat_step(lanes: int, rows: Rows, first: int, tangent: Any, part_of_step:
     return repeat_step
 
 
-def make_landing(lanes: int, rows: Rows, pair: Pair, first: int, measure: Any, tangent: Any, contacts: int) -> Any:
+def make_landing(
+    lanes: int, rows: Rows, pair: Pair, first: int, measure: LaneFunction, tangent: LaneFunction, contacts: int
+) -> LaneFunction:
     """The compiled observer that corrects the deviations, which are the tangent states.
 
     ``first`` is the position of its rows among those of the observer. ``measure(b)``
@@ -278,7 +282,7 @@ def follow(b, i, W, least_, h, g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyp
         b[begun_ + i] += 1.0 if begins else 0.0
 
 
-def _marker(first_: int, lanes: int, count: int) -> Any:
+def _marker(first_: int, lanes: int, count: int) -> LaneFunction:
     """The marker that reports ``count`` rows from the offset ``first_`` on."""
 
     @compiled(MARKER)
@@ -291,7 +295,9 @@ def _marker(first_: int, lanes: int, count: int) -> Any:
 
 
 @lru_cache
-def make_touches(lanes: int, rows: Rows, first: int, functions: int, contacts: int) -> tuple[Any, Any]:
+def make_touches(
+    lanes: int, rows: Rows, first: int, functions: int, contacts: int
+) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) for contact functions whose values and rates at
     the start of the step are in the rows from ``functions`` on among those of the
     observer, followed by those at its end; ``first`` is the position of the observer's
@@ -316,7 +322,9 @@ def make_touches(lanes: int, rows: Rows, first: int, functions: int, contacts: i
 
 
 @lru_cache
-def make_levels(lanes: int, rows: Rows, first: int, levels: tuple[tuple[int, int], ...]) -> tuple[Any, Any]:
+def make_levels(
+    lanes: int, rows: Rows, first: int, levels: tuple[tuple[int, int], ...]
+) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker), like those of :func:`make_touches`, for a
     parameter minus a velocity. ``levels`` are pairs: the position of the velocity among
     the states, and that of the parameter among the parameters."""

@@ -12,11 +12,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, compiled, inlined, packed
+from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, LaneFunction, compiled, inlined, packed
 from nsdrill.data import Array
 from nsdrill.observe.thresholds import Motion
 from nsdrill.variables import (
@@ -81,7 +81,7 @@ def _spread(b, first, end, step):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def _make_period() -> Any:
+def _make_period() -> LaneFunction:
     """``S`` states of each of ``room`` returns."""
 
     @compiled(INTEGERS, *[BUFFER] * 3, *[INTEGER] * 3, FLOAT, FLOAT)
@@ -157,7 +157,7 @@ def zero_one(returns: Array, state_scales: Array) -> Array:
 
 
 @lru_cache
-def _make_displacement() -> Any:
+def _make_displacement() -> LaneFunction:
     """Mean square displacements after 1, 2, ... ``lags`` returns."""
     F = FREQUENCIES
 

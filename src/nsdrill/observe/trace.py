@@ -4,12 +4,11 @@ observer of ``simulate``."""
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from nsdrill.abi import OBSERVER, Rows
-from nsdrill.compiler.functions import compiled, fma
+from nsdrill.compiler.functions import LaneFunction, compiled, fma
 from nsdrill.kernel.batch import unobserved
 from nsdrill.observe.inside import position_and_velocity
 
@@ -33,7 +32,7 @@ def samples_of(store: np.ndarray, states: int) -> np.ndarray:
 
 
 @lru_cache
-def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
+def make_tracer(lanes: int, rows: Rows) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) that sample lane 0."""
     W, N, pairs = lanes, rows.own, rows.pairs
     start_, start_rate_, end_, end_rate_, frame_rate_ = (
