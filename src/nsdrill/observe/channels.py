@@ -258,10 +258,6 @@ class Declaration:
             found.setdefault(extremes.channel, extremes)
         return found
 
-    def above(self, name: str) -> TimeAbove:
-        """The ``TimeAbove`` of this name."""
-        return next(above for above in self.of_kind(TimeAbove) if above.name == name)
-
     @property
     def channels_with_peaks(self) -> list[str]:
         """The channels whose peaks are recorded."""
