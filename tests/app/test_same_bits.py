@@ -27,7 +27,7 @@ from nsdrill.app.trajectory import replay
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.kernel import steppers
 from nsdrill.kernel.pairs import TSITOURAS
-from nsdrill.kernel.steppers import STEPPERS, Stepper
+from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.store import RunLog, part_path, read_attributes, read_results
 
 HERE = ".".join(platform.python_version_tuple()[:2])
@@ -249,7 +249,7 @@ def test_the_digest_holds_the_constants(monkeypatch: pytest.MonkeyPatch) -> None
     last_bit = np.nextafter(TSITOURAS.matrix[4][0], 9.0)
     row = (float(last_bit), *TSITOURAS.matrix[4][1:])
     changed = replace(TSITOURAS, matrix=(*TSITOURAS.matrix[:4], row, TSITOURAS.matrix[5]))
-    monkeypatch.setitem(STEPPERS, "tsitouras", Stepper(changed))
+    monkeypatch.setitem(STEPPERS, "tsitouras", changed)
     assert model_digest() != before
 
 

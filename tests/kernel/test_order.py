@@ -10,7 +10,6 @@ from reference import Case, solve
 from sweep.runs import run_from, work_for
 
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
-from nsdrill.kernel.pairs import Tableau
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 
@@ -54,7 +53,7 @@ def conditions(a: np.ndarray, c: np.ndarray) -> dict[int, list[tuple[np.ndarray,
     }
 
 
-PAIRS = {name: stepper.tableau for name, stepper in STEPPERS.items() if isinstance(stepper.tableau, Tableau)}
+PAIRS = {name: pair for name, pair in STEPPERS.items() if not pair.implicit}
 
 
 @pytest.mark.parametrize("name", PAIRS)

@@ -14,7 +14,7 @@ from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.equations.library import sincos, touching
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.models.base import Symmetry
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob
@@ -46,7 +46,7 @@ MOTION = Motion(stop, None, ("x", "v"), ("w",), ("v",), sides=("stop",))
 
 def flow_at_a_stop() -> Flow:
     observed = 2 * RATES + touch_rows(1)
-    rows = STEPPERS["tsitouras"].rows(Rows(4, 0, 1, observed, 2, judged=True))
+    rows = with_step(STEPPERS["tsitouras"], Rows(4, 0, 1, observed, 2, judged=True))
 
     def runs(values, initial):
         n = len(values)

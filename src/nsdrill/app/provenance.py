@@ -73,8 +73,7 @@ def model_digest(model: str = MODEL) -> str:
     """Digest of everything that may change the bits of a result: the compiled sources
     and the code that compiles them, the sources of a model of another package, the
     constants of the methods, the version of Python, and the mathematics library."""
-    pairs = [stepper.tableau for stepper in STEPPERS.values()]
-    constants = [(pair, pair.positions, pair.position_error) for pair in pairs]
+    constants = [(pair, pair.positions, pair.position_error) for pair in STEPPERS.values()]
     parts: tuple[object, ...] = (
         source_digest(),
         constants,

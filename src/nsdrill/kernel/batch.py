@@ -37,7 +37,7 @@ from nsdrill.kernel.loop import (
     places_of,
 )
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS, Stepper
+from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
 
 STEPS_PER_CALL = 20_000  # packed steps between two checks of the clock: some 20 ms
 FEW = 24  # chains up to which one vector register per row is faster than two
@@ -189,7 +189,7 @@ class Batch:
         self, lanes: int, slots: int, rows: Rows, store: Array, outcome_width: int, simulation: Simulation
     ) -> None:
         self.lanes, self.stepper = lanes, simulation.stepper
-        self.rows = rows = self._stepper.rows(rows)
+        self.rows = rows = with_step(STEPPERS[self.stepper], rows)
         self._buffer = aligned_zeros(rows.total * lanes)
         self._store = store
         self._lane = np.full(3 * lanes, -1, dtype=np.int64)
@@ -211,10 +211,6 @@ class Batch:
             "per_rtol": 1.0 / simulation.rtol,
             "limit": float(simulation.max_steps),
         }
-
-    @property
-    def _stepper(self) -> Stepper:
-        return STEPPERS[self.stepper]
 
     @property
     def slots(self) -> int:
@@ -295,7 +291,7 @@ class Batch:
         unless ``drain``, one more lane is idle. Returns the runs that ended, whose
         slots become free."""
         deadline = time.perf_counter() + seconds
-        advance, stepper = make_advance(), self._stepper.make(self.lanes, self.rows)
+        advance, stepper = make_advance(), make_step(STEPPERS[self.stepper], self.lanes, self.rows)
         places = places_of(self.lanes, self.rows, self._outbox.shape[1])
         while True:
             before = self.packed_steps

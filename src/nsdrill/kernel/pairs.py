@@ -8,63 +8,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import ClassVar
 
 Matrix = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
-class Tableau:
-    """``nodes`` c, ``matrix`` a (rows of stages 2 to 7; the last is also the weights),
-    ``error`` b - b*."""
+class Pair:
+    """The tableau of an embedded pair: ``nodes`` c, with the end of the step as the last,
+    ``matrix`` a (the rows of stages 2 to the last, and the weights b, which are those of
+    the last stage where that is the first of the next step), ``error`` b - b*.
 
-    name: str
-    order: int
-    nodes: tuple[float, ...]
-    matrix: Matrix
-    error: tuple[float, ...]
-
-    diagonal: ClassVar = 0.0  # of an implicit part, which it does not have
-
-    @property
-    def times(self) -> tuple[float, ...]:
-        """The nodes of the stages after the first, the end of the step included."""
-        return self.nodes[1:]
-
-    @property
-    def rates(self) -> Matrix:
-        """The weights of the slopes in velocities at these times."""
-        return self.matrix
-
-    @property
-    def pushes(self) -> Matrix:
-        """The weights of the pushes in addition: there are none."""
-        return ((),) * len(self.matrix)
-
-    position_pushes = pushes
-
-    @property
-    def positions(self) -> Matrix:
-        """The matrix for positions, which need no slopes of their own: the rate of a
-        position at a stage is its rate at the start plus h ``matrix`` times the
-        accelerations, so its stage value is x + c h x' + h^2 ``matrix``^2 times the
-        accelerations. This is ``matrix``^2 without the last column, which is zero."""
-        return tuple(_through(row, self.matrix) for row in self.matrix)
-
-    @property
-    def position_error(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """The weights of the accelerations (all but the last) in the error of
-        positions, which is h^2 times the weighted sum; and those of pushes."""
-        return _through(self.error, self.matrix), ()
-
-
-@dataclass(frozen=True)
-class Additive:
-    """A pair in which friction is implicit and all else explicit.
-
-    The acceleration of a velocity is the sum of a part without friction and a *push*, the
-    part of the friction at contacts. Only friction that is steep in the slip speed makes an
-    explicit method slow. A stage of the implicit part is
+    In an additive pair friction is implicit and all else explicit, the ``matrix``;
+    ``implicit`` has the rows of stages 2 to the last, which end with the diagonal, and
+    the weights of both parts are the same. The acceleration of a velocity is the sum of a
+    part without friction and a *push*, the part of the friction at contacts. Only friction
+    that is steep in the slip speed makes an explicit method slow. A stage of the implicit
+    part is
 
         V = V* + h g push(X, V)
 
@@ -85,88 +44,76 @@ class Additive:
     convection-diffusion-reaction equations, Appl. Numer. Math. 44:139-181. A slope row has
     the whole slope and a push row its push, so that a sum over stages has the explicit
     weights of slopes and the difference of the two matrices as weights of pushes.
-
-    ``nodes`` c, ``explicit`` and ``implicit`` (the rows of stages 2 to the last;
-    those of the implicit part end with its diagonal), ``weights`` b of both and
-    ``embedded`` b*."""
+    """
 
     name: str
     order: int
     nodes: tuple[float, ...]
-    explicit: Matrix
-    implicit: Matrix
-    weights: tuple[float, ...]
-    embedded: tuple[float, ...]
+    matrix: Matrix
+    error: tuple[float, ...]
+    implicit: Matrix = ()
 
     @property
     def diagonal(self) -> float:
-        """The implicit part's coefficient on the diagonal."""
-        return self.implicit[0][-1]
-
-    @cached_property
-    def error(self) -> tuple[float, ...]:
-        """b - b*."""
-        return tuple(
-            float(Fraction(b) - Fraction(embedded)) for b, embedded in zip(self.weights, self.embedded, strict=True)
-        )
+        """The implicit part's coefficient on the diagonal, 0 where there is none."""
+        return self.implicit[0][-1] if self.implicit else 0.0
 
     @property
     def times(self) -> tuple[float, ...]:
-        """The nodes of the stages after the first, and the end of the step."""
-        return (*self.nodes[1:], 1.0)
-
-    @property
-    def rates(self) -> Matrix:
-        """The weights of the whole slopes in velocities at these times."""
-        return (*self.explicit, self.weights)
+        """The nodes of the stages after the first, the end of the step included."""
+        return self.nodes[1:]
 
     @cached_property
     def pushes(self) -> Matrix:
-        """The weights of the pushes in addition: the implicit matrix minus the explicit
-        one, without the diagonal; at the end that of the last stage."""
+        """The weights of the pushes in addition to ``matrix``, those of the whole slopes,
+        in velocities at these times: the implicit matrix minus the explicit one, without
+        the diagonal; at the end that of the last stage."""
+        if not self.implicit:
+            return ((),) * len(self.matrix)
         rows = (
             tuple(float(Fraction(a) - Fraction(b)) for a, b in zip(implicit[:-1], explicit, strict=True))
-            for implicit, explicit in zip(self.implicit, self.explicit, strict=True)
+            for implicit, explicit in zip(self.implicit, self.matrix[:-1], strict=True)
         )
-        return (*rows, (*(0.0,) * (len(self.nodes) - 1), -self.diagonal))
+        return (*rows, (*(0.0,) * len(self.implicit), -self.diagonal))
 
     @cached_property
     def positions(self) -> Matrix:
-        """The weights of the slopes in positions at these times: the explicit weights
-        times the explicit matrix, without the last column, which is zero."""
-        return tuple(_through(row, self.explicit) for row in self.rates)
+        """The matrix for positions, which need no slopes of their own: the rate of a
+        position at a stage is its rate at the start plus h ``matrix`` times the
+        accelerations, so its stage value is x + c h x' + h^2 ``matrix``^2 times the
+        accelerations. This is ``matrix``^2 without the last column, which is zero."""
+        return tuple(self._through(row) for row in self.matrix)
 
     @cached_property
     def position_pushes(self) -> Matrix:
         """The weights of the pushes in positions, added to :attr:`positions`: the
         explicit weights times the difference of the implicit and the explicit matrix.
         With the diagonal, so one column more."""
-        return tuple(
-            tuple(float(a - b) for a, b in zip(_exact(row, self.implicit), _exact(row, self.explicit), strict=True))
-            for row in self.rates
-        )
+        return tuple(self._pushes_through(row) for row in self.matrix)
 
     @cached_property
     def position_error(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """The weights in the error of positions: of the slopes, and of the pushes in
-        addition."""
-        implicit = _exact(self.error, self.implicit)
-        explicit = _exact(self.error, self.explicit)
-        pushes = tuple(float(a - b) for a, b in zip(implicit, explicit, strict=True))
-        return _through(self.error, self.explicit), pushes
+        """The weights of the accelerations (all but the last) in the error of positions,
+        which is h^2 times the weighted sum; and those of pushes in addition."""
+        return self._through(self.error), self._pushes_through(self.error)
 
+    def _through(self, weights: tuple[float, ...]) -> tuple[float, ...]:
+        """``weights`` of the stages times ``matrix``: weights of the slopes as weights of
+        the accelerations, without the last, which is zero."""
+        return tuple(float(value) for value in _exact(weights, self.matrix))[:-1]
 
-def _through(weights: tuple[float, ...], matrix: Matrix) -> tuple[float, ...]:
-    """``weights`` of the stages times an explicit ``matrix``: weights of the slopes as
-    weights of the accelerations, without the last, which is zero.
-
-    Computed exactly and rounded once: these numbers are constants of the compiled code,
-    and the rounding of the built-in ``sum`` of floats is not the same in every Python."""
-    return tuple(float(value) for value in _exact(weights, matrix))[:-1]
+    def _pushes_through(self, weights: tuple[float, ...]) -> tuple[float, ...]:
+        if not self.implicit:
+            return ()
+        both = zip(_exact(weights, self.implicit), _exact(weights, self.matrix), strict=True)
+        return tuple(float(implicit - explicit) for implicit, explicit in both)
 
 
 def _exact(weights: tuple[float, ...], matrix: Matrix) -> tuple[Fraction, ...]:
-    """``weights`` of the stages times the rows of ``matrix``, of stages 2 to the last."""
+    """``weights`` of the stages times the rows of ``matrix``, of stages 2 to the last.
+
+    Computed exactly, to be rounded once: these numbers are constants of the compiled code,
+    and the rounding of the built-in ``sum`` of floats is not the same in every Python."""
     rows = ((), *matrix)
     return tuple(
         sum((Fraction(weights[m]) * Fraction(rows[m][j]) for m in range(len(weights)) if j < len(rows[m])), Fraction(0))
@@ -178,7 +125,7 @@ def _exact(weights: tuple[float, ...], matrix: Matrix) -> tuple[Fraction, ...]:
 # simplifying assumption, Comput. Math. Appl. 62:770-775. Fifth order with an embedded
 # fourth, seven stages of which the last is the first of the next step. At the same
 # tolerance it takes an eighth fewer steps than the pair of Dormand and Prince.
-TSITOURAS = Tableau(
+TSITOURAS = Pair(
     name="Tsitouras 5(4)",
     order=5,
     nodes=(0.0, 0.161, 0.327, 0.9, 0.9800255409045097, 1.0, 1.0),
@@ -206,7 +153,7 @@ TSITOURAS = Tableau(
 # Comput. Appl. Math. 6:19-26: fifth order with an embedded fourth, seven stages of which
 # the last is the first of the next step. It is the RK45 of SciPy and the ode45 of
 # MATLAB.
-DORMAND_PRINCE = Tableau(
+DORMAND_PRINCE = Pair(
     name="Dormand-Prince 5(4)",
     order=5,
     nodes=(0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0),
@@ -227,11 +174,13 @@ DORMAND_PRINCE = Tableau(
 # tabulates them. Fourth order with an embedded third, seven stages; the implicit part is
 # stiffly accurate and L-stable, and has the same coefficient on the diagonal at all
 # stages but the first.
-KENNEDY_CARPENTER = Additive(
+_KC_WEIGHTS = (0.0, 0.0, 0.5161107283174237, -0.1460635639385708, 0.23473048589019332, 0.27172234973095377, 0.1235)
+_KC_EMBEDDED = (0.0, 0.0, 0.5175217461593482, -0.15173820706113939, 0.23672007870234135, 0.2754463821994498, 0.12205)
+KENNEDY_CARPENTER = Pair(
     name="ARK4(3)7L[2]SA",
     order=4,
-    nodes=(0.0, 0.247, 0.42165537495307726, 0.335, 0.075, 0.7, 1.0),
-    explicit=(
+    nodes=(0.0, 0.247, 0.42165537495307726, 0.335, 0.075, 0.7, 1.0, 1.0),
+    matrix=(
         (0.247,),
         (0.06175, 0.35990537495307723),
         (0.05301658458687121, 0.3594926452932843, -0.07750922988015546),
@@ -245,7 +194,9 @@ KENNEDY_CARPENTER = Additive(
             -1.374879077940698,
             1.3585805849088326,
         ),
+        _KC_WEIGHTS,
     ),
+    error=tuple(float(Fraction(b) - Fraction(embedded)) for b, embedded in zip(_KC_WEIGHTS, _KC_EMBEDDED, strict=True)),
     implicit=(
         (0.1235, 0.1235),
         (0.14907768747653863, 0.14907768747653863, 0.1235),
@@ -261,6 +212,4 @@ KENNEDY_CARPENTER = Additive(
         ),
         (0.0, 0.0, 0.5161107283174237, -0.1460635639385708, 0.23473048589019332, 0.27172234973095377, 0.1235),
     ),
-    weights=(0.0, 0.0, 0.5161107283174237, -0.1460635639385708, 0.23473048589019332, 0.27172234973095377, 0.1235),
-    embedded=(0.0, 0.0, 0.5175217461593482, -0.15173820706113939, 0.23672007870234135, 0.2754463821994498, 0.12205),
 )

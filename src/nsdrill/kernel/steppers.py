@@ -3,7 +3,7 @@ in every lane at once, each lane with its own time and step size.
 
 Positions and velocities alternate among the states, so the stages of the positions
 follow from those of the velocities: only slopes of velocities are computed and stored
-(see :class:`nsdrill.kernel.pairs.Tableau`). The result is that of the pair, with half
+(see :attr:`nsdrill.kernel.pairs.Pair.positions`). The result is that of the pair, with half
 the memory traffic, which limits the speed of a packed step. To states of first order
 the pair is applied as it is.
 
@@ -20,13 +20,13 @@ p2, ... their pushes, which only an additive pair has.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 from nsdrill.abi import CONTROL, LIMIT, MARK, NONFINITE, NOTHING, STEPPER, UNDERFLOW, Rows
 from nsdrill.compiler.functions import LaneFunction, compiled, constants, define, fma, inlined
 from nsdrill.elementary import exp2, log2
-from nsdrill.kernel.pairs import DORMAND_PRINCE, KENNEDY_CARPENTER, TSITOURAS, Additive, Tableau
+from nsdrill.kernel.pairs import DORMAND_PRINCE, KENNEDY_CARPENTER, TSITOURAS, Pair
 
 # Proportional-integral step-size control (Gustafsson 1991; Hairer, Norsett & Wanner,
 # Solving ODEs II, IV.2).
@@ -78,7 +78,6 @@ def decide(  # type: ignore[no-untyped-def]
     return (accepted, proposed, level if accepted else last_level, GROWTH if accepted else 0.0, attention)
 
 
-Pair = Tableau | Additive
 STEP_FRACTION = 0.5  # of the least step at which an implicit stage may have several solutions
 TINY = 1e-300  # in place of a zero divisor
 
@@ -235,7 +234,7 @@ def _second_stage(pair: Pair, rows: Rows) -> Iterable[str]:
             change = _sum(pair.positions[0], pair.position_pushes[0], pushed)
             yield "        b[drift_ + j] = drift"
             yield f"        b[stage_ + x] = {drifted if change == '0.0' else f'fma(h * h, {change}, {drifted})'}"
-        last, rate = "xv"[order - 1], _sum(pair.rates[0], pair.pushes[0], pushed)
+        last, rate = "xv"[order - 1], _sum(pair.matrix[0], pair.pushes[0], pushed)
         yield f"        b[stage_ + {last}] = fma(h, {rate}, {last}_now)"
     yield "call(right_hand_side, b)"
 
@@ -245,7 +244,7 @@ def _stage(pair: Pair, rows: Rows, row: int) -> Iterable[str]:
     one pass over the states: the slope just computed is stored, and the stage values
     are formed. Where two successive stages have the same node, the time is set once. An
     explicit stage adds the newest slope last: the others are known before it is."""
-    c, rates, newest = pair.times[row], pair.rates[row], row + 1
+    c, rates, newest = pair.times[row], pair.matrix[row], row + 1
     yield "for i in packed(W):"
     yield "    h = b[step_ + i]"
     yield "    hh = h * h"
@@ -345,11 +344,15 @@ def _sum(slopes: Sequence[float], pushes: Sequence[float] = (), pushed: bool = F
     return text
 
 
-@dataclass(frozen=True)
-class Stepper:
-    """A method, from the numbers of a pair.
+def with_step(pair: Pair, rows: Rows) -> Rows:
+    """The row layout with the rows of a step added."""
+    return replace(rows, private=private_rows(pair, rows))
 
-    Its compiled function ``step(buffer, right_hand_side, observer, store)``
+
+@lru_cache
+def make_step(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
+    """The compiled function ``step(buffer, right_hand_side, observer, store)`` for a
+    number of lanes and a row layout returned by :func:`with_step`. It
 
     1. commits the accepted step in the lanes with ``moves`` set;
     2. tries one step in every lane from (``time``, ``start``, ``start_acceleration``);
@@ -358,37 +361,8 @@ class Stepper:
     4. calls the observer;
     5. returns whether some lane needs attention.
     """
-
-    tableau: Pair
-
-    @property
-    def name(self) -> str:
-        return self.tableau.name
-
-    @property
-    def order(self) -> int:
-        return self.tableau.order
-
-    def rows(self, rows: Rows) -> Rows:
-        """The row layout with the stepper's rows added."""
-        return replace(rows, private=private_rows(self.tableau, rows))
-
-    def make(self, lanes: int, rows: Rows) -> LaneFunction:
-        """The compiled function for a number of lanes and a row layout returned by
-        :meth:`rows`."""
-        return _make(self.tableau, lanes, rows)
-
-
-@lru_cache
-def _make(pair: Pair, lanes: int, rows: Rows) -> LaneFunction:
     return compiled(STEPPER)(define("step", step_text(pair, lanes, rows), fma=fma, decide=decide))
 
 
-IMPLICIT = "kennedy_carpenter"
-"""The name of the stepper for right-hand sides with implicit friction."""
-
-STEPPERS = {
-    "tsitouras": Stepper(TSITOURAS),
-    "dormand_prince": Stepper(DORMAND_PRINCE),
-    IMPLICIT: Stepper(KENNEDY_CARPENTER),
-}
+STEPPERS = {"tsitouras": TSITOURAS, "dormand_prince": DORMAND_PRINCE, "kennedy_carpenter": KENNEDY_CARPENTER}
+"""The pairs by their names; the last is for right-hand sides with implicit friction."""

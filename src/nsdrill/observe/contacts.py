@@ -59,7 +59,7 @@ def _part_of_step(rows: Rows, pair: Pair, tangent: LaneFunction) -> LaneFunction
     M, pushed, implicit = rows.slopes, rows.pushed, rows.implicit != 0
     stage, start, slope, frame_rate = rows.stage, rows.start, rows.acceleration, rows.frame_rate
     time, step, stage_time, relax = rows.time, rows.step, rows.stage_time, rows.relax
-    nodes, rates, positions = np.array(pair.times), _square(pair.rates), _square(pair.positions)
+    nodes, rates, positions = np.array(pair.times), _square(pair.matrix), _square(pair.positions)
     push_rates, push_positions = _square(pair.pushes), _square(pair.position_pushes)
     slopes, stages, diagonal = np.array(slope_rows(pair, rows)), len(pair.times), pair.diagonal
     # The push of each slope, -1 where it has none; the first state of each slope, and
