@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
 from types import FunctionType
 from typing import Any, NamedTuple, TypeGuard
@@ -82,8 +82,12 @@ CALLS = (
     "arithmetic, np.sqrt, np.floor, np.rint, min, max, abs, the functions of nsdrill.elementary and plain "
     "functions of this language; of scalars also sin, cos, exp, log, atan2, hypot and fmod of math"
 )
-# Functions that are instructions, and functions of the C library, for scalars.
-INSTRUCTIONS = {np.sqrt: "sqrt", math.sqrt: "sqrt", np.floor: "floor", np.rint: "rint"}
+# Functions of one number that are instructions of LLVM, with the kind of that number; and
+# functions of the C library, for scalars.
+INSTRUCTIONS = {
+    np.sqrt: ("sqrt", "d"), math.sqrt: ("sqrt", "d"), np.floor: ("floor", "d"), np.rint: ("rint", "d"),
+    abs: ("fabs", "d"), lowest_bit: ("cttz", "i"),
+}  # fmt: skip
 LIBRARY = {
     math.atan2: "atan2", np.arctan2: "atan2", math.hypot: "hypot", np.hypot: "hypot",
     math.sin: "sin", np.sin: "sin", math.cos: "cos", np.cos: "cos", math.exp: "exp", np.exp: "exp",
@@ -480,7 +484,8 @@ class Expressions:
         """The result of a function of the language, or NotImplemented."""
         known = not any(_has_runtime(a) for a in arguments)
         if f is fma:
-            return self._fma(arguments)
+            wide = any(isinstance(a, Value) and a.lanes for a in arguments)
+            return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
         if f is local and known:
             return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
         if f in (min, max) and len(arguments) > 1 and not known:
@@ -494,15 +499,13 @@ class Expressions:
             return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
         if f is bits_float:
             return self.text.conversion("bitcast", self.value(first, "i", wide=False), "d")
-        if f is lowest_bit:
-            return self.text.intrinsic("cttz", self.value(first, "i", wide=False))
-        if f is abs:
-            return self.text.intrinsic("fabs", self.value(first, "d", wide=False))
         if f in (float, np.float64, int):
             return self._converted(first, "i" if f is int else "d")
-        if _hashable(f) and f in INSTRUCTIONS:
-            return self.text.intrinsic(INSTRUCTIONS[f], self.value(first, "d", wide=False))
-        if _hashable(f) and f in LIBRARY:
+        is_hashable = isinstance(f, Hashable)
+        if is_hashable and f in INSTRUCTIONS:
+            name, kind = INSTRUCTIONS[f]
+            return self.text.intrinsic(name, self.value(first, kind, wide=False))
+        if is_hashable and f in LIBRARY:
             values = [self.value(a, "d", wide=False) for a in arguments]
             if any(v.lanes for v in values) or self.lane_count:
                 raise Refusal(
@@ -511,10 +514,6 @@ class Expressions:
                 )
             return self.text.library(LIBRARY[f], *values)
         return NotImplemented
-
-    def _fma(self, arguments: list[object]) -> Value:
-        wide = any(isinstance(a, Value) and a.lanes for a in arguments)
-        return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
 
     def _extreme(self, op: type, arguments: list[object]) -> object:
         best = arguments[0]
@@ -551,10 +550,6 @@ def _is_integer(v: object) -> TypeGuard[int]:
 
 def _is_zero(v: object) -> bool:
     return _is_integer(v) and v == 0
-
-
-def _hashable(f: object) -> bool:
-    return getattr(type(f), "__hash__", None) is not None
 
 
 def _check_no_truth(v: object, node: ast.expr, other: object) -> None:

@@ -98,11 +98,10 @@ class Stage:
         self.zero = graph.node(0.0)
         self.relax = graph.input(RELAX)
         self.contacts: list[Friction] = graph.frictions
-        self.own: list[list[int]] = []  # the components of each contact
-        for contact in self.contacts:
-            begin = sum(map(len, self.own))
-            self.own.append(list(range(begin, begin + len(contact.loads))))
-        self.count = sum(map(len, self.own))
+        self.contact_of = [contact for contact in self.contacts for _ in contact.loads]  # of each component
+        self.count = len(self.contact_of)
+        # The components of each contact.
+        self.own = [[k for k in range(self.count) if self.contact_of[k] is contact] for contact in self.contacts]
         # Whether two tangents of Newton's method are not enough.
         self.turns = self.count > quick or any(isinstance(contact.law, SteepLaw) for contact in self.contacts)
         self.loads = [graph.input(f"load.{k}") for k in range(self.count)]
@@ -126,7 +125,7 @@ class Stage:
         self.K: dict[tuple[int, int], Node] = {}
         self.relaxed: dict[tuple[int, int], Node] = {}  # c K
         self._along: dict[int, dict[str, Node]] = {}  # how a slip follows the velocities
-        self.always = [k for k in range(self.count) if not self._contact(k).region]
+        self.always = [k for k in range(self.count) if not self.contact_of[k].region]
         self._couple(self.always)
 
     def _normals(self, given: Mapping[Node, Number]) -> list[Node]:
@@ -239,15 +238,9 @@ class Stage:
             change = change - self._dot((self.relaxed[k, i], graph.fixed(after[i])) for i in these)
             change = change - self._dot((graph.fixed(self.relaxed[k, i]), loads[i]) for i in these)
             self.instead.append((r, change))
-        steep = {i: abs(loads[i]) for i in these if isinstance(self._contact(i).law, SteepLaw)}
+        steep = {i: abs(loads[i]) for i in these if isinstance(self.contact_of[i].law, SteepLaw)}
         over = [abs(r) - bounds[k] - self._share(k, steep) for k, r in zip(these, residual, strict=True)]
         return steps, after, reduce(lambda a, b: graph.make("max", a, b), over)
-
-    def _number(self, k: int) -> int:
-        return next(number for number, own in enumerate(self.own) if k in own)
-
-    def _contact(self, k: int) -> Friction:
-        return self.contacts[self._number(k)]
 
     def guesses(self, these: Sequence[int]) -> dict[int, Node]:
         """The slips from which Newton's method begins: of each contact beside the
