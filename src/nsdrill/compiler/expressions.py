@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import ast
-import math
 import operator
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from types import FunctionType
 from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from nsdrill.compiler.functions import LaneFunction, bits_float, call, float_bits, fma, local, lowest_bit
 from nsdrill.compiler.ir import Pointer, Text, Value
 from nsdrill.compiler.language import (
     KINDS,
@@ -78,21 +75,6 @@ INSTEAD_OF_EXPRESSIONS: dict[type, str] = {
     ast.NamedExpr: "an assignment before it",
 }
 EXPRESSIONS = "numbers, names, arithmetic, comparisons, a if c else b, tuples, elements of buffers and calls"
-CALLS = (
-    "arithmetic, np.sqrt, np.floor, np.rint, min, max, abs, the functions of nsdrill.elementary and plain "
-    "functions of this language; of scalars also sin, cos, exp, log, atan2, hypot and fmod of math"
-)
-# Functions of one number that are instructions of LLVM, with the kind of that number; and
-# functions of the C library, for scalars.
-INSTRUCTIONS = {
-    np.sqrt: ("sqrt", "d"), math.sqrt: ("sqrt", "d"), np.floor: ("floor", "d"), np.rint: ("rint", "d"),
-    abs: ("fabs", "d"), lowest_bit: ("cttz", "i"),
-}  # fmt: skip
-LIBRARY = {
-    math.atan2: "atan2", np.arctan2: "atan2", math.hypot: "hypot", np.hypot: "hypot",
-    math.sin: "sin", np.sin: "sin", math.cos: "cos", np.cos: "cos", math.exp: "exp", np.exp: "exp",
-    math.log: "log", np.log: "log", math.fmod: "fmod", np.fmod: "fmod",
-}  # fmt: skip
 
 
 class Expressions:
@@ -129,7 +111,7 @@ class Expressions:
             return self.text.widened(v, self.lane_count) if wide and self.lane_count and not v.lanes else v
         v = plain(v)
         if not is_number(v):
-            raise Refusal(f"{_described(v)} stands where a number is needed")
+            raise Refusal(f"{described(v)} stands where a number is needed")
         if kind != "d" and isinstance(v, int) and not -(1 << 63) <= v < 1 << 63:
             raise Refusal(f"{v} has more than 64 bits")
         own = "b" if isinstance(v, bool) else "i" if isinstance(v, int) else "d"
@@ -449,88 +431,6 @@ class Expressions:
             )
         return self.text.address(array.ref, where, array.kind), 0
 
-    # Calls.
-    def eval_Call(self, node: ast.Call, scope: Scope) -> object:
-        function: Any = self.eval(node.func, scope)
-        arguments = list(self.eval_Tuple(ast.Tuple(node.args, ast.Load()), scope))
-        named = {str(k.arg): self.eval(k.value, scope) for k in node.keywords}
-        if function is call:
-            return self.call_argument(arguments[0], arguments[1:])
-        found = self._builtin(function, arguments)
-        if found is not NotImplemented:
-            return found
-        if hasattr(function, "kinds"):  # made by ``compiled``
-            return self.call_compiled(function, arguments)
-        source = getattr(function, "py_func", function)
-        if isinstance(source, FunctionType):
-            return self.inline(source, arguments, named)
-        if any(_has_runtime(a) for a in (*arguments, *named.values())):
-            raise Refusal(
-                f"a call of {_described(function)} is not in the language of compiled functions; "
-                f"allowed: {SUM if function is sum else CALLS}"
-            )
-        return plain(function(*arguments, **named))
-
-    def call_argument(self, function: object, arguments: list[object]) -> Value:
-        raise NotImplementedError
-
-    def call_compiled(self, function: LaneFunction, arguments: list[object]) -> Value:
-        raise NotImplementedError
-
-    def inline(self, function: FunctionType, arguments: list[object], named: dict[str, object]) -> object:
-        raise NotImplementedError
-
-    def _builtin(self, f: Any, arguments: list[Any]) -> object:
-        """The result of a function of the language, or NotImplemented."""
-        known = not any(_has_runtime(a) for a in arguments)
-        if f is fma:
-            wide = any(isinstance(a, Value) and a.lanes for a in arguments)
-            return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
-        if f is local and known:
-            return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
-        if f in (min, max) and len(arguments) > 1 and not known:
-            return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
-        if known:
-            return NotImplemented
-        first = arguments[0]
-        if f is len and isinstance(first, Array):
-            return first.length
-        if f is float_bits:
-            return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
-        if f is bits_float:
-            return self.text.conversion("bitcast", self.value(first, "i", wide=False), "d")
-        if f in (float, np.float64, int):
-            return self._converted(first, "i" if f is int else "d")
-        is_hashable = isinstance(f, Hashable)
-        if is_hashable and f in INSTRUCTIONS:
-            name, kind = INSTRUCTIONS[f]
-            return self.text.intrinsic(name, self.value(first, kind, wide=False))
-        if is_hashable and f in LIBRARY:
-            values = [self.value(a, "d", wide=False) for a in arguments]
-            if any(v.lanes for v in values) or self.lane_count:
-                raise Refusal(
-                    f"{f.__name__} is a call of the C library, one lane at a time; allowed: the functions of "
-                    "nsdrill.elementary, or a loop over range(W)"
-                )
-            return self.text.library(LIBRARY[f], *values)
-        return NotImplemented
-
-    def _extreme(self, op: type, arguments: list[object]) -> object:
-        best = arguments[0]
-        for other in arguments[1:]:
-            other, best = self.pair(other, best)
-            best = self.text.selection(
-                self.text.comparison(OPERATIONS[op].instructions[best.kind], other, best), other, best
-            )
-        return best
-
-    def _converted(self, v: object, kind: str) -> Value:
-        made = self.value(v, wide=False)
-        if made.kind == kind:
-            return made
-        name = {("i", "d"): "sitofp", ("b", "d"): "uitofp", ("d", "i"): "fptosi", ("b", "i"): "zext"}
-        return self.text.conversion(name[made.kind, kind], made, kind)
-
 
 UNROLLED = 8  # turns of a loop that are written out
 BEFORE = "a place before the beginning of a buffer; allowed: b[len(b) - 1]"
@@ -538,10 +438,6 @@ BEFORE = "a place before the beginning of a buffer; allowed: b[len(b) - 1]"
 
 def _acts(node: ast.expr) -> bool:
     return any(isinstance(part, (ast.Call, ast.Subscript)) for part in ast.walk(node))
-
-
-def _has_runtime(v: object) -> bool:
-    return isinstance(v, RUNTIME) or (isinstance(v, tuple) and any(_has_runtime(part) for part in v))
 
 
 def _is_integer(v: object) -> TypeGuard[int]:
@@ -574,7 +470,7 @@ def check_not_carried(name: str, scope: Scope) -> None:
         )
 
 
-def _described(v: object) -> str:
+def described(v: object) -> str:
     if isinstance(v, RUNTIME):
         return {Array: "a buffer", FunctionArgument: "a function"}.get(type(v), "a value")
     if isinstance(v, tuple):

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import ast
-import inspect
 from collections.abc import Iterable
-from functools import lru_cache
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from nsdrill.compiler.expressions import UNROLLED, Expressions, check_not_carried
-from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS, LaneFunction, packed
-from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
+from nsdrill.compiler.calls import JUMPED, Calls, Returned
+from nsdrill.compiler.expressions import UNROLLED, check_not_carried
+from nsdrill.compiler.functions import packed
+from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
     RUNTIME,
     Array,
@@ -27,7 +26,6 @@ from nsdrill.compiler.language import (
     assigned,
     carried,
     constant_of,
-    definition,
     is_number,
     is_over_lanes,
     leaves_loop,
@@ -39,93 +37,20 @@ if TYPE_CHECKING:
     from nsdrill.compiler.native import Module
 
 
-class Returned(NamedTuple):
-    """How a body ended: by a return with this value, or (``jumped``) by an instruction
-    that goes elsewhere."""
-
-    value: object = None
-    jumped: bool = False
-
-
-JUMPED = Returned(jumped=True)
-
-
-class Body(Expressions):
+class Body(Calls):
     """Writes one function of a module and all that is inlined into it. ``width`` is the
     greatest number of lanes in a vector."""
 
     def __init__(self, module: Module, text: Text, width: int) -> None:
-        self.module, self.text, self.width = module, text, width
-        self.lane_count = 0
-        self.loops: list[tuple[str, str] | None] = []  # labels of the next turn and of the end
-        self.outermost: FunctionType | None = None
-        self.inlining: list[FunctionType] = []
+        super().__init__(module, text)
+        self.width = width
 
     # Functions.
     def write(self, function: FunctionType, arguments: list[object]) -> None:
         """The whole body of ``function``, which returns an integer."""
         self.outermost = function
-        if self._entered(function, arguments, {}) is not JUMPED:
+        if self.entered(function, arguments, {}) is not JUMPED:
             self.text.line("ret i64 0")
-
-    def inline(self, function: FunctionType, arguments: list[object], named: dict[str, object]) -> object:
-        if function in self.inlining:
-            raise Refusal(f"{function.__name__} calls itself; allowed: a loop")
-        outermost, loops = self.outermost, self.loops
-        self.outermost, self.loops = None, []
-        self.inlining.append(function)
-        result = self._entered(function, arguments, named)
-        self.inlining.pop()
-        self.outermost, self.loops = outermost, loops
-        return result.value if result is not None else None
-
-    def _entered(self, function: FunctionType, arguments: list[object], named: dict[str, object]) -> Returned | None:
-        scope = Scope(function)
-        try:
-            bound = _signature(function).bind(*arguments, **named)
-        except TypeError as error:
-            raise Refusal(f"{function.__name__} is called with other arguments: {error}") from None
-        bound.apply_defaults()
-        scope.names.update(bound.arguments)
-        return self.run(definition(function).body, scope)
-
-    def call_argument(self, function: object, arguments: list[object]) -> Value:
-        if not isinstance(function, FunctionArgument):
-            raise Refusal("the first argument of call is a function that is an argument")
-        if self.lane_count:
-            raise Refusal("a function is called in a loop over lanes, where helpers are inlined")
-        kinds, given = self._passed(arguments, None)
-        return self.module.call_address(self.text, function.address, kinds, given)
-
-    def call_compiled(self, function: LaneFunction, arguments: list[object]) -> Value:
-        if self.lane_count:
-            raise Refusal(f"{function.__name__} is called in a loop over lanes, where helpers are inlined")
-        _, given = self._passed(arguments, function)
-        return self.module.call_internal(self.text, function, given)
-
-    def _passed(self, arguments: list[object], function: LaneFunction | None) -> tuple[str, list[str]]:
-        """Arguments of a call: their kinds, and their text."""
-        name, wanted = (function.__name__, function.kinds) if function else ("", "?" * len(arguments))
-        if len(wanted) != len(arguments):
-            raise Refusal(f"{name} takes {len(wanted)} arguments and is given {len(arguments)}")
-        kinds, given = "", []
-        for argument, kind in zip(arguments, wanted, strict=True):
-            if isinstance(argument, Array):
-                found = BUFFER if argument.kind == FLOAT else INTEGERS
-                pointer = pointer_to(TYPE[argument.kind])
-                texts = [f"{pointer} {argument.ref}", f"i64 {argument.length.ref}"]
-            elif isinstance(argument, FunctionArgument):
-                found, texts = FUNCTION, [f"i64 {argument.address.ref}"]
-            else:
-                value = self.value(argument, kind if kind in (INTEGER, FLOAT) else "", wide=False)
-                if value.kind == "b":
-                    raise Refusal("a truth is no argument of a function; allowed: int(x)")
-                found, texts = (value.kind, [f"{'double' if value.kind == 'd' else 'i64'} {value.ref}"])
-            if kind != "?" and found != kind:
-                raise Refusal(f"{name} is called with another kind of argument than it has")
-            kinds += found
-            given += texts
-        return kinds, given
 
     # Statements. None where the next one follows, or how the body ended.
     def run(self, body: list[ast.stmt], scope: Scope) -> Returned | None:
@@ -490,9 +415,6 @@ def _release(before: dict[str, object], scope: Scope, what: str) -> None:
             scope.names[name] = found
         else:
             scope.names[name] = Unassigned(reason)
-
-
-_signature = lru_cache(maxsize=4096)(inspect.signature)
 
 
 def _placed(error: Exception, statement: ast.stmt, scope: Scope) -> LanguageError:

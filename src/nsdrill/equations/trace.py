@@ -22,8 +22,7 @@ from pathlib import Path
 from types import FunctionType, SimpleNamespace
 from typing import Any, Protocol, TypeAlias
 
-from nsdrill.compiler.language import LanguageError
-from nsdrill.compiler.statements import definition
+from nsdrill.compiler.language import LanguageError, definition
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import FUNCTIONS
 
