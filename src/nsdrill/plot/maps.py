@@ -26,7 +26,7 @@ from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome, t
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
-from nsdrill.observe.labels import verdict
+from nsdrill.observe.motion import verdict
 from nsdrill.plot.cells import (
     PALE_GREY,
     RATE_OF_PENETRATION,

@@ -13,7 +13,7 @@ from nsdrill.analysis.probability import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
-from nsdrill.observe.labels import verdict
+from nsdrill.observe.motion import verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
 from nsdrill.units import WithUnit
