@@ -136,7 +136,7 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
 
 def claim_picture(path: PathLike, overwrite: bool) -> None:
     """Check, before anything is computed, that a picture may be written."""
-    from nsdrill.plot.saving import check_suffix
+    from nsdrill.plot import check_suffix
 
     check_suffix(path)
     store.claim_file(path, overwrite)

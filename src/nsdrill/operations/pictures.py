@@ -53,15 +53,15 @@ with deferred():
     from nsdrill.models import registry
     from nsdrill.operations import answers
     from nsdrill.study import study as studies
-    from nsdrill.web import notebook, server, session
+    from nsdrill.web import explorer as pages
+    from nsdrill.web import session
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
     from nsdrill.data import Results, Trace
-    from nsdrill.web.notebook import View
-    from nsdrill.web.server import Explorer
+    from nsdrill.web.explorer import Explorer, View
 
     Drawable: TypeAlias = Dataset | Results | Trace
 
@@ -317,7 +317,7 @@ def view(
     """
     if not arguments.is_whole(height) or not 100 <= height <= 10_000:
         raise Refusal("height", repr(height), "100 to 10000 pixels")
-    return notebook.View(explorer(path, over=over, set=set, units=units), height)
+    return pages.View(explorer(path, over=over, set=set, units=units), height)
 
 
 def explorer(
@@ -333,4 +333,4 @@ def explorer(
         raise Refusal("path", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')
     above = None if over is None else arguments.name_in(over, "over")
     source = session.Session(arguments.name_in(path, "path"), units, arguments.texts_in(set, "set"), above)
-    return server.Explorer(source, port)
+    return pages.Explorer(source, port)

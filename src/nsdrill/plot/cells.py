@@ -168,9 +168,7 @@ def _to_the_edges(centres: Cells, values: Array) -> tuple[Cells, Array]:
     return (continued[0], continued[1]), values
 
 
-def _label_positions(
-    axes: Axes, lines: Any, keep_clear: Sequence[tuple[float, float]], label_style: dict[str, Any]
-) -> Any:
+def _label_positions(axes: Axes, lines: Any, keep_clear: Sequence[tuple[float, float]], label_style: Properties) -> Any:
     """The positions of the labels of the lines; False, for matplotlib's own positions,
     where these leave the points ``keep_clear`` free."""
     default_labels = axes.clabel(lines, inline=False, **label_style)

@@ -8,7 +8,6 @@ import re
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from nsdrill import quantity as quantities
 from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, overrides, resolved_study
@@ -90,15 +89,17 @@ def quantity(name: str, units: str = "si") -> Shown:
     return Shown(record.label, quantities.sign(unit), scale, record.choices)
 
 
-def operating_point(values: Mapping[str, Any], units: str) -> str:
+def operating_point(values: Mapping[str, float | None], units: str) -> str:
     """The operating values among ``values``, in the order usual among drillers:
     ``5000 m, 22.24 kN, 3 rad/s``; then other values, each with its name."""
-    names = [name for name in AXES if values.get(name) is not None]
-    texts = [quantity(name, units).value(float(values[name])) for name in names]
-    for name in values:
+    texts = []
+    for name in AXES:
+        if (value := values.get(name)) is not None:
+            texts.append(quantity(name, units).value(float(value)))
+    for name, value in values.items():
         if name not in AXES:
             shown = quantity(name, units)
-            texts.append(f"{shown.words.lower()} {shown.value(as_value(name, values[name]))}")
+            texts.append(f"{shown.words.lower()} {shown.value(as_value(name, value))}")
     return ", ".join(texts)
 
 

@@ -8,10 +8,9 @@ to their neighbours, so unequal steps are drawn to scale.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -42,7 +41,17 @@ from nsdrill.plot.page import area_entry, finish, name_panel, new_figure, panels
 from nsdrill.plot.panels import draw_codes, graded, severity_bounds
 from nsdrill.plot.registry import MAX_PANELS
 from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
-from nsdrill.plot.style import GREY, KIND_STYLES, MOTIONS, RESPONSES, SHADE, SHADE_EDGE, cell_style, page_width
+from nsdrill.plot.style import (
+    GREY,
+    KIND_STYLES,
+    MOTIONS,
+    RESPONSES,
+    SHADE,
+    SHADE_EDGE,
+    Properties,
+    cell_style,
+    page_width,
+)
 from nsdrill.variables import INFERRED
 
 # the first of these that is swept lies along x; depth increases downwards, as in a log
@@ -80,8 +89,15 @@ class Plane:
         )
         return across, up
 
-    def shown(self, point: Any) -> tuple[float, float]:
-        """The place of a point, by the names of its values in SI, or of such arrays."""
+    @property
+    def centres(self) -> Cells:
+        """The centres of the cells along x and y, where both have numbers."""
+        coords = self.results.coords
+        across, up = (coords[axis] / quantity(axis, self.units).scale for axis in (self.x, self.y) if axis)
+        return across, up
+
+    def shown(self, point: Mapping[str, float]) -> tuple[float, float]:
+        """The place of a point, by the names of its values in SI."""
         across, up = (point[axis] / quantity(axis, self.units).scale if axis else 0.5 for axis in (self.x, self.y))
         return across, up
 
@@ -252,7 +268,7 @@ class Maps:
         ``method`` by which they are known, failed points, points not run yet, those
         where up and down differ, and those that checks doubt."""
         fine = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4}
-        entries: list[tuple[str, Array, dict[str, Any]]] = [
+        entries: list[tuple[str, Array, Properties]] = [
             (method, self.inferred, {"facecolor": inferred_face}),
             ("failed", self.outcomes == FAILED_POINT, fine | {"hatch": "xxxxxx"}),
             ("not run yet", self.outcomes == PENDING_POINT, fine | {"edgecolor": GREY}),
@@ -295,9 +311,9 @@ def draw_map(results: Results, units: str = "si", variable: str = "response") ->
     maps.draw_marks(figure)
     lines: list[Artist] = []
     if variable == "response" and RATE_OF_PENETRATION in results.variables and not planes.has_words:
-        rates, centres = planes[RATE_OF_PENETRATION], planes.shown(results.coords)
+        rates, centres = planes[RATE_OF_PENETRATION], planes.centres
         for axes, place in maps.panels():
-            lines = draw_equal_rates(axes, centres, rates[place], units) or lines  # type: ignore[arg-type]
+            lines = draw_equal_rates(axes, centres, rates[place], units) or lines
     if difference is not None:
         for panels, differs in zip(maps.grid, difference, strict=True):
             hatch(panels[-1], planes.cells, differs == 0, "", "none", "same", face="#EDEDED")
@@ -401,7 +417,7 @@ def contour_severity(axes: Axes, planes: Planes, values: np.ma.MaskedArray, boun
         return
     crossed_bounds = [bound for bound in bounds if values.min() < bound < values.max()]
     if crossed_bounds:
-        x, y = planes.shown(planes.results.coords)
+        x, y = planes.centres
         widths = [0.4 + 0.3 * list(bounds).index(bound) for bound in crossed_bounds]
         lines = axes.contour(x, y, values, levels=crossed_bounds, colors="white", linewidths=widths)
         lines.set_gid("severity")

@@ -6,9 +6,8 @@ thresholds in force in the file."""
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
@@ -39,7 +38,6 @@ from nsdrill.plot.page import (
 )
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, lay_along, robust_limits
-from nsdrill.plot.slices import line as line_along
 from nsdrill.plot.style import (
     DASHED,
     DIRECTION_COLOURS,
@@ -125,8 +123,8 @@ def lines_of(results: Results, units: str = "si") -> list[Line]:
     """One line for each column."""
     axis, *others = sorted(results.swept, key=lambda name: name != longest(results)) or ["rotary_speed"]
     if not others:
-        return [line_along(results, axis, units)]
-    return [line_along(results, axis, units, **{others[0]: number}) for number in range(len(results.coords[others[0]]))]
+        return [Line.along(results, axis, units)]
+    return [Line.along(results, axis, units, **{others[0]: number}) for number in range(len(results.coords[others[0]]))]
 
 
 def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
@@ -318,7 +316,7 @@ MAX_MARKERS = 200
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
-def draw_values(axes: Axes, line: Line, name: str, style: Mapping[str, Any] | None = None) -> None:
+def draw_values(axes: Axes, line: Line, name: str, style: Properties | None = None) -> None:
     """A line for each procedure, broken where a run did not end well; points that were
     inferred instead of run are skipped."""
     shown = line.shown(name)

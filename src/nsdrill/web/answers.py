@@ -18,7 +18,7 @@ from nsdrill.app.window import window_of, with_passed_over
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
-from nsdrill.plot import draw
+from nsdrill.plot import draw, svg
 from nsdrill.plot.answer import (
     Formatter,
     answer,
@@ -34,7 +34,6 @@ from nsdrill.plot.answer import (
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look
-from nsdrill.plot.saving import svg
 from nsdrill.variables import AXES, SAMPLE
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension

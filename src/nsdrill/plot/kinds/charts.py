@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,6 +30,7 @@ from nsdrill.plot.style import (
     WINE,
     Dashes,
     Properties,
+    Property,
     font_size,
     page_width,
     target,
@@ -117,7 +118,7 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart[CriticalSpeed
     if numbers.axis == "rotary_speed":
         axes.plot(x, x, label="the speed at which the string turns", **line)
     elif high > low:
-        band: dict[str, Any] = of_the_study | {"color": OPERATING_COLOUR, "linewidth": 0}
+        band: Properties = of_the_study | {"color": OPERATING_COLOUR, "linewidth": 0}
         axes.axhspan(low, high, label="rotary speeds of the study", **band)
     else:
         axes.axhline(low, label="rotary speed of the study", **line)
@@ -241,7 +242,7 @@ def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart[DriveTuning], un
         _mark_drive(axes, numbers.own, "the drive of the study", marker="o", markersize=6.0)
 
 
-def _mark_drive(axes: Axes, drive: tuple[float, float], label: str, **marker: Any) -> None:
+def _mark_drive(axes: Axes, drive: tuple[float, float], label: str, **marker: Property) -> None:
     """Mark a ``drive`` (matching, frequency [rad/s]); where it lies outside the limits of
     the panel, the legend says so."""
     x, y = drive[0], drive[1] * TO_HERTZ

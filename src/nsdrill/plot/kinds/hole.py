@@ -28,6 +28,7 @@ from nsdrill.data import Array, Trace, flat, frozen_modes, resolved_study
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.files import CheckedFile, replacing
 from nsdrill.models.registry import drawn_in
+from nsdrill.plot import check_suffix
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look, between
 from nsdrill.plot.page import freeze_layout, has_title, name_panel, put_title, set_panel_title, single_panel
@@ -265,12 +266,7 @@ KEY_COLOURS = ("#FFFFFF", ROCK, MUD, STEEL, EDGE, BIT, BLUE, VERMILLION)
 def film_name(path: str | os.PathLike[str]) -> str:
     """The path of the film to be written: ``path``, with the suffix .gif where ffmpeg
     is missing for an MP4. InputError where the suffix is neither."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(
-            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of film; allowed: {', '.join(SUFFIXES)}."
-        )
-    if suffix == ".mp4" and shutil.which("ffmpeg") is None:
+    if check_suffix(path, SUFFIXES, "film") == ".mp4" and shutil.which("ffmpeg") is None:
         return str(Path(path).with_suffix(".gif"))
     return os.fspath(path)
 

@@ -13,45 +13,20 @@ from __future__ import annotations
 from typing import Any, cast
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
-from nsdrill.data import Array, Results, Trace, resolved_study
-from nsdrill.errors import InputError, option
+from nsdrill.data import Array, Trace, resolved_study
 from nsdrill.models.operation import SCHEDULED
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import draw_orbit, has_orbit
-from nsdrill.plot.labels import heading, operating_point, quantity, way_word
+from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import BESIDE, between
-from nsdrill.plot.page import (
-    finish,
-    line_entry,
-    name_panel,
-    new_figure,
-    panels_per_row,
-    put_title,
-    set_panel_title,
-    stack,
-    tiles,
-    write,
-)
-from nsdrill.plot.panels import BINS, WALL_VISIBLE_FROM, draw_wall
-from nsdrill.plot.registry import RAMP, TRACE, Kind
-from nsdrill.plot.slices import line, ordered
-from nsdrill.plot.style import (
-    BLUE,
-    DASHED,
-    GREY,
-    MANY_MARKERS,
-    REFERENCE,
-    SKY,
-    VERMILLION,
-    Properties,
-    halo,
-    page_width,
-)
+from nsdrill.plot.page import name_panel, new_figure, panels_per_row, put_title, set_panel_title, stack, tiles, write
+from nsdrill.plot.panels import BINS, WALL_VISIBLE_FROM
+from nsdrill.plot.registry import TRACE, Kind
+from nsdrill.plot.style import BLUE, DASHED, MANY_MARKERS, REFERENCE, SKY, Properties, halo, page_width
 from nsdrill.plot.traces import (
     HISTORY_HEIGHT,
     binned_statistics,
@@ -61,15 +36,12 @@ from nsdrill.plot.traces import (
     extra_height,
     is_chosen,
     moving_values,
-    operating_point_text,
     planes_of,
-    rate_text,
     setpoint,
     shown_part,
     title_of,
     varies,
 )
-from nsdrill.variables import AXES, OK
 
 SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
 LAST_SECONDS = 20.0  # of a run whose histories would be bands
@@ -272,122 +244,6 @@ def draw_page(trace: Trace, units: str = "si") -> Figure:
     return figure
 
 
-SWEEP_COLOUR = "#D9D9D9"  # of the sweep below, paler than the peaks of the ramp
-
-
-def draw_ramp(trace: Trace, units: str = "si", over: Results | None = None) -> Figure:
-    axis, shown = moving_values(trace)[0], drawn_in(trace.attrs).panels
-    x, values = quantity(axis, units), setpoint(trace, axis)
-    figure = new_figure(page_width(), 1.2 + 1.7 * len(shown))
-    panels = stack(figure, len(shown))
-    direction = np.sign(np.diff(values, append=values[-1]))
-    direction[-1] = direction[-2]
-    handles = draw_sweep(panels, over, trace, axis, units) if over is not None else []
-    peaks = [local_maxima(trace.time, trace[panel.trace]) for panel in shown]
-    rasterise = sum(len(times) for times, _ in peaks) > MANY_MARKERS
-    signs_shown = set()
-    for axes, panel, (times, heights) in zip(panels, shown, peaks, strict=True):
-        y = quantity(panel.peaks, units)
-        sign_of_peak = direction[np.clip(np.searchsorted(trace.time, times), 0, len(values) - 1)]
-        across = np.interp(times, trace.time, values) / x.scale
-        for sign, style in STYLES.items():
-            here, gid = sign_of_peak == sign, f"{panel.trace}:{style['label']}"
-            if here.any():
-                signs_shown.add(sign)
-                points = across[here], heights[here] / y.scale
-                axes.plot(*points, linestyle="none", rasterized=rasterise, gid=gid, **style)
-        axes.set_ylabel(y.label)
-        name_panel(axes, panel.peaks, panel.peaks)
-    styles = [STYLES[sign] | {"markersize": 3.5} for sign in (1, -1, 0) if sign in signs_shown]
-    handles += [line_entry(linestyle="none", **style) for style in styles]
-    by_mode = {panel.mode: [axes] for panel, axes in zip(shown, panels, strict=True)}
-    handles += _draw_speed_of_ramp(by_mode.get("torsional", []), trace, axis, units)
-    handles += draw_wall(trace.attrs, by_mode.get("lateral", []), units)
-    margin = 0.03 * float(np.ptp(values))
-    panels[-1].set_xlim((values.min() - margin) / x.scale, (values.max() + margin) / x.scale)
-    panels[-1].set_xlabel(x.label)
-    figure.align_ylabels(panels)
-    point = "; ".join(filter(None, (operating_point_text(trace, units), rate_text(trace, axis, units))))
-    return finish(figure, heading(trace.attrs, point), handles, 4)
-
-
-STYLES: dict[int, Properties] = {
-    0: {"label": "held", "color": REFERENCE, "marker": ".", "markersize": 1.5, "markeredgewidth": 0.0, "zorder": 2.0},
-    1: {"label": "rising", "color": BLUE, "marker": "o", "markersize": 1.6, "markeredgewidth": 0.0, "zorder": 2.1},
-    -1: {
-        "label": "falling",
-        "color": VERMILLION,
-        "marker": "o",
-        "markersize": 2.2,
-        "markeredgewidth": 0.35,
-        "markerfacecolor": "none",
-        "zorder": 2.2,
-    },
-}
-
-
-def local_maxima(time: Array, values: Array) -> tuple[Array, Array]:
-    """Times and heights of the local maxima of equidistant samples, from the parabola
-    through three of them."""
-    previous, current, following = values[:-2], values[1:-1], values[2:]
-    maxima = np.flatnonzero((current > previous) & (current >= following))
-    a, b, c = previous[maxima], current[maxima], following[maxima]
-    # within half a sample, as the middle one is the greatest
-    offset = 0.5 * (a - c) / (a - 2 * b + c)
-    sample_time = time[1] - time[0]
-    return time[maxima + 1] + offset * sample_time, b - 0.25 * (a - c) * offset
-
-
-def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, units: str) -> list[Artist]:
-    """Draw the peaks of a sweep along the same axis, pale; where it has several values
-    of another axis, those at the value of the ramp."""
-    if axis not in results.swept:
-        raise InputError(
-            f"{option('over')}: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep "
-            f"of {axis}, which this trace ramps."
-        )
-    held: dict[str, float] = {}
-    for other in (name for name in AXES if name != axis):
-        axis_values = np.asarray(results.coords[other], dtype=float)
-        target = float(setpoint(trace, other)[0])
-        held[other] = float(axis_values[np.argmin(np.abs(axis_values - target))])
-        if abs(held[other] - target) > 0.01 * abs(target):
-            raise InputError(
-                f"{option('over')}: found a sweep at {operating_point({other: held[other]}, units)}; "
-                f"allowed: one at {operating_point({other: target}, units)}, as this trace."
-            )
-    sweep_line, values_set = line(ordered(results, held), axis, units), setpoint(trace, axis)
-    in_range = (sweep_line["status"] == OK) & (sweep_line.x >= values_set.min()) & (sweep_line.x <= values_set.max())
-    handles: list[Artist] = []
-    for row, procedure in enumerate(sweep_line.procedures):
-        style: Properties = {"color": SWEEP_COLOUR, "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
-        if procedure == "down":
-            style = {"color": GREY, "marker": "x", "markersize": 2.2, "markeredgewidth": 0.4}
-        style |= {"linestyle": "none", "zorder": 1.0}
-        for axes, peaks in zip(panels, drawn_in(trace.attrs).peaks, strict=True):
-            heights = np.where(in_range[row][:, None], sweep_line.shown(peaks)[row], np.nan)
-            across, finite = np.broadcast_to(sweep_line.across[:, None], heights.shape), np.isfinite(heights)
-            own: Properties = {"rasterized": heights.size > MANY_MARKERS, "gid": f"sweep:{procedure}:{peaks}"}
-            axes.plot(across[finite], heights[finite], **own, **style)
-        label = "sweep" if procedure == "same" else f"sweep, {way_word(procedure, results.attrs)}"
-        handles.append(line_entry(label=label, **{**style, "markersize": 3.5}))
-    return handles
-
-
-def _draw_speed_of_ramp(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
-    """Draw the rotary speed as a line, unless it moves while another value lies along
-    x."""
-    speed = setpoint(trace, "rotary_speed") / quantity(drawn_in(trace.attrs).speed, units).scale
-    ends, style = np.array([speed.min(), speed.max()]), {**DASHED, "zorder": 3}
-    if not panels or (axis != "rotary_speed" and ends[0] != ends[1]):
-        return []
-    if axis == "rotary_speed":
-        panels[0].plot(ends, ends, gid="rotary speed", **style)
-    else:
-        panels[0].axhline(ends[0], gid="rotary speed", **style)
-    return [line_entry(label="rotary speed", **style)]
-
-
 KINDS = (
     Kind(
         "histories",
@@ -412,15 +268,5 @@ KINDS = (
         place=lambda data: 80 if isinstance(data, Trace) else None,
         draw=draw_page,
         across=lambda data: "time",
-    ),
-    Kind(
-        "ramp",
-        "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
-        of=RAMP,
-        place=lambda data: 85 if isinstance(data, Trace) and moving_values(data) else None,
-        draw=draw_ramp,
-        takes=("over",),
-        across=lambda data: moving_values(data)[0],
-        advice=lambda data: "it shows a run along a ramp" if isinstance(data, Trace) else "",
     ),
 )

@@ -8,8 +8,6 @@ confidence."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib import patheffects
 from matplotlib.artist import Artist
@@ -22,7 +20,7 @@ from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabiliti
 from nsdrill.analysis.sensitivity import PART, sensitivity
 from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
 from nsdrill.analysis.window import USUAL_CONFIDENCE
-from nsdrill.data import Array, Results
+from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells
@@ -104,7 +102,7 @@ def outline_entry(label: str) -> Artist:
     return line_entry(color="white", linewidth=1.2, path_effects=_outline_effects(), label=label)
 
 
-def _outline_effects() -> list[Any]:
+def _outline_effects() -> list[patheffects.AbstractPathEffect]:
     return [patheffects.Stroke(linewidth=2.6, foreground=BLACK), patheffects.Normal()]
 
 
@@ -206,7 +204,7 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
     return finish(figure, heading(results.attrs, "; ".join(filter(None, parts)), width=80), handles, 3)
 
 
-def _draw_bars(axes: Axes, answer: dict[str, Any], scale: float) -> None:
+def _draw_bars(axes: Axes, answer: Answer, scale: float) -> None:
     """Draw the bars of one answer, and beside each its first-order index, and its total
     index where the samples yield it."""
     rows = [row for row in answer["unknowns"] if None not in (row["low"]["answer"], row["high"]["answer"])]

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -30,7 +29,7 @@ from nsdrill.analysis.window import (
     find_window,
     unknown_words,
 )
-from nsdrill.data import Array, Results, evenly_spaced
+from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
 from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells, draw_equal_rates, hatch, line_variables
 from nsdrill.plot.kinds.uncertain import draw_outline, outline_entry
@@ -108,9 +107,9 @@ class Window:
         hatch(axes, cells, state == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
         point, most_probable = self.numbers["maps"][number]["recommended"], self._most_probable_in(number)
         if self.maps.y and RATE_OF_PENETRATION in self.maps.yields:
-            rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.shown(self.maps.results.coords)
+            rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
             clear = [self.plane.shown(one) for one in (point, most_probable) if one]
-            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines  # type: ignore[arg-type]
+            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines
         if point:
             self._draw_recommended(axes, point)
         self._name_areas(axes, cells, number, point)
@@ -121,7 +120,7 @@ class Window:
             for colour, size, gid in (("white", 8.0, "halo"), (BLACK, 6.0, "most_probable")):
                 axes.plot([x], [y], color=colour, markersize=size, gid=gid, **style)
 
-    def _draw_recommended(self, axes: Axes, point: dict[str, Any]) -> None:
+    def _draw_recommended(self, axes: Axes, point: Answer) -> None:
         """Draw the recommended point, with bars to the last safe point in each
         direction; hollow where it is a hint."""
         x, y = self.plane.shown(point)
@@ -141,16 +140,16 @@ class Window:
             )
             artists[0].set_gid("recommended" if colour == BLACK else "halo")
 
-    def _most_probable_in(self, number: int) -> dict[str, Any] | None:
+    def _most_probable_in(self, number: int) -> Answer | None:
         """The point that is most probably safe, if no point is safe and it lies in this
         map."""
-        point: dict[str, Any] | None = self.numbers["most_probable"]
+        point: Answer | None = self.numbers["most_probable"]
         if point is None or self.numbers["safe"]:
             return None
         third = self.maps.third
         return point if not third or self.numbers["maps"][number]["at"] == {third: point[third]} else None
 
-    def _name_areas(self, axes: Axes, cells: Cells, number: int, point: dict[str, Any] | None) -> None:
+    def _name_areas(self, axes: Axes, cells: Cells, number: int, point: Answer | None) -> None:
         """The letters, or where there is room the name, of the response of each area;
         with a question mark where the history decides. Small areas have none but where
         they bound the recommended point."""
@@ -184,7 +183,7 @@ class Window:
                         middle = middle[0], 0.82
                     write_name(axes, middle, text, code, value)
 
-    def _beside(self, point: dict[str, Any]) -> set[tuple[int, int]]:
+    def _beside(self, point: Answer) -> set[tuple[int, int]]:
         """The cells (row, column) that bound the recommended point."""
         maps = self.maps
 
