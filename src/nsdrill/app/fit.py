@@ -23,16 +23,16 @@ from nsdrill.analysis.fitting import (
     end_pressed,
     posterior,
 )
-from nsdrill.app.rounds import Rounds
+from nsdrill.app.check import check_large
 from nsdrill.app.run import check_sweep, checked_workers
-from nsdrill.app.size import check_large
 from nsdrill.app.stages import Watch, compiling
+from nsdrill.app.unfinished import Rounds
 from nsdrill.data import Answer
 from nsdrill.errors import FileError, InputError, StudyError
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.models.leaves import OPERATION
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME
 from nsdrill.observe.thresholds import Record
 from nsdrill.quantity import quantity
 from nsdrill.sampling import Numbers, quantile, rounded

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nsdrill.plot.registry import Drawable
+
+D = TypeVar("D", bound="Drawable")
 
 __all__ = [
     "FORMATS",
@@ -105,23 +107,24 @@ def needed(
     return tuple(name for name in names if name in outline.variables)
 
 
-def cut(data: Drawable, at: Mapping[str, float] | None, start: int | None = None) -> Drawable:
+def cut(data: D, at: Mapping[str, float] | None, start: int | None = None) -> D:
     """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at
     one of its starts; other data as they are."""
     if not isinstance(data, Results):
         _refuse_choices(data, [*(at or ()), *(["start"] if start is not None else [])])
         return data
+    results: Results = data
     values_by_key = at or {}
     at = {dimension_of(key): value for key, value in values_by_key.items()}
     if SAMPLE in at:
-        data = select(data, SAMPLE, at.pop(SAMPLE))
-    if unknown := set(at) - set(data.axes):
+        results = select(results, SAMPLE, at.pop(SAMPLE))
+    if unknown := set(at) - set(results.axes):
         keys = {dimension_of(key): key for key in values_by_key}
         unknown_keys, allowed = (
-            ", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes)
+            ", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), results.axes)
         )
         raise InputError(f"{option('at')}: found {unknown_keys}; allowed: {allowed}.")
-    return ordered(data if start is None else select(data, "start", start), at)
+    return cast("D", ordered(results if start is None else select(results, "start", start), at))
 
 
 def _refuse_choices(data: object, names: Iterable[str]) -> None:

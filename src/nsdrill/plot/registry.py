@@ -7,7 +7,6 @@ stand nowhere else. They import matplotlib, so they are loaded only when needed.
 from __future__ import annotations
 
 import difflib
-import os
 import pkgutil
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -177,12 +176,6 @@ def check_options(kind: Kind, options: Iterable[str]) -> None:
                 f"{option(name)}: found with {option('kind', kind.name)}; allowed: with "
                 f"{option('kind', kinds_that_take)}."
             )
-
-
-def is_study(path: object) -> bool:
-    """Whether ``path`` is the name of a study, of which charts are drawn, and not that
-    of a results file."""
-    return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith((".yaml", ".yml"))
 
 
 def is_branches(data: object) -> bool:

@@ -8,12 +8,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
+from nsdrill.analysis.maps import axes_of
 from nsdrill.analysis.probability import outcome, text
-from nsdrill.analysis.window import axes_of
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, edges, is_logarithmic, positions, robust_limits

@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.probability import outcome
+from nsdrill.app.experiment import unlike
 from nsdrill.app.motions import Motion
-from nsdrill.app.provenance import unlike
 from nsdrill.app.trajectory import option_of
 from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.models.leaves import word_or_number, words_of
-from nsdrill.models.registry import drawn_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, drawn_in
 from nsdrill.plot.kinds.returns import section_of
 from nsdrill.plot.labels import operating_point, quantity
 from nsdrill.quantity import quantity as base_quantity

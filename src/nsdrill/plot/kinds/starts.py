@@ -24,10 +24,9 @@ from matplotlib.patheffects import Normal, Stroke
 from nsdrill.analysis.attractors import Attractor, describe, wilson
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.models.registry import drawn_in, model_in
+from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import Shown, quantity, sweep_title
 from nsdrill.plot.page import (
     area_entry,
