@@ -15,7 +15,8 @@ from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
 from nsdrill.data import Answer
 from nsdrill.models.responses import RESPONSES
-from nsdrill.quantity import quantity, sign
+from nsdrill.plot.labels import quantity as shown_quantity
+from nsdrill.quantity import quantity
 from nsdrill.units import from_si
 
 ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
@@ -39,16 +40,14 @@ class Formatter:
 
     def unit(self, axis: str) -> str:
         """The sign of the unit of an axis."""
-        return sign(quantity(axis).unit(self.system))
+        return shown_quantity(axis, self.system).unit
 
     def name(self, axis: str) -> str:
         """The name of an axis in a sentence."""
         return quantity(axis).words
 
     def number(self, axis: str, value: float) -> str:
-        unit = quantity(axis).unit(self.system)
-        shown = from_si(value, unit) if unit else value
-        return f"{shown:.0f}" if abs(shown) >= 1e4 else f"{shown:.4g}"
+        return shown_quantity(axis, self.system).number(value)
 
     def value(self, axis: str, value: float | str) -> str:
         if isinstance(value, str):  # a word

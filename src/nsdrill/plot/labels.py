@@ -41,12 +41,16 @@ class Shown:
         """The label in lines of ``width`` characters at most."""
         return textwrap.fill(self.label, width, break_long_words=False, break_on_hyphens=False)
 
+    def number(self, si: float) -> str:
+        """A number without its unit."""
+        number = si / self.scale
+        return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
+
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``; or a word."""
         if self.choices:
             return written(self.choices[int(si)])
-        number = si / self.scale
-        return f"{number:.0f} {self.unit}" if abs(number) >= 1e4 else f"{number:.4g} {self.unit}".strip()
+        return f"{self.number(si)} {self.unit}".strip()
 
 
 def written(word: str) -> str:

@@ -18,7 +18,6 @@ from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from nsdrill.analysis.hysteresis import disagreement
 from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome, text
@@ -31,6 +30,7 @@ from nsdrill.plot.cells import (
     RATE_OF_PENETRATION,
     Cells,
     draw_equal_rates,
+    fill_inferred,
     hatch,
     overlay_verdicts,
     veil,
@@ -379,35 +379,6 @@ def _draw_scale(
     below, above = (min(extremes) < limits[0], max(extremes) > limits[1]) if extremes else (False, False)
     extend = ("both" if above else "min") if below else ("max" if above else "neither")
     return figure.colorbar(mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30)
-
-
-def fill_inferred(values: Array, inferred: Array, known: Array, *, linear: bool) -> Array:
-    """The values [procedure, row, y, x], those of ``inferred`` points filled in from
-    the ``known`` points around them: by linear interpolation, or from the nearest."""
-    from scipy.ndimage import distance_transform_edt
-
-    result = values.copy()
-    for place in np.ndindex(values.shape[:2]):
-        known_here, to_fill = known[place] & np.isfinite(values[place]), inferred[place]
-        if not known_here.any() or not to_fill.any():
-            continue
-        nearest = distance_transform_edt(~known_here, return_distances=False, return_indices=True)
-        result[place][to_fill] = values[place][tuple(nearest)][to_fill]
-        if linear:
-            interpolated = _interpolated(values[place], known_here, to_fill)
-            result[place][to_fill] = np.where(np.isfinite(interpolated), interpolated, result[place][to_fill])
-    return result
-
-
-def _interpolated(values: Array, known: Array, to_fill: Array) -> Array:
-    """Linear interpolation between the known points; NaN outside their convex hull."""
-    rows, columns = np.nonzero(known)
-    try:
-        interpolator = LinearTriInterpolator(Triangulation(columns, rows), values[known])
-    except (RuntimeError, ValueError):  # too few, or all on a line
-        return np.full(int(to_fill.sum()), np.nan)
-    rows, columns = np.nonzero(to_fill)
-    return np.ma.filled(interpolator(columns, rows), np.nan)
 
 
 def contour_severity(axes: Axes, planes: Planes, values: np.ma.MaskedArray, bounds: Sequence[float]) -> None:

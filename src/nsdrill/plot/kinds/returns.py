@@ -18,8 +18,7 @@ from nsdrill.analysis.probability import text
 from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.kinds.hole import cross_section
-from nsdrill.plot.kinds.hole import draw_wall as draw_wall_around
+from nsdrill.plot.kinds.hole import cross_section, draw_circle
 from nsdrill.plot.labels import carried, quantity, sweep_title
 from nsdrill.plot.page import name_panel, new_figure, panels_per_row, put_title, tiles
 from nsdrill.plot.panels import WALL_VISIBLE_FROM
@@ -106,7 +105,7 @@ def _draw_orbit(axes: Axes, section: Mapping[str, Array], units: str, gap: float
     axes.plot(radius * np.cos(angle), radius * np.sin(angle), gid="section:orbit", color=colour, **DOTS)
     extent = float(np.nanmax(radius, initial=0.0)) or 1.0
     if gap is not None and extent > WALL_VISIBLE_FROM * gap / x.scale:
-        draw_wall_around(axes, gap / x.scale, zorder=1.5)
+        draw_circle(axes, gap / x.scale, zorder=1.5)
         extent = max(extent, gap / x.scale)
     cross_section(axes, 1.1 * extent, f"along the bit [{x.unit}]", f"across [{x.unit}]")
     name_panel(axes, "section_orbit")

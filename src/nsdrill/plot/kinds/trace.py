@@ -1,12 +1,9 @@
-"""A trajectory: its histories, its phase planes; both on one page with its path; and of a
-ramp in time the bifurcation diagram, local maxima against the operating value that was
-moved.
+"""A trajectory: its histories, its phase planes, the path of the collar centre; and all
+on one page.
 
 Where the lines of a long run would merge into a solid block, its last seconds are
 shown; where the user asks for all of it, each history is a band from its least to its
-greatest sample, with its mean in it. Markers of a ramp are filled where it rose, open
-where it fell, and small and grey where it was held; the peaks of a quasi-static sweep can
-be drawn below for comparison."""
+greatest sample, with its mean in it."""
 
 from __future__ import annotations
 
@@ -15,20 +12,36 @@ from typing import Any, cast
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.markers import MarkerStyle
+from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Affine2D
 
-from nsdrill.data import Array, Trace, resolved_study
+from nsdrill.data import Array, Trace, frozen_modes, resolved_study
 from nsdrill.models.operation import SCHEDULED
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.kinds.hole import draw_orbit, has_orbit
+from nsdrill.plot.kinds.hole import ORBIT_REVOLUTIONS, cross_section, draw_circle, has_orbit, square_page
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import BESIDE, between
 from nsdrill.plot.page import name_panel, new_figure, panels_per_row, put_title, set_panel_title, stack, tiles, write
 from nsdrill.plot.panels import BINS, WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLUE, DASHED, MANY_MARKERS, REFERENCE, SKY, Properties, halo, page_width
+from nsdrill.plot.style import (
+    BLACK,
+    BLUE,
+    DASHED,
+    MANY_MARKERS,
+    REFERENCE,
+    SKY,
+    VERMILLION,
+    Properties,
+    halo,
+    page_width,
+)
 from nsdrill.plot.traces import (
+    CONSTANT_TOLERANCE,
     HISTORY_HEIGHT,
+    LAST_SAMPLES,
     binned_statistics,
     check_length,
     count_upcrossings,
@@ -214,6 +227,95 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
                 axes.axvline(float(gap) / x.scale, gid="wall", **DASHED)
 
 
+STEP = 2  # samples between which the direction is taken
+MAX_STEP = 0.1  # of the gap: samples farther apart are joined by a curve
+SUBDIVISIONS = 8  # of such a curve between two samples
+# an arrowhead pointing up
+ARROW = Path([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)], closed=True)
+ARROW_SAMPLES = 300  # samples before the end over which arrowheads show the direction
+ARROWS, ARROW_DISTANCE = 2, 0.12  # most arrowheads, and their least distance as a part of the greatest radius
+
+
+def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
+    figure, axes = square_page(trace, units, 0.5)
+    draw_orbit(axes, trace, units)
+    return figure
+
+
+def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
+    """Draw the path of the collar centre in the cross-section of the hole, in a
+    different colour where the collar is on the wall."""
+    part, part_text = shown_part(trace, ORBIT_REVOLUTIONS)
+    across, up = quantity("x", units), quantity("y", units)
+    gap = trace.attrs.get("gap")
+    x, y, force = smoothed_path(trace, part, None if gap is None else float(gap))
+    x, y, on_wall = x / across.scale, y / up.scale, force > 0
+    rasterised = len(x) > MANY_MARKERS
+    axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=rasterised, gid="orbit")
+    if on_wall.any():
+        path = np.where(on_wall, (x, y), np.nan)
+        axes.plot(*path, color=VERMILLION, linewidth=0.7, rasterized=rasterised, gid="orbit:wall")
+    extent, wall_text = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
+    if gap is not None:
+        wall = float(gap) / across.scale
+        draw_circle(axes, wall, zorder=1.5, gid="wall")
+        if WALL_VISIBLE_FROM * wall <= extent or extent <= CONSTANT_TOLERANCE * wall:
+            extent = max(extent, wall)
+        else:
+            wall_text = f"wall at {wall:.4g} {across.unit}"
+    cross_section(axes, (1.2 if wall_text else 1.06) * (extent or 1.0), across.label, up.label, gid="axis")
+    draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * extent)
+    name_panel(axes, "orbit", "y")
+    notes = [part_text or "orbit", "orange: on the wall" if on_wall.any() else "", wall_text, "dot: the end"]
+    set_panel_title(axes, "; ".join(filter(None, notes)))
+
+
+def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, Array]:
+    """The path x, y [m] with the wall force [N]. Samples that are far apart for the
+    ``gap`` [m] are joined by the cubic with the velocities at both (Hermite), so that a
+    revolution along the wall is not drawn as a polygon."""
+    time, x, y, force = (trace[name][part] for name in ("time", "x", "y", "wall_force"))
+    if gap is None or len(x) < 2 or not {"vx", "vy"} <= trace.variables.keys() or len(x) * SUBDIVISIONS > LAST_SAMPLES:
+        return x, y, force
+    if not np.isfinite(x + y).all() or np.max(np.hypot(np.diff(x), np.diff(y))) <= MAX_STEP * gap:
+        return x, y, force
+    from scipy.interpolate import CubicHermiteSpline
+
+    fractions = np.linspace(0.0, 1.0, SUBDIVISIONS, endpoint=False)
+    fine_time = np.append((time[:-1, None] + fractions * np.diff(time)[:, None]).ravel(), time[-1])
+    # between two samples on the wall the path is on the wall
+    force_between = np.minimum(force[:-1], force[1:])
+    fine_force = np.where(fractions == 0.0, force[:-1, None], force_between[:, None]).ravel()
+    curves = [CubicHermiteSpline(time, trace[name][part], trace[f"v{name}"][part])(fine_time) for name in ("x", "y")]
+    return curves[0], curves[1], np.append(fine_force, force[-1])
+
+
+def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
+    """Draw a dot at the end of a path, and along its last part arrowheads that point
+    forward in time, none of them on another one or on the dot. A path that reaches less
+    far than ``min_extent`` has no arrowheads, which would cover it."""
+    finite = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if len(finite) < STEP + 1:
+        return
+    end = finite[-1]
+    style: Properties = {"color": BLACK, "linestyle": "none", "zorder": 4}
+    axes.plot([x[end]], [y[end]], marker="o", markersize=3, gid="end", **style)
+    reach = np.hypot(x[finite], y[finite]).max()
+    if reach < min_extent:
+        return
+    taken, samples = [end], min(len(finite) - STEP, ARROW_SAMPLES)
+    # the thirds of the last part first, and those between where an arrow is there already
+    for before in dict.fromkeys(max(STEP, int(part * samples / 12)) for part in (4, 8, 6, 10, 2, 5, 7, 9, 11, 3, 1)):
+        place = end - before
+        step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
+        is_clear = np.hypot(x[taken] - x[place], y[taken] - y[place]).min() > ARROW_DISTANCE * reach
+        if len(taken) <= ARROWS and is_clear and np.hypot(*step) > 0.0:
+            taken.append(place)
+            arrow = MarkerStyle(ARROW, transform=Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi))
+            place_of_arrow = [x[place]], [y[place]]
+            axes.plot(*place_of_arrow, marker=arrow, markersize=9, markeredgewidth=0.0, gid="direction", **style)
+
+
 PLANE_HEIGHT, MAX_PLANE_HEIGHT = 1.6, 2.4  # inches, with labels
 TWO_COLUMNS_FROM = 5.0  # inches of width, from which on the planes stand beside the histories
 
@@ -245,6 +347,19 @@ def draw_page(trace: Trace, units: str = "si") -> Figure:
 
 
 KINDS = (
+    Kind(
+        "orbit",
+        "path of the collar centre in the hole",
+        of=TRACE,
+        place=lambda data: 82 if isinstance(data, Trace) and has_orbit(data) else None,
+        draw=draw_orbit_page,
+        advice=lambda data: (
+            "the lateral motion is frozen: the collar centre stays in the middle"
+            if isinstance(data, Trace) and "lateral" in frozen_modes(data.attrs)
+            else ""
+        ),
+        part_of="trace",
+    ),
     Kind(
         "histories",
         "the three motions and the contact forces against time",

@@ -9,10 +9,8 @@ confidence."""
 from __future__ import annotations
 
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
@@ -23,7 +21,7 @@ from nsdrill.analysis.window import USUAL_CONFIDENCE
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells
+from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_outline, outline_entry
 from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
@@ -95,28 +93,6 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
     safe_share = 100.0 * np.count_nonzero(inside) / inside.size
     label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
     return finish(figure, title, [outline_entry(label)], 1)
-
-
-def outline_entry(label: str) -> Artist:
-    """The legend entry of an outline."""
-    return line_entry(color="white", linewidth=1.2, path_effects=_outline_effects(), label=label)
-
-
-def _outline_effects() -> list[patheffects.AbstractPathEffect]:
-    return [patheffects.Stroke(linewidth=2.6, foreground=BLACK), patheffects.Normal()]
-
-
-def draw_outline(axes: Axes, cells: Cells, inside: Array) -> None:
-    """Draw the border of the cells that are ``inside`` [y, x], white within black,
-    which is visible on every colour."""
-    (x, y), padded = cells, np.pad(inside, 1)
-    vertical = np.argwhere(padded[1:-1, 1:] != padded[1:-1, :-1])
-    horizontal = np.argwhere(padded[1:, 1:-1] != padded[:-1, 1:-1])
-    borders = [((x[j], y[i]), (x[j], y[i + 1])) for i, j in vertical]
-    borders += [((x[j], y[i]), (x[j + 1], y[i])) for i, j in horizontal]
-    outline = LineCollection(borders, colors="white", linewidths=1.2, capstyle="round", gid="confidence")
-    outline.set(path_effects=_outline_effects(), clip_on=False)
-    axes.add_collection(outline)
 
 
 def _draw_lines(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:

@@ -23,8 +23,15 @@ from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, ax
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
-from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells, draw_equal_rates, hatch, line_variables
-from nsdrill.plot.kinds.uncertain import draw_outline, outline_entry
+from nsdrill.plot.cells import (
+    RATE_OF_PENETRATION,
+    Cells,
+    draw_equal_rates,
+    draw_outline,
+    hatch,
+    line_variables,
+    outline_entry,
+)
 from nsdrill.plot.labels import operating_point, sweep_title, way_word
 from nsdrill.plot.look import Look, look
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
