@@ -37,7 +37,7 @@ from nsdrill.plot.cells import (
     verdict_handles,
 )
 from nsdrill.plot.labels import both_ways, carried, operating_point, quantity, sweep_title, way_word
-from nsdrill.plot.page import area_entry, finish, name_panel, new_figure, panels_per_row
+from nsdrill.plot.page import area_entry, finish, name_panel, new_figure, panels_per_row, style_areas
 from nsdrill.plot.panels import draw_codes, graded, severity_bounds
 from nsdrill.plot.registry import MAX_PANELS
 from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
@@ -61,11 +61,7 @@ COLUMNS_OF_PANELS = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}
 PANEL_WIDTH = 1.5  # least width in inches
 COLOUR_BAR_WIDTH = 0.4  # inches
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend
-CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
-    "response": tuple((style.name, style.colour) for style in RESPONSES),
-    **KIND_STYLES,
-    "motion": tuple((style.name, style.colour) for style in MOTIONS),
-}
+CATEGORIES = {"response": RESPONSES, **KIND_STYLES, "motion": MOTIONS}
 # colours of values, of signed ones, of differences
 SEQUENTIAL, DIVERGING, DIFFERENCE = "viridis", "RdBu_r", "PuOr_r"
 
@@ -304,7 +300,7 @@ def draw_map(results: Results, units: str = "si", variable: str = "response") ->
     difference = disagreement(planes.procedures, maps.known(values, maps.outcomes)) if maps.may_compare else None
     figure = maps.new_figure(with_comparison=difference is not None, of_values=False)
     shown = np.ma.masked_where(maps.outcomes < 0, values.astype(int))
-    colours = [colour for _, colour in categories]
+    colours = [style.colour for style in categories]
     for axes, place in maps.panels():
         draw_codes(axes, planes.cells, shown[place], colours, variable, "cells")
         veil(axes, planes.cells, maps.inferred[place])
@@ -318,10 +314,7 @@ def draw_map(results: Results, units: str = "si", variable: str = "response") ->
         for panels, differs in zip(maps.grid, difference, strict=True):
             hatch(panels[-1], planes.cells, differs == 0, "", "none", "same", face="#EDEDED")
             hatch(panels[-1], planes.cells, differs == 1, "//////", "#404040", "differs", face=SHADE)
-    present = set(shown.compressed().tolist())
-    handles = [
-        area_entry(facecolor=colour, label=name) for code, (name, colour) in enumerate(categories) if code in present
-    ]
+    handles = style_areas(categories, np.unique(shown.compressed()).tolist())
     return maps.finish(figure, [*handles, *maps.entries("paler: inferred", PALE_GREY, difference), *lines])
 
 

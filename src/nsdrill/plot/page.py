@@ -104,11 +104,14 @@ def tiles(figure: Figure | SubFigure, count: int, columns: int) -> list[Axes]:
     return [figure.add_subplot(grid[divmod(place, columns)]) for place in range(count)]
 
 
-def name_panel(axes: Axes, name: str, y: str = "") -> None:
+def name_panel(axes: Axes, name: str, y: str = "", label: str = "") -> None:
     """Name a panel, as the user may ask for it alone, and the variable along its y
-    axis, where that has a unit for limits."""
+    axis, where that has a unit for limits; ``label`` is that of this axis, where it has
+    none yet."""
     axes.set_label(name)
     axes.yaxis.set_gid(y)
+    if label:
+        axes.set_ylabel(label)
 
 
 def has_title() -> bool:

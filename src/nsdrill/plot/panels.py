@@ -27,13 +27,13 @@ from nsdrill.plot.cells import overlay_verdicts, verdict_handles
 from nsdrill.plot.labels import quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
 from nsdrill.plot.page import (
-    area_entry,
     finish,
     line_entry,
     marker_entry,
     name_panel,
     new_figure,
     response_entries,
+    style_areas,
     write,
 )
 from nsdrill.plot.registry import longest
@@ -76,9 +76,7 @@ class Columns:
                 first_y = self.columns[0][row] if number and row else None
                 axes = self.figure.add_subplot(grid[row, number], sharex=column[0] if column else None, sharey=first_y)
                 axes.tick_params(labelbottom=row == len(names), labelleft=number == 0)
-                name_panel(axes, name, name if row else "")
-                if row and not number:
-                    axes.set_ylabel(quantity(name, units).label)
+                name_panel(axes, name, name if row else "", quantity(name, units).label if row and not number else "")
                 column.append(axes)
             lay_along(column[-1], results, one.axis, units)
             x_label, title = column[-1].get_xlabel(), self._title(number)
@@ -185,11 +183,7 @@ def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
     with their numbers."""
     outcomes = np.concatenate([line.outcome.ravel() for line in lines])
     present = [code for code in range(len(RESPONSES)) if (outcomes == code).any()]
-    handles: list[Artist] = (
-        response_entries(present)
-        if markers
-        else [area_entry(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
-    )
+    handles = response_entries(present) if markers else style_areas(RESPONSES, present)
     if failed := int((outcomes == FAILED_POINT).sum()):
         handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0))
     verdicts = [line.verdicts.ravel() for line in lines if line.verdicts is not None]

@@ -155,8 +155,7 @@ def draw_ramp(trace: Trace, units: str = "si", over: Results | None = None) -> F
                 signs_shown.add(sign)
                 points = across[here], heights[here] / y.scale
                 axes.plot(*points, linestyle="none", rasterized=rasterise, gid=gid, **style)
-        axes.set_ylabel(y.label)
-        name_panel(axes, panel.peaks, panel.peaks)
+        name_panel(axes, panel.peaks, panel.peaks, y.label)
     styles = [STYLES[sign] | {"markersize": 3.5} for sign in (1, -1, 0) if sign in signs_shown]
     handles += [line_entry(linestyle="none", **style) for style in styles]
     by_mode = {panel.mode: [axes] for panel, axes in zip(shown, panels, strict=True)}

@@ -110,8 +110,7 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
         if over is not None:
             panel.draw_sweep(over)
         panel.draw_branches()
-        panel.axes.set_ylabel(panel.y_shown.in_lines(letters))
-        name_panel(panel.axes, panel.feature, panel.feature)
+        name_panel(panel.axes, panel.feature, panel.feature, panel.y_shown.in_lines(letters))
     axes[-1].set_xlabel(x.label)
     ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
     if (xlim := look.get().xlim) is not None:

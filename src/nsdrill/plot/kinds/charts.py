@@ -16,7 +16,7 @@ from matplotlib.ticker import MultipleLocator
 from nsdrill.data import Array, Attributes
 from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity, written
-from nsdrill.plot.page import finish, new_figure, write
+from nsdrill.plot.page import finish, single_panel, write
 from nsdrill.plot.registry import STUDY, Kind
 from nsdrill.plot.slices import make_logarithmic
 from nsdrill.plot.style import (
@@ -63,8 +63,7 @@ def chart_kind(name: str, words: str, numbers: type[N], panel: Callable[[Figure,
     label for each entry of the legend."""
 
     def draw(chart: Chart[N], units: str = "si") -> Figure:
-        figure = new_figure(page_width(), 4.4)
-        axes = figure.add_subplot(figure.add_gridspec(1, 1)[0, 0])
+        figure, axes = single_panel(page_width(), 4.4)
         panel(figure, axes, chart, units)
         title = heading(chart.attrs, operating_point(chart.point, units))
         return finish(figure, title, axes.get_legend_handles_labels()[0], 3)

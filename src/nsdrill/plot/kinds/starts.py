@@ -219,8 +219,7 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
         axes.set_ylim(low - 0.03 * (high - low), high + 0.12 * (high - low))  # room for a number above
-        axes.set_ylabel(Shown(label, y.unit, y.scale).label)
-        name_panel(axes, name, name)
+        name_panel(axes, name, name, Shown(label, y.unit, y.scale).label)
     figure.align_ylabels(panels)
     handles = response_entries(along.present)
     if any(map(_is_unsettled, along.attractors)):

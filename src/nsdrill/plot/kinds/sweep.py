@@ -18,7 +18,7 @@ from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.plot.cells import line_variables
 from nsdrill.plot.labels import carried, quantity, sweep_title
 from nsdrill.plot.maps import draw_map, draw_value_map, lies_across
-from nsdrill.plot.page import area_entry, direction_entries, finish, line_entry, name_panel, new_figure
+from nsdrill.plot.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas
 from nsdrill.plot.panels import (
     Columns,
     curve_style,
@@ -96,8 +96,7 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
     axis = longest(results)
     (word_axis,) = (other for other in results.swept if other != axis)
     y, words, lines = quantity(name, units), quantity(word_axis, units), []
-    figure = new_figure(page_width(), 3.2)
-    axes = figure.add_subplot()
+    figure, axes = single_panel(page_width(), 3.2)
     for number, value in enumerate(results.coords[word_axis]):
         lines.append(Line.along(results, axis, units, **{word_axis: number}))
         word, colour = words.value(value), WORD_COLOURS[number % len(WORD_COLOURS)]
@@ -111,8 +110,7 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
         }
         draw_values(axes, lines[-1], name, style)
     lay_along(axes, results, axis, units)
-    axes.set_ylabel(y.label)
-    name_panel(axes, name, name)
+    name_panel(axes, name, name, y.label)
     limit_values([axes] * len(lines), lines, name)
     shade_severity(axes, results.attrs, name, units, with_names=True)
     return finish(figure, sweep_title(results, units), axes.get_legend_handles_labels()[0], 4)
@@ -196,11 +194,8 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
             axes.set_ylabel(MOTION_LABELS.get(name, "Motion"))
     if panels := page.panels("lyapunov_exponent"):
         _scale_exponents(panels[0], lines)
-    kinds = [
-        area_entry(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present
-    ]
     directions = direction_entries(lines[0].procedures, results.attrs) if names else []
-    return page.finish([*kinds, *directions, *outcome_handles(lines, markers=False)])
+    return page.finish([*style_areas(MOTIONS, sorted(present)), *directions, *outcome_handles(lines, markers=False)])
 
 
 def _scale_exponents(axes: Axes, lines: Sequence[Line]) -> None:

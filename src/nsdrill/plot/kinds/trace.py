@@ -40,13 +40,11 @@ from nsdrill.plot.style import (
 )
 from nsdrill.plot.traces import (
     CONSTANT_TOLERANCE,
-    HISTORY_HEIGHT,
     LAST_SAMPLES,
     binned_statistics,
     check_length,
     count_upcrossings,
     envelope,
-    extra_height,
     is_chosen,
     moving_values,
     planes_of,
@@ -56,6 +54,8 @@ from nsdrill.plot.traces import (
     varies,
 )
 
+HISTORY_HEIGHT = 1.2  # inches
+SCHEDULE_HEIGHT = 0.7  # inches, for each value that moves
 SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
 LAST_SECONDS = 20.0  # of a run whose histories would be bands
 BAND_BINS = 100  # bins of a band per inch
@@ -65,10 +65,17 @@ PANEL_MARGINS = 1.1  # inches of axis and margin beside a panel
 
 def draw_histories_page(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    figure = new_figure(page_width(), 7.2 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace)))
+    figure = new_figure(page_width(), 7.2 + extra_height(trace))
     draw_histories(figure, trace, units)
     put_title(figure, title_of(trace, units))
     return figure
+
+
+def extra_height(trace: Trace) -> float:
+    """The height [inches] that the histories need beyond those of six motions at one
+    operating point."""
+    left_out = 6 - len(drawn_in(trace.attrs).histories) + len(constant_histories(trace))
+    return SCHEDULE_HEIGHT * len(moving_values(trace)) - HISTORY_HEIGHT * left_out
 
 
 def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None:
@@ -95,8 +102,7 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
         else:
             kept_time, kept_values = envelope(trace.time, values, BINS)
             axes.plot(kept_time / time.scale, kept_values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
-        axes.set_ylabel(shown_value.label)
-        name_panel(axes, name, name)
+        name_panel(axes, name, name, shown_value.label)
         axes.margins(x=0)
         if name.endswith("_force") and (after_start := greatest_after_start(values)) is not None:
             axes.set_ylim(top=after_start * 1.06)
@@ -216,8 +222,8 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
         x, y = quantity(across, units), quantity(up, units)
         path = trace[across][part] / x.scale, trace[up][part] / y.scale
         axes.plot(*path, color=BLUE, linewidth=0.35, rasterized=rasterised, gid=f"phase:{across}")
-        axes.set(xlabel=x.label, ylabel=y.label)
-        name_panel(axes, f"phase_{across}", up)
+        axes.set_xlabel(x.label)
+        name_panel(axes, f"phase_{across}", up, y.label)
         if part_text:
             set_panel_title(axes, part_text)
         axes.xaxis.set_major_locator(MaxNLocator(PLANE_TICKS, steps=(1, 2, 2.5, 5, 10)))
@@ -325,8 +331,7 @@ def draw_page(trace: Trace, units: str = "si") -> Figure:
     planes, shows_orbit = len(planes_of(trace)), has_orbit(trace)
     heights = [*[1.55] * shows_orbit, *[1.0] * planes]
     below = 0.0
-    height = 8.6 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace))
-    height = max(height, 0.7 + sum(heights) * PLANE_HEIGHT)
+    height = max(8.6 + extra_height(trace), 0.7 + sum(heights) * PLANE_HEIGHT)
     if page_width() >= TWO_COLUMNS_FROM:
         figure = new_figure(page_width(), height)
         left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))

@@ -25,7 +25,7 @@ from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_outline, outline_entry
 from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
-from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title, write
+from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title, single_panel, write
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
 from nsdrill.plot.slices import lay_along, positions, robust_limits
 from nsdrill.plot.style import (
@@ -97,8 +97,7 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
 
 def _draw_lines(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
     axis = results.swept[0]
-    figure = new_figure(page_width(), 3.2)
-    axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
+    figure, axes = single_panel(page_width(), 3.2)
     x = positions(results, axis) / quantity(axis, units).scale
     handles: list[Artist] = []
     for place, outcome in enumerate(probabilities.outcomes):
@@ -127,8 +126,7 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
 def _draw_points(probabilities: Probabilities, title: str) -> Figure:
     """Draw each outcome of one operating point with its interval."""
     count = len(probabilities.outcomes)
-    figure = new_figure(page_width(5.0), 0.9 + 0.3 * count)
-    axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
+    figure, axes = single_panel(page_width(5.0), 0.9 + 0.3 * count)
     labels = []
     for row, outcome in enumerate(probabilities.outcomes):
         label, colour, marker = _style(outcome)
@@ -223,8 +221,7 @@ def draw_trade_off(results: Results, units: str = "si") -> Figure:
     known = np.isfinite(rate)
     front = pareto_front(np.where(known, rate, -np.inf), probability)
     labelled = front[_spread_out(probability[front], rate[front])] if front.size else front
-    figure = new_figure(page_width(5.5), 4.6)
-    axes = figure.add_subplot()
+    figure, axes = single_panel(page_width(5.5), 4.6)
     bars: Properties = {"linestyle": "none", "ecolor": "#808080", "elinewidth": 0.7, "capsize": 2, "zorder": 2}
     spread = (probability - low)[labelled], (high - probability)[labelled]
     axes.errorbar(probability[labelled], rate[labelled], xerr=spread, gid="interval", **bars)
