@@ -13,13 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR
+from nsdrill.analysis.maps import stretches
 from nsdrill.data import Array, Results, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
+from nsdrill.plot.kinds.branches import parts_of
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
-from nsdrill.variables import INFERRED, OK, SAMPLE
+from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.answers import LIMITS, comparison, file_answer, origin_rows, picture, study_details
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import Reply, map_axes, member_dimension
@@ -219,19 +221,18 @@ def _add_branches(page: Page, session: Session, branches: Branches, stem: str) -
     panels = [p for p in drawn_in(branches.attrs).panels if p.greatest in branches.features]
     replies = [session.diagram({"y": p.peaks}) for p in panels]
     page.add_drawing("lines", replies, {"responses": response_styles()}, f"Branches along {branches.along}")
-    first = 0
-    branch_rows: list[tuple[str, str]] = []
-    for number, (size, name, end) in enumerate(
-        zip(branches.sizes.tolist(), branches.names, branches.ends, strict=True)
+    rows: list[tuple[str, str]] = []
+    special = ~np.isin(branches.label, (REGULAR, END))
+    for number, (part, name, end) in enumerate(
+        zip(parts_of(branches.sizes), branches.names, branches.ends, strict=True)
     ):
-        part = branches.numbers[first : first + size]
-        branch_rows.append((f"Branch {number}", f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}"))
-        for point in range(first, first + size):
-            if (label := int(branches.label[point])) not in (REGULAR, END):
-                words = f"{branches.meanings.get(label, str(label))} at {x.value(float(branches.numbers[point]))}"
-                branch_rows.append(("", f"{words} (point {point})"))
-        first += size
-    page.add(table((), branch_rows))
+        numbers = branches.numbers[part]
+        rows.append((f"Branch {number}", f"{name}, {x.value(numbers.min())} to {x.value(numbers.max())}; ends: {end}"))
+        for point in (part.start + np.flatnonzero(special[part])).tolist():
+            label = int(branches.label[point])
+            words = f"{branches.meanings.get(label, str(label))} at {x.value(float(branches.numbers[point]))}"
+            rows.append(("", f"{words} (point {point})"))
+    page.add(table((), rows))
     file, study, again, orbit = map(
         shlex.quote, (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5")))
     )
@@ -310,8 +311,7 @@ def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
     """A point for each combination of responses, the most frequent first, at most
     ``most``. It is the middle of the longest interval of settled points with these
     responses along the longest axis."""
-    status, response = results["status"], results["response"]
-    valid = (status == OK) & (status != INFERRED)
+    response, valid = results["response"], results["status"] == OK
     settled = valid & (results["settled"] == 1) if "settled" in results.variables else valid
     axis = results.grid.index(longest(results)) if results.swept else len(results.grid) - 1
     codes, counts = np.unique(response[valid], return_counts=True)
@@ -326,15 +326,6 @@ def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
 def _middle_of_longest(mask: Array, axis: int) -> tuple[int, ...]:
     """The index of the middle of the longest run of True along the last axis of
     ``mask``, which is ``axis`` of the grid."""
-    best, place = 0, tuple(int(i) for i in np.argwhere(mask)[0])
-    for row in np.ndindex(*mask.shape[:-1]):
-        line = np.concatenate(([False], mask[row], [False]))
-        begins, ends = np.flatnonzero(~line[:-1] & line[1:]), np.flatnonzero(line[:-1] & ~line[1:])
-        if not len(begins):
-            continue
-        longest_run = int(np.argmax(ends - begins))
-        if ends[longest_run] - begins[longest_run] > best:
-            best = int(ends[longest_run] - begins[longest_run])
-            place = (*(int(i) for i in row), int(begins[longest_run] + ends[longest_run] - 1) // 2)
-    *others, last = place
-    return (*others[:axis], last, *others[axis:])
+    runs = [(row, *ends) for row in np.ndindex(*mask.shape[:-1]) for ends in stretches(mask[row])]
+    others, first, last = max(runs, key=lambda run: run[2] - run[1])
+    return (*others[:axis], (first + last) // 2, *others[axis:])

@@ -179,7 +179,7 @@ class _Panel:
         """Every branch, in the colour of its motion, solid or dashed by its
         stability."""
         is_stable_point, motions = self.data["unstable"].values == 0, [str(one) for one in self.data["motion"].values]
-        for number, part in enumerate(_parts(self.data["row_size"].values)):
+        for number, part in enumerate(parts_of(self.data["row_size"].values)):
             x, y, stable = self.x[part], self.y[part], is_stable_point[part]
             # A piece between two points is stable where both points are.
             is_stable = stable[1:] & stable[:-1]
@@ -242,7 +242,7 @@ class _Panel:
         self.handles.setdefault(name, line_entry(label=name, **style))
 
 
-def _parts(sizes: Array) -> list[slice]:
+def parts_of(sizes: Array) -> list[slice]:
     """The parts of these sizes, one after the other."""
     ends = np.cumsum(sizes).tolist()
     return [slice(end - size, end) for end, size in zip(ends, sizes.tolist(), strict=True)]
@@ -265,7 +265,7 @@ def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
     handles: dict[str, Artist] = {}
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     paths = [data[f"curve_{name}"].values / quantity(name, plane.units).scale for name in (x, y)]
-    for number, (code, part) in enumerate(zip(codes, _parts(data["curve_row_size"].values), strict=True)):
+    for number, (code, part) in enumerate(zip(codes, parts_of(data["curve_row_size"].values), strict=True)):
         style: Properties = {"linestyle": dashes[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
         curve = [path[part] for path in paths]
         for axes in panels:

@@ -37,8 +37,7 @@ def draw_section(data: Results | Trace, units: str = "si") -> Figure:
 def draw_point(results: Results, units: str = "si") -> Figure:
     """The section of one operating point, a row of planes for each procedure."""
     names = [text(name) for name in results.coords["procedure"]]
-    _, plane_rows = _layout(results.attrs)
-    figure = new_figure(page_width(), 0.4 + 2.2 * plane_rows * len(names))
+    figure = new_figure(page_width(), 0.4 + 2.2 * _rows(results.attrs) * len(names))
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
     for row, name in enumerate(names):
         section = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
@@ -57,19 +56,18 @@ def draw_trace(trace: Trace, units: str) -> Figure:
     """The section of a trace: its returns after the transient, if this leaves three
     revolutions."""
     section, start = section_of(trace), _observed_from(trace)
-    _, rows = _layout(trace.attrs)
-    figure = new_figure(page_width(), 0.6 + 2.1 * rows)
+    figure = new_figure(page_width(), 0.6 + 2.1 * _rows(trace.attrs))
     description = f"{len(section['section_bit_speed'])} returns" + (f" after {start:g} s" if start else "")
     _draw_planes(figure, section, trace.attrs, units, BLUE)
     put_title(figure, f"{title_of(trace, units)}; {description}")
     return figure
 
 
-def _layout(attrs: Attributes) -> tuple[int, int]:
-    """The number of planes of one section, and of the rows in which they stand."""
+def _rows(attrs: Attributes) -> int:
+    """The number of rows in which the planes of one section stand."""
     drawn = drawn_in(attrs)
     count = len(drawn.section_planes) + ("section_radius" in drawn.section)
-    return count, -(-count // panels_per_row(count, PLANE_WIDTH))
+    return -(-count // panels_per_row(count, PLANE_WIDTH))
 
 
 def _draw_planes(

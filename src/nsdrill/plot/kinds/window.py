@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
-from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes
+from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes, stretches
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
@@ -266,10 +266,7 @@ def write_name(axes: Axes, place: tuple[float, float], text: str, code: int, sta
 def _widest(inside: Array) -> tuple[int, int, int]:
     """The row of an area, and the ends of its longest run of cells in it: the longest
     of all, of equal ones the middle one."""
-    runs = []
-    for row in np.flatnonzero(inside.any(axis=1)).tolist():
-        steps = np.flatnonzero(np.diff(np.pad(inside[row].astype(int), 1))).tolist()
-        runs += [(row, begin, end) for begin, end in zip(steps[::2], steps[1::2], strict=True)]
+    runs = [(row, first, last + 1) for row, cells in enumerate(inside) for first, last in stretches(cells)]
     longest_run = max(end - begin for _, begin, end in runs)
     chosen = [run for run in runs if run[2] - run[1] == longest_run]
     return chosen[len(chosen) // 2]
