@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 
@@ -107,7 +107,7 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
     return values
 
 
-def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
+def _value(value: object, leaf: Leaf, argument: str, key: str = "") -> float:
     """A value of an axis in SI, which remembers the unit of a text; a Refusal outside
     the range of its key."""
     try:
@@ -124,12 +124,11 @@ def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
                 value = float(value)
         number = _float(value)
         if number is None or not leaf.low <= number <= leaf.high:
-            is_other_type = number is None and not isinstance(value, str | bool | list | dict | None)
-            found = (
-                f"a value of the type {type(value).__name__}"
-                if is_other_type
-                else shown(value if number is None else number)
-            )
+            found = f"a value of the type {type(value).__name__}"
+            if number is not None:
+                found = shown(number)
+            elif isinstance(value, str | bool | list | dict | None):
+                found = shown(value)
             raise QuantityError(found, leaf.allowed())
         if isinstance(value, WithUnit):
             return value
@@ -149,10 +148,15 @@ def seconds_in(name: str, value: object) -> float:
     return number
 
 
-def _float(value: Any) -> float | None:
+def _scalar(value: object) -> object:
+    """``value``, of an array without dimensions its element."""
+    item: Callable[[], object] | None = getattr(value, "item", None)
+    return item() if item is not None and getattr(value, "ndim", None) == 0 else value
+
+
+def _float(value: object) -> float | None:
     """A number of Python, numpy or xarray as a float; None for anything else."""
-    if getattr(value, "ndim", None) == 0:
-        value = value.item()
+    value = _scalar(value)
     if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
         try:
             return float(value)
@@ -166,12 +170,11 @@ def is_whole(value: object) -> TypeGuard[int]:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
-def number_in(name: str, value: Any) -> int | None:
+def number_in(name: str, value: object) -> int | None:
     """An integer argument, or None."""
+    value = _scalar(value)
     if value is None:
         return None
-    if getattr(value, "ndim", None) == 0:
-        value = value.item()
     if not is_whole(value):
         raise InputError(f"{name}: found {value!r}; allowed: a whole number, from 0.")
     return int(value)

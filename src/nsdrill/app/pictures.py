@@ -296,7 +296,7 @@ def _values(study: Study, key: str, operation: Operation) -> np.ndarray:
     return np.linspace(low, high, VALUES)
 
 
-def _points(parameters: Any, operation: Operation, key: str, x: np.ndarray) -> Sequence[tuple[Any, Operation]]:
+def _points(parameters: object, operation: Operation, key: str, x: np.ndarray) -> Sequence[tuple[object, Operation]]:
     if key in OPERATION:
         return [(parameters, replace(operation, **{key: float(value)})) for value in x]
     if key.startswith("initial."):

@@ -76,7 +76,7 @@ def window(
     if picture is not None:
         pictures.claim_picture(picture, overwrite)
     severity, confidence = given.get("severity"), given.get("confidence")
-    names = [results] if other is None else [results, other]
+    names = [os.fspath(one) for one in (results, other) if one is not None]
     data = [windows.results_for_window(name, severity, confidence) for name in names]
     found: Answer
     if other is None:

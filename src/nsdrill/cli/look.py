@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import webbrowser
 from collections.abc import Callable
@@ -264,12 +265,13 @@ def report(
     if not output.lower().endswith((".html", ".htm")):
         raise InputError(f"{output}: found another ending; allowed: .html.")
     store.claim_file(output, overwrite)
-    branches = [file for file in results if datasets.is_branches(file)]
+    names = [os.fspath(one) for one in results]
+    branches = [file for file in names if datasets.is_branches(file)]
     # drawn over the sweeps along the same number
     over = branches[0] if len(branches) == 1 else None
-    opened = [_session(file, units, None if file in branches else over) for file in results]
+    opened = [_session(file, units, None if file in branches else over) for file in names]
     parts = [pages.Part(one, _summaries(one, units, severity, confidence)) for one in opened]
-    words = ["nsdrill", "report", *results, "-o", output]
+    words = ["nsdrill", "report", *names, "-o", output]
     words += ["--motions", str(motions)] if motions != 4 else []
     words += ["--units", units] if units != "si" else []
     words += ["--severity", str(severity)] if severity is not None else []

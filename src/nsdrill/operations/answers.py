@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.late import deferred
 from nsdrill.operations.arguments import (
@@ -112,7 +112,7 @@ def _summary(data: AnyData, name: str) -> Answer:
         return summary.summarize(datasets.data_in(data, summary.needed(name if is_sweep else None)))
 
 
-def window(results: ResultsLike, severity: Severity = None, confidence: Confidence = None) -> dict[str, Any]:
+def window(results: ResultsLike, severity: Severity = None, confidence: Confidence = None) -> Answer:
     """Find the safe operating window: the points that are safe for every history.
 
     Returns
@@ -169,7 +169,7 @@ def sensitivity(
     wob: Annotated[Weight, "The points at this weight on bit."] = None,
     rotary_speed: Annotated[Speed, "The points at this rotary speed."] = None,
     at: At = None,
-) -> dict[str, Any]:
+) -> Answer:
     """Find which uncertain number matters: Sobol indices of results with samples.
 
     Returns
@@ -194,7 +194,7 @@ def sensitivity(
     return windows.sensitivity(results, severity, chosen)
 
 
-def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
+def hysteresis(results: ResultsLike) -> list[Answer]:
     """Find where the two directions of an up-down sweep differ.
 
     Returns
@@ -216,7 +216,7 @@ def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
     return directions.hysteresis(datasets.sweep_in(results, "hysteresis", directions.NEEDED))
 
 
-def attractors(results: ResultsLike) -> list[dict[str, Any]]:
+def attractors(results: ResultsLike) -> list[Answer]:
     """Describe the attractors of each operating point of results with several starts.
 
     Returns
@@ -244,7 +244,7 @@ def attractors(results: ResultsLike) -> list[dict[str, Any]]:
     return attractors_of.attractors(results)
 
 
-def diff(a: One, b: Two) -> dict[str, Any]:
+def diff(a: One, b: Two) -> Answer:
     """Compare two results or traces.
 
     Returns

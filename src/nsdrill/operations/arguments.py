@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, Choice, Ends, File, Flag, Number, Percent, Text, Texts, Whole, Words
@@ -17,7 +17,10 @@ with deferred():
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as AxesOfMatplotlib
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
+    from nsdrill.progress import Progress
     from nsdrill.study.keys import Leaf
     from nsdrill.study.study import Study
 
@@ -112,17 +115,22 @@ Thresholds = Annotated[
     ),
 ]
 ResultsLike = Annotated[
-    Any,  # a Dataset, whose type mypy does not know, or a PathLike
+    "Dataset | PathLike",
     Argument("Results of a sweep: a Dataset, or the name of a file.", RESULTS, "RESULTS", kind=File()),
 ]
 ManyResults = Annotated[
-    "Sequence[Any]", Argument("Two or more.", f"sequence of {RESULTS}", "RESULTS", kind=File(several=True))
+    "Sequence[Dataset | PathLike]",
+    Argument("Two or more.", f"sequence of {RESULTS}", "RESULTS", kind=File(several=True)),
 ]
 Other = Annotated["str | None", Argument("", option="[OTHER]", kind=File())]
-AnyData = Annotated[Any, Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())]
-ATrace = Annotated[Any, Argument("Of :func:`simulate` or :func:`replay`.", RESULTS, "FILE", kind=File())]
-One = Annotated[Any, Argument("What is compared.", RESULTS, "A", kind=File())]
-Two = Annotated[Any, Argument("What it is compared with.", RESULTS, "B", kind=File())]
+AnyData = Annotated[
+    "Dataset | PathLike", Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())
+]
+ATrace = Annotated[
+    "Dataset | PathLike", Argument("Of :func:`simulate` or :func:`replay`.", RESULTS, "FILE", kind=File())
+]
+One = Annotated["Dataset | PathLike", Argument("What is compared.", RESULTS, "A", kind=File())]
+Two = Annotated["Dataset | PathLike", Argument("What it is compared with.", RESULTS, "B", kind=File())]
 A_FILE = Argument("The name of a file.", FILE, "FILE", kind=File())
 AnyFile = Annotated["PathLike", A_FILE]
 NameOfFile = Annotated[str, A_FILE]
@@ -156,7 +164,7 @@ PointOfOrbit = Annotated[
     ),
 ]
 Over = Annotated[
-    Any,
+    "Dataset | PathLike | None",
     Argument(
         "A sweep below the ``ramp`` of a trace or below branches, or branches over a map.",
         RESULTS,
@@ -259,7 +267,7 @@ FilmPath = Annotated[
     "PathLike",
     Argument("Ends in ``.gif`` or ``.mp4``; without ffmpeg, which MP4 requires, a GIF is written instead.", FILE),
 ]
-Saved = Annotated[Any, Argument("What is written.", "Dataset or matplotlib.figure.Figure")]
+Saved = Annotated["Dataset | Figure", Argument("What is written.", "Dataset or matplotlib.figure.Figure")]
 Overwrite = Annotated[
     bool,
     Argument(
@@ -389,7 +397,7 @@ Large = Annotated[
     ),
 ]
 Reported = Annotated[
-    "bool | Callable[[Any], object]",
+    "bool | Callable[[Progress], object]",
     Argument(
         "True for a bar on stderr in terminals and notebooks, or a line every 10 s elsewhere; False for none; or a "
         "function that is called with a :class:`Progress` a few times a second. An exception from it ends the run, "
