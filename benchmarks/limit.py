@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.laws import bit_numbers
+from nsdrill.models.christoforou_yigit.coefficients import bit_numbers, derive
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 SMOOTHINGS = (1e1, 1e2, 1e3, 1e4, 1e5, 1e6)

@@ -145,8 +145,8 @@ def _measure(
     from benchmarks.workload import STATES, grid, problem_of, spun_up
     from nsdrill.kernel.batch import choose_lanes, widened
     from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+    from nsdrill.models.friction import implicit
     from nsdrill.models.leaves import Values
-    from nsdrill.models.steepness import implicit
 
     base = Parameters()
     part = getattr(base, side)

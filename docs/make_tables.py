@@ -20,9 +20,9 @@ from typing import Any
 import nsdrill
 from nsdrill import api
 from nsdrill.cli.main import COMMANDS, group
-from nsdrill.models.beam.options import Options as Collar
+from nsdrill.models.beam.columns import Options as Collar
+from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
-from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described, model_named

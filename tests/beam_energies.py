@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.beam.columns import coefficients, drags, eccentricities, places, walls
-from nsdrill.models.beam.forces import _walls, at_place, forces
+from nsdrill.models.beam.model import _walls, at_place, forces
 from nsdrill.models.beam.parameters import Parameters
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

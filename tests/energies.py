@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.columns import stabilizer_radius, weights
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
-from nsdrill.models.christoforou_yigit.forces import LOADS, loads
-from nsdrill.models.christoforou_yigit.lateral import stabilizer_radius, weights
+from nsdrill.models.christoforou_yigit.equations import LOADS, loads
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import Gains, motor_torque
-from nsdrill.models.operation import Operation
-from nsdrill.models.schedule import History
+from nsdrill.models.operation import History, Operation
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -107,7 +106,7 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
     ``wall``        friction at the wall, and along the axis at wall and stabilisers
     ``softening``   axial force and torque, by the bending of the span
     ``stabilizer``  with stabilisers, their friction as it acts on collar and string
-                    (:mod:`.lateral`)
+                    (:mod:`.equations`)
     ==============  =================================================================
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)

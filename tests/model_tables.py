@@ -1,7 +1,6 @@
 """The tables of the main model, by the names that tests use."""
 
-from nsdrill.models.registry import described
-from nsdrill.models.vocabulary import IN_TRACE
+from nsdrill.models.registry import IN_TRACE, described
 from nsdrill.variables import MODEL
 
 _told = described(MODEL)

@@ -149,7 +149,7 @@ from nsdrill.models.christoforou_yigit.columns import PARAMETERS
 from nsdrill.models.registry import model_named
 from nsdrill.observe.motion import zero_one
 from nsdrill.observe.thresholds import Record
-from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.observed import coordinates
 draw = np.random.Generator(np.random.PCG64(1))
 model, options = model_named("christoforou_yigit"), Options(hertz=1)

@@ -12,8 +12,8 @@ from machine_code import instructions, packed_and_single, text_of
 from main_model import MAIN
 
 from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
-from nsdrill.models.beam.options import Options as Beam
-from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.beam.columns import Options as Beam
+from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.registry import model_named
 from nsdrill.variables import MODEL
 

@@ -10,8 +10,7 @@ from types import ModuleType
 from model_tables import FEATURES, TRACE_VARIABLES
 
 from nsdrill.app.experiment import provenance
-from nsdrill.models.registry import NAMES
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, NAMES
 from nsdrill.store import hdf5
 from nsdrill.store.layout import root_attributes
 from nsdrill.study import parse_study

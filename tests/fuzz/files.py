@@ -33,8 +33,7 @@ from nsdrill.app.experiment import prepare, provenance
 from nsdrill.data import Trace
 from nsdrill.errors import NsdrillError
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
-from nsdrill.models.registry import described
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, described
 from nsdrill.store import MemoryLog, from_dataset, pending_records, write_results, write_trace
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.study import parse_study

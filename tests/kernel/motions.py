@@ -7,7 +7,7 @@ from main_model import MAIN
 from model.cases import table_of
 from reference import Case
 
-from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.columns import Options
 
 # The bit stays on the rock, the collar off the wall, no slip comes to rest: every
 # derivative is smooth.

@@ -13,8 +13,7 @@ from nsdrill.equations.stage import first_slip, kept
 from nsdrill.equations.trace import Named
 from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.laws import bit_numbers
+from nsdrill.models.christoforou_yigit.coefficients import bit_numbers, derive
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import Numbers, hyperbolic, values
 from nsdrill.models.registry import described

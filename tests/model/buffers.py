@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from main_model import MAIN
 
-from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.columns import Options
 
 ROWS = MAIN.rows(Options())
 

@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.linalg import eigh_tridiagonal
 
-from nsdrill.models.christoforou_yigit import buckling, drives, tubes
+from nsdrill.models.christoforou_yigit import drives
 from nsdrill.models.christoforou_yigit.charts import (
     CELLS,
     buckling_along,
@@ -23,18 +23,26 @@ from nsdrill.models.christoforou_yigit.charts import (
     slopes_held_by_soft_torque,
 )
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, growth_at_rest, torsional_matrix
-from nsdrill.models.christoforou_yigit.drives import gains, impedance
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
+from nsdrill.models.christoforou_yigit.drives import gains, growth_at_rest, impedance, torsional_matrix
 from nsdrill.models.christoforou_yigit.further_quantities import (
+    ENDS,
+    Tube,
+    axial_waves,
+    collar_tube,
+    euler_load,
     further_quantities,
+    half_wave,
     lateral_frequencies,
     low_side_swing,
     mud_damping,
+    pipe_tube,
+    sinusoidal_load,
+    torsional_waves,
+    vertical_load,
     wall_inclination,
 )
 from nsdrill.models.christoforou_yigit.parameters import Collar, Drive, Parameters
-from nsdrill.models.christoforou_yigit.tubes import Tube
-from nsdrill.models.christoforou_yigit.waves import axial_waves, torsional_waves
 from nsdrill.models.drives import reflection
 from nsdrill.models.numbers import FULL_HELIX, HELIX
 from nsdrill.models.operation import Operation
@@ -53,48 +61,48 @@ def driven(**keys: object) -> Parameters:
 
 def test_euler_loads_of_other_ends() -> None:
     """Span 19.81 m of E I = 27.80 MN m^2; values in kN computed beforehand."""
-    collar = tubes.collars(Parameters())
-    loads = {ends: buckling.euler(collar.bending, 19.81, ends) for ends in (None, *buckling.ENDS)}
+    collar = collar_tube(Parameters())
+    loads = {ends: euler_load(collar.bending, 19.81, ends) for ends in (None, *ENDS)}
     expected = {None: 699.25, "fixed_free": 174.81, "fixed_pinned": 1430.48, "fixed_fixed": 2796.98}
     assert {name: load / 1e3 for name, load in loads.items()} == pytest.approx(expected, abs=6e-3)
     # The beam that is fixed and pinned buckles where tan(x) = x.
-    x = math.pi / buckling.ENDS["fixed_pinned"]
+    x = math.pi / ENDS["fixed_pinned"][0]
     assert math.tan(x) == pytest.approx(x, rel=1e-12)
 
 
 def test_buckling_on_the_low_side() -> None:
     """Collars and 5 in pipe at 15, 30, 60, 90 degrees, in kN; computed beforehand."""
-    collar, pipe = tubes.collars(Parameters()), tubes.pipe(Parameters(), 5000.0)
+    collar, pipe = collar_tube(Parameters()), pipe_tube(Parameters(), 5000.0)
     assert (collar.weight, pipe.weight, pipe.bending) == pytest.approx((2271.87, 212.02, 1.2478e6), rel=2e-5)
     angles = np.radians([15.0, 30.0, 60.0, 90.0])
-    assert buckling.sinusoidal(collar, angles) / 1e3 == pytest.approx([926.4, 1287.6, 1694.6, 1820.9], abs=0.06)
-    pipe_loads = buckling.sinusoidal(pipe, angles) / 1e3
+    assert sinusoidal_load(collar, angles) / 1e3 == pytest.approx([926.4, 1287.6, 1694.6, 1820.9], abs=0.06)
+    pipe_loads = sinusoidal_load(pipe, angles) / 1e3
     assert pipe_loads == pytest.approx([46.4, 64.6, 85.0, 91.3], abs=0.06)
     assert HELIX * pipe_loads[-1] == pytest.approx(129.1, abs=0.06)
     assert FULL_HELIX * pipe_loads[-1] == pytest.approx(166.9, abs=0.06)
-    assert buckling.half_wave(collar, math.pi / 2) == pytest.approx(17.36, abs=6e-3)
-    assert buckling.half_wave(pipe, math.pi / 2) == pytest.approx(16.43, abs=6e-3)
-    assert buckling.half_wave(pipe, 0.0) is None
+    assert half_wave(collar, math.pi / 2) == pytest.approx(17.36, abs=6e-3)
+    assert half_wave(pipe, math.pi / 2) == pytest.approx(16.43, abs=6e-3)
+    assert half_wave(pipe, 0.0) is None
     wide = replace(pipe, clearance=-0.1)
-    assert math.isnan(buckling.sinusoidal(wide, 1.0))
-    assert buckling.half_wave(wide, 1.0) is None
+    assert math.isnan(sinusoidal_load(wide, 1.0))
+    assert half_wave(wide, 1.0) is None
     floating = replace(pipe, weight=-1.0)
-    assert buckling.sinusoidal(floating, 1.0) == 0.0
-    assert buckling.half_wave(floating, 1.0) is None
+    assert sinusoidal_load(floating, 1.0) == 0.0
+    assert half_wave(floating, 1.0) is None
 
 
 def test_the_half_wave_takes_the_least_load() -> None:
     """The sinusoid of half wave L on an elastic floor w sin(alpha)/c needs E I (pi/L)^2
     + (w/c) (L/pi)^2."""
-    pipe = tubes.pipe(Parameters(), 5000.0)
-    length = buckling.half_wave(pipe, math.pi / 2)
+    pipe = pipe_tube(Parameters(), 5000.0)
+    length = half_wave(pipe, math.pi / 2)
     assert length is not None
 
     def load(half: float) -> float:
         q = math.pi / half
         return pipe.bending * q * q + pipe.weight / pipe.clearance / (q * q)
 
-    assert load(length) == pytest.approx(buckling.sinusoidal(pipe, math.pi / 2), rel=1e-12)
+    assert load(length) == pytest.approx(sinusoidal_load(pipe, math.pi / 2), rel=1e-12)
     assert min(load(0.99 * length), load(1.01 * length)) > load(length)
 
 
@@ -103,15 +111,15 @@ def test_a_column_buckles_under_its_own_weight(units: float, n: float) -> None:
     """Computed beforehand by other code; 1.94 is Lubinski's."""
     # its unit of length is 5 m, of load 35 N
     tube = Tube(units * 5.0, 125.0 * 7.0, 7.0, 0.1, 1.0, 1.0)
-    assert buckling.vertical(tube) == pytest.approx(n * 35.0, abs=0.5e-3 * 35.0)
+    assert vertical_load(tube) == pytest.approx(n * 35.0, abs=0.5e-3 * 35.0)
 
 
 def test_a_short_column_buckles_at_the_load_of_euler_and_half_its_weight() -> None:
     """First order perturbation: the mean of the weight above is w L / 2."""
     tube = Tube(2.0, 1e4, 0.03, 0.1, 1.0, 1.0)
-    assert buckling.vertical(tube) == pytest.approx(math.pi**2 * 1e4 / 4.0 + 0.03, rel=1e-11)
-    assert buckling.vertical(replace(tube, weight=0.0)) is None
-    assert buckling.vertical(replace(tube, length=1e4)) is None
+    assert vertical_load(tube) == pytest.approx(math.pi**2 * 1e4 / 4.0 + 0.03, rel=1e-11)
+    assert vertical_load(replace(tube, weight=0.0)) is None
+    assert vertical_load(replace(tube, length=1e4)) is None
 
 
 # Waves
@@ -142,7 +150,7 @@ def test_a_uniform_string_has_the_frequencies_of_a_rod() -> None:
 def test_no_standing_wave_is_missed(depth: float) -> None:
     """The frequencies are all sign changes of z_p cos cos - z_c sin sin."""
     p = Parameters()
-    collar, pipe = tubes.collars(p), tubes.pipe(p, depth)
+    collar, pipe = collar_tube(p), pipe_tube(p, depth)
     steel = p.drillstring.material
     c = math.sqrt(steel.shear_modulus / steel.density)
     found = torsional_waves(p, depth, 8)

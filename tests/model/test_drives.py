@@ -20,9 +20,9 @@ from nsdrill.app.check import check
 from nsdrill.app.run import run_in_memory
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, slope_held, torsional_matrix
-from nsdrill.models.christoforou_yigit.drives import gains, impedance
-from nsdrill.models.christoforou_yigit.options import options_of
+from nsdrill.models.christoforou_yigit.columns import options_of
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
+from nsdrill.models.christoforou_yigit.drives import gains, impedance, slope_held, torsional_matrix
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.drives import Gains
 from nsdrill.models.operation import Operation

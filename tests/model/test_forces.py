@@ -12,7 +12,7 @@ from reference import Case, contacts
 
 from model.buffers import slopes
 from model.cases import operation_of, parameters_of, random_case, random_state, table_of
-from nsdrill.models.christoforou_yigit.forces import forces
+from nsdrill.models.christoforou_yigit.equations import forces
 from nsdrill.models.christoforou_yigit.parameters import BitFriction
 from nsdrill.models.friction import hyperbolic, stribeck, values
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from main_model import MAIN, PARAMETERS, pack
 
-from nsdrill.models.christoforou_yigit.options import Options, options_of
+from nsdrill.models.christoforou_yigit.columns import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 W, SPREAD = 8, np.array([0.08, 0.3, 0.08, 0.3, 2e-3, 0.05, 1.0, 3.0, 0.3, 0.5, 1.0, 500.0])

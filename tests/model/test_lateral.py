@@ -19,7 +19,7 @@ from model.cases import operation_of, random_case, random_state
 from model.lateral import Lateral, derivative, parameters, solve
 from nsdrill.abi import Rows
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.options import Options, options_of
+from nsdrill.models.christoforou_yigit.columns import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.leaves import with_values
 from nsdrill.observe.thresholds import Record

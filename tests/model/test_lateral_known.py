@@ -14,9 +14,9 @@ from scipy.optimize import brentq
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.columns import weights
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness
 from nsdrill.models.christoforou_yigit.further_quantities import wall_inclination
-from nsdrill.models.christoforou_yigit.lateral import weights
 from nsdrill.models.leaves import with_values
 from nsdrill.study import Study, parse_study
 

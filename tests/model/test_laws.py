@@ -23,9 +23,8 @@ from nsdrill.app.check import check
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
-from nsdrill.models.christoforou_yigit.laws import bit_arm, fall, onset, slope_at_rest, static_arm
+from nsdrill.models.christoforou_yigit.coefficients import bit_arm, derive, fall, slope_at_rest, static_arm
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, onset
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import LAWS, LawOfBit
 from nsdrill.observe.thresholds import Record

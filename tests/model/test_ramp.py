@@ -16,11 +16,10 @@ from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Operation, Ramp, Schedule
 from nsdrill.models.ramp import ahead_of
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.schedule import Ramp, Schedule
 from nsdrill.study import Study, parse_study
 from nsdrill.variables import MODEL
 

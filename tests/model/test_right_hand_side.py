@@ -17,8 +17,8 @@ from reference import Case, contacts, derivative, quick
 
 from model.buffers import ROWS, buffer_of, slopes
 from model.cases import parameters_of, random_case, random_state, table_of
+from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.equations import lobed
-from nsdrill.models.christoforou_yigit.options import Options
 
 HERE = Path(__file__).parent
 TESTS = str(HERE.parent)

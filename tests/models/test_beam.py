@@ -14,7 +14,7 @@ from scipy.integrate import simpson, solve_ivp
 from models.collar import Collar
 from nsdrill.app.trajectory import simulate
 from nsdrill.models.beam.columns import bent_against_wall, coefficients, shape, stiffnesses, values_of
-from nsdrill.models.beam.forces import at_place
+from nsdrill.models.beam.model import at_place
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import Thresholds

@@ -3,9 +3,8 @@
 import pytest
 
 from nsdrill.models.leaves import Values, lane_values, lanes_of, value_of
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import BY_NAME, NAMES, described
 from nsdrill.models.responses import RESPONSES, Thresholds
-from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.channels import Mean, TimeAbove, measured_by
 from nsdrill.study import parse_study
 from nsdrill.study.study import digest, study_from_resolved

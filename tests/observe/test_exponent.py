@@ -14,7 +14,7 @@ from reference import Case, floquet_exponents
 from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.observe.exponent import GROWTH_COLUMNS, GROWTH_HEADER, WAVES, exponent_of, growth_header, seed_deviation
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work

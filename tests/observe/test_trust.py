@@ -9,7 +9,7 @@ import pytest
 from main_model import MAIN, pack
 from model_tables import FEATURES
 
-from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, Parameters, Well
 from nsdrill.models.christoforou_yigit.variables import COMPARED
 from nsdrill.models.registry import model_named

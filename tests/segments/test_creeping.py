@@ -13,11 +13,11 @@ from scipy.integrate import solve_ivp
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.parameters import Initial
-from nsdrill.models.steepness import implicit
 from nsdrill.study.load import parse_study
 from segments.lanes import DEPTH, MODEL, SPEED, Slopes, run, string
 from segments.plain import Plain, ours, plain_of

@@ -16,7 +16,7 @@ import nsdrill
 from nsdrill.app.check import check
 from nsdrill.errors import InputError, StudyError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.segments.linear import fall_of_torque, growth_at_rest, slope_held, torsional_matrix
+from nsdrill.models.segments.checks import fall_of_torque, growth_at_rest, slope_held, torsional_matrix
 from nsdrill.models.segments.parameters import Initial
 from nsdrill.models.segments.string import steady_of, string_of
 from nsdrill.study.load import parse_study

@@ -12,7 +12,7 @@ import xarray as xr
 
 from nsdrill.app.saving import table, write_rows
 from nsdrill.errors import FileError
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME
 from nsdrill.store import (
     MemoryLog,
     collect,

@@ -8,7 +8,7 @@ import json
 import pytest
 
 from nsdrill.errors import Fault, FileError, StudyError
-from nsdrill.models.schedule import Ramp
+from nsdrill.models.operation import Ramp
 from nsdrill.study import json_schema, parse_study, study_from_resolved
 
 SWEEP = "sweep: {wob: [1 kN, 2 kN]}\n"

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from nsdrill.analysis.bifurcations import CYCLE, PERIODIC
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.vocabulary import IN_TRACE
+from nsdrill.models.registry import IN_TRACE
 from nsdrill.plot.kinds.branches import COLOURS
 from nsdrill.store import hdf5, read_results, write_branches
 from nsdrill.web.branches import read_branches

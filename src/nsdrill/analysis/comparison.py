@@ -16,8 +16,7 @@ from nsdrill.analysis.probability import known, probabilities_of, text
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number
-from nsdrill.models.registry import model_in
-from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
+from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
 from nsdrill.variables import PENDING, SAMPLE
 
 ROUNDING = 1e-12  # relative: values of axes that differ by less are the same

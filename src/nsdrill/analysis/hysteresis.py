@@ -15,8 +15,8 @@ import numpy as np
 
 from nsdrill.analysis.probability import outcome, text
 from nsdrill.data import Answer, Array, Results
+from nsdrill.models.registry import BY_NAME
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.variables import dimension_of
 
 NEEDED = ("status", "response", *RESPONSE_KINDS)  # the variables of results that are used

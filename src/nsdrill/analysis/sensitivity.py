@@ -26,8 +26,7 @@ from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, indepen
 from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number
-from nsdrill.models.registry import model_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.variables import OK, SAMPLE, Unknown
 
 SAFE = "safe"

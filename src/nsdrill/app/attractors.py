@@ -18,8 +18,7 @@ from nsdrill.data import IN_MEMORY, Answer, Array
 from nsdrill.errors import FileError, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts, word_or_number
-from nsdrill.models.registry import model_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, points_in_block
 from nsdrill.study.study import Study

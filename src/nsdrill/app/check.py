@@ -21,8 +21,7 @@ from nsdrill.files import amount as bytes_text
 from nsdrill.late import deferred
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
-from nsdrill.models.operation import Operation
-from nsdrill.models.schedule import Ramp
+from nsdrill.models.operation import Operation, Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.store import record_dtype
 from nsdrill.study.study import Study

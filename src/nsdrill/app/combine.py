@@ -22,7 +22,7 @@ from nsdrill.app.summary import relabelled
 from nsdrill.data import Array, Attributes, Resolved, Results, resolved_study, value_at
 from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME
 from nsdrill.store import kind_of
 from nsdrill.study.keys import Keys, keys_named
 from nsdrill.study.study import IN_WORDS_ONLY, Study, axis_values, refined_axes, study_from_resolved

@@ -15,8 +15,7 @@ from nsdrill.app.arguments import name_in
 from nsdrill.app.experiment import model_digest, overrides_of, with_overrides
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
-from nsdrill.models.registry import model_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.store import (
     from_dataset,
     kept_of,

@@ -32,7 +32,7 @@ from nsdrill.errors import FileError, InputError, StudyError
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.models.leaves import OPERATION
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME
 from nsdrill.observe.thresholds import Record
 from nsdrill.quantity import quantity
 from nsdrill.sampling import Numbers, quantile, rounded

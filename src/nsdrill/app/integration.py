@@ -14,8 +14,7 @@ from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Variant
 from nsdrill.models.leaves import Values
-from nsdrill.models.operation import SCHEDULED, Operation
-from nsdrill.models.schedule import PIECES, History, Schedule
+from nsdrill.models.operation import PIECES, SCHEDULED, History, Operation, Schedule
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT

@@ -23,10 +23,9 @@ from nsdrill.data import Array, Resolved, Results
 from nsdrill.errors import InputError, StudyError, option
 from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import OPERATION, values_at, word_at, words_of
-from nsdrill.models.operation import Operation
-from nsdrill.models.schedule import Schedule
-from nsdrill.models.steepness import METHODS
+from nsdrill.models.operation import Operation, Schedule
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study

@@ -25,8 +25,8 @@ from nsdrill.data import Answer, Array, Resolved, Results, differences, resolved
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
+from nsdrill.models.friction import advice
 from nsdrill.models.leaves import values_in_parts
-from nsdrill.models.steepness import advice
 from nsdrill.store import (
     MemoryLog,
     RunLog,

@@ -19,8 +19,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.files import replacing
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import model_in
-from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
+from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
 from nsdrill.quantity import find, sign, unit_in
 from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
 from nsdrill.store.layout import in_words

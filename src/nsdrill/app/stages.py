@@ -16,8 +16,8 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.friction import METHODS
 from nsdrill.models.responses import trust_labels
-from nsdrill.models.steepness import METHODS
 from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.plan import Plan

@@ -15,12 +15,11 @@ from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_var
 from nsdrill.data import IN_MEMORY, Array, Attributes, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation
+from nsdrill.models.friction import METHODS, advice
+from nsdrill.models.friction import implicit as implicit_points
 from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
-from nsdrill.models.operation import Operation
-from nsdrill.models.schedule import Schedule
-from nsdrill.models.steepness import METHODS, advice
-from nsdrill.models.steepness import implicit as implicit_points
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.operation import Operation, Schedule
+from nsdrill.models.registry import BY_NAME
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan

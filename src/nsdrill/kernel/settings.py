@@ -17,7 +17,7 @@ class Simulation:
     ``verify`` every point of a sweep is checked by two more runs; ``pair`` names the
     embedded Runge-Kutta pair of the explicit method. ``method``: ``implicit`` treats
     friction implicitly; ``auto`` does so only where friction is steep
-    (:mod:`nsdrill.models.steepness`), and is ``explicit`` in runs for which that is not
+    (:mod:`nsdrill.models.friction`), and is ``explicit`` in runs for which that is not
     decided.
 
     The ranges are those of a study. They are not checked here, as the checks of a point

@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Schedule
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.schedule import Schedule
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Array, Model, Variant

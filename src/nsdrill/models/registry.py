@@ -1,4 +1,5 @@
-"""The models by the names that a study gives them.
+"""The models by the names that a study gives them, and the variables of all models by
+their names. A name of a variable means the same in every model that has it.
 
 A new model is a folder or a file beside these and a line here; or a module of another
 package with an entry point of the group ``nsdrill.models``: the name of the entry point
@@ -11,7 +12,7 @@ import hashlib
 import importlib
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -21,7 +22,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
 from nsdrill.errors import InputError
-from nsdrill.variables import MODEL
+from nsdrill.variables import MODEL, Variable
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
@@ -157,7 +158,7 @@ def _check_meanings(name: str, description: Description) -> None:
                     f"the model {name}: found the variable {variable.name}, {variable.long_name} "
                     f"[{variable.units}], which is {words} "
                     f"[{units}] in the model {model}; allowed: another name, or that variable as "
-                    "nsdrill.models.vocabulary has it."
+                    "nsdrill.models.registry has it."
                 )
 
 
@@ -210,3 +211,44 @@ def drawn_in(attrs: Attributes) -> Drawn:
     """What pictures show of a file with the root attributes ``attrs``, without the
     modes that are frozen."""
     return model_in(attrs).drawn.without(frozen_modes(attrs))
+
+
+class _ByName(Mapping[str, Variable]):
+    """Variables by name, each from the first model that has it. The other models are
+    imported only for a name that this one lacks."""
+
+    def __init__(self, attribute: str) -> None:
+        self._attribute = attribute
+        self._by_model: dict[str, dict[str, Variable]] = {}
+
+    def _of(self, model: Description) -> dict[str, Variable]:
+        if model.name not in self._by_model:
+            self._by_model[model.name] = {variable.name: variable for variable in getattr(model, self._attribute)}
+        return self._by_model[model.name]
+
+    def __getitem__(self, name: str) -> Variable:
+        for _, variables in of_all(self._of):
+            if name in variables:
+                return variables[name]
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict.fromkeys(name for _, variables in of_all(self._of) for name in variables))
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+
+BY_NAME: Mapping[str, Variable] = _ByName("variables")
+IN_TRACE: Mapping[str, Variable] = _ByName("trace_and_states")
+
+
+def known(*names: str) -> tuple[Variable, ...]:
+    """The variables of a results file by these names, for a model that has some of
+    another."""
+    return tuple(BY_NAME[name] for name in names)
+
+
+def known_in_trace(*names: str) -> tuple[Variable, ...]:
+    """As :func:`known`, of a trace."""
+    return tuple(IN_TRACE[name] for name in names)

@@ -23,10 +23,10 @@ from nsdrill.models.base import Model, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
+from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import HyperbolicFriction, Tubular
 from nsdrill.models.turning import DRAWN, SURFACE_TORQUES, TURNING, TurningStart, turning_channels, turning_features
-from nsdrill.models.vocabulary import known, known_in_trace
 from nsdrill.observe.channels import Declaration, Extremes, Names, Section
 from nsdrill.ranges import Checked, like, parameter
 

@@ -13,7 +13,7 @@ with deferred():
     from nsdrill import store
     from nsdrill.app import arguments, datasets, pictures, saving
     from nsdrill.app import combine as joining
-    from nsdrill.models import vocabulary
+    from nsdrill.models import registry
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -116,7 +116,7 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
         store.claim_file(path, overwrite)
         store.write_branches(path, data, overwrite=overwrite)
         return
-    known = {*vocabulary.BY_NAME, *vocabulary.IN_TRACE}
+    known = {*registry.BY_NAME, *registry.IN_TRACE}
     if extra := [str(name) for name in data.data_vars if name not in known]:
         raise InputError(
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its "

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, NsdrillError, option
@@ -22,6 +22,11 @@ from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from xarray import Dataset
+
+    from nsdrill.plot.kinds.charts import Chart, Numbers
+
+    Drawable: TypeAlias = Results | Trace | Dataset | Chart[Numbers]  # what a picture is drawn of
 
 MAX_COLUMNS = 3  # values of a second axis that stand side by side as columns of one figure
 MAX_PANELS = 12
@@ -186,6 +191,11 @@ def is_sweep(data: object) -> TypeGuard[Results]:
 def has_samples(data: object) -> TypeGuard[Results]:
     """Whether these are results with several samples of uncertain numbers."""
     return isinstance(data, Results) and SAMPLE in data.coords
+
+
+def has_starts(data: object) -> TypeGuard[Results]:
+    """Whether these are results with several starts of every operating point."""
+    return isinstance(data, Results) and "start" in data.coords
 
 
 def needs_samples(data: object) -> str:

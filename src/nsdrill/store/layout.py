@@ -19,8 +19,7 @@ from nsdrill.data import Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, printable
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import NAMES
-from nsdrill.models.vocabulary import IN_TRACE
+from nsdrill.models.registry import IN_TRACE, NAMES
 from nsdrill.units import CF
 from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, Axis, Unknown, Variable, dimension_of
 

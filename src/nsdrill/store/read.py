@@ -20,8 +20,7 @@ from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import described, model_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, described, model_in
 from nsdrill.store import hdf5
 from nsdrill.store.layout import LARGEST, plain_attribute, plain_attributes, to_file, to_memory
 from nsdrill.store.log import RunLog

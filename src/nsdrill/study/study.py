@@ -21,10 +21,9 @@ from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import marked, place_of, value_of, without, words_of
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Operation, Ramp
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.schedule import Ramp
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import check_fields

@@ -20,6 +20,7 @@ from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as ModelVariant
 from nsdrill.models.description import Description
+from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import (
     Values,
     in_parts,
@@ -32,7 +33,6 @@ from nsdrill.models.leaves import (
 )
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
-from nsdrill.models.steepness import METHODS
 from nsdrill.observe.exponent import (
     GROWTH,
     GROWTH_COLUMNS,

@@ -13,8 +13,7 @@ from nsdrill.analysis.bifurcations import END, REGULAR, meanings_of
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.plot.labels import quantity
 from nsdrill.store import hdf5, open_branches

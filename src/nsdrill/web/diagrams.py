@@ -12,8 +12,7 @@ from nsdrill.analysis.maps import axes_of
 from nsdrill.analysis.probability import outcome, text
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, edges, is_logarithmic, line, positions, robust_limits

@@ -18,8 +18,7 @@ from nsdrill.app.motions import Motion
 from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.models.leaves import words_of
-from nsdrill.models.registry import drawn_in
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.registry import BY_NAME, drawn_in
 from nsdrill.plot.kinds.returns import section_of
 from nsdrill.plot.labels import quantity
 from nsdrill.study.study import Study

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 
 from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT
 from nsdrill.data import Answer
+from nsdrill.models.registry import BY_NAME
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot import style
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.style import RESPONSES

@@ -1,6 +1,7 @@
-"""What the equations of the elastic collar read and give: the names of lane parameters
-and auxiliary outputs, the values of the lane parameters, the natural scales that follow
-from them, and the start."""
+"""What the equations of the elastic collar read and give: the options that are compiled
+in, the names of states, lane parameters and auxiliary outputs, the values of the lane
+parameters, and the start that follows from them.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +9,83 @@ import copy
 import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from nsdrill.data import Array
 from nsdrill.models import friction
-from nsdrill.models.beam.options import Options, options_of, unbalanced_modes
-from nsdrill.models.beam.parameters import Beam, Initial, Parameters
+from nsdrill.models.beam.parameters import MAX_MODES, Beam, Initial, Parameters
 from nsdrill.models.christoforou_yigit import columns as lumped
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.leaves import Values, lane_values, lanes_of
+
+FIRST_MODE = ("x", "vx", "y", "vy")  # of the first mode, as named in the study's start
+COMMON = ("z", "vz", "twist", "bit_speed")
+
+
+class Options(NamedTuple):
+    """Whole numbers, as they go into the names of compiled functions: the numbers of
+    ``modes`` and ``stations``; whether the law of the wall is Hertz's; the ``lobes`` of
+    the rock; the ``unbalanced`` modes as a sum of bits, 1 for the first, 2 for the
+    second, 4 for the third; whether the ``torque`` softens the collar; whether friction
+    is ``implicit``."""
+
+    modes: int = 5
+    stations: int = 5
+    hertz: int = 0
+    lobes: int = 3
+    unbalanced: int = 1
+    torque: int = 0
+    implicit: int = 0
+
+    @property
+    def eccentric(self) -> tuple[int, ...]:
+        """The numbers of the modes that are eccentric."""
+        return tuple(n for n in range(1, self.modes + 1) if self.unbalanced >> (n - 1) & 1)
+
+
+def options_of(parameters: Parameters) -> Options:
+    """The options of a collar."""
+    beam = parameters.beam
+    return Options(
+        modes=beam.modes,
+        stations=len(beam.stations),
+        hertz=int(parameters.well.law == "hertz"),
+        lobes=parameters.bit.lobes,
+        unbalanced=sum(1 << (n - 1) for n in unbalanced_modes(parameters)),
+        torque=int(beam.torque == "cy"),
+    )
+
+
+def unbalanced_modes(parameters: Parameters) -> list[int]:
+    """The numbers of the modes whose mass centre is off the axis; with a swept
+    eccentricity all modes that may be."""
+    distances, modes = parameters.beam.eccentricity_modes, range(1, parameters.beam.modes + 1)
+    if distances is not None:
+        return [n for n, value in zip(modes, distances, strict=False) if value != 0.0]
+    return [n for n in modes if n % 2] if parameters.drillstring.eccentricity_shape == "uniform" else [1]
+
+
+def lateral(n: int) -> tuple[str, str, str, str]:
+    """The names of the states of mode ``n``."""
+    return f"x_{n}", f"vx_{n}", f"y_{n}", f"vy_{n}"
+
+
+def states_of(modes: int) -> tuple[str, ...]:
+    """The names of the states; those that the lumped model also has come first, in its
+    order."""
+    return (*lateral(1), *COMMON, *(name for n in range(2, modes + 1) for name in lateral(n)))
+
+
+def slopes_of(modes: int) -> tuple[str, ...]:
+    """The names of the accelerations, in the order of the states."""
+    higher = (name for n in range(2, modes + 1) for name in (f"ax_{n}", f"ay_{n}"))
+    return ("ax_1", "ay_1", "az", "bit_acceleration", *higher)
+
+
+STATE_SETS = {n: (*states_of(n), "drive_angle") for n in range(1, MAX_MODES + 1)}
+
 
 NO_WALL = 1e6  # m, the gap of a station without one
 
@@ -225,25 +291,3 @@ def bent_against_wall(points: Values) -> dict[str, Any]:
 
 # numpy's power differs in the last bit between processors.
 _root = np.vectorize(math.pow, otypes=[float])
-
-
-def natural_scales(table: Mapping[str, Array], options: Options) -> list[Any]:
-    """The natural scale of each state: of a mode a tenth of the gap, and that times its
-    frequency without load; the others as in the lumped model."""
-    lateral = 0.1 * table["gap"]
-    frequency = np.sqrt(table["bending"] * table["per_lateral_mass"])
-    contact = table["axial_stiffness"] + table["rock_stiffness"]
-    axial = lumped.axial_scale(table)
-    common = [axial, axial * np.sqrt(contact * table["per_axial_mass"]), 0.1, 0.1 * table["drive_speed"]]
-    modes = [[lateral, lateral * n**2 * frequency] * 2 for n in range(1, options.modes + 1)]
-    return [*modes[0], *common, *(scale for mode in modes[1:] for scale in mode)]
-
-
-def fastest(table: Mapping[str, Array], options: Options) -> Array:
-    """The greatest natural frequency [rad/s]: of a mode, of the first one on the wall,
-    of the bit on the rock."""
-    per_mass = table["per_lateral_mass"]
-    wall = np.max([table[f"wall_stiffness_{j}"] for j in range(1, options.stations + 1)], axis=0)
-    square = np.maximum(options.modes**4 * table["bending"] * per_mass, wall * per_mass)
-    contact = (table["axial_stiffness"] + table["rock_stiffness"]) * table["per_axial_mass"]
-    return np.asarray(np.sqrt(np.maximum(np.maximum(square, contact), table["drive_speed"] ** 2)))

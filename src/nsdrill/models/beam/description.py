@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.models.beam.options import COMMON, FIRST_MODE, STATE_SETS
+from nsdrill.models.beam.columns import COMMON, FIRST_MODE, STATE_SETS, as_lumped
 from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, Initial, Parameters, constraints
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
@@ -47,8 +47,6 @@ def states(parameters: Parameters) -> tuple[str, ...]:
 
 def friction_rates(points: Values) -> Mapping[str, Any]:
     """The rates of the lumped model with the same numbers."""
-    from nsdrill.models.beam.columns import as_lumped  # late: it imports the compiler
-
     return LUMPED.friction_rates(replace(points, parameters=as_lumped(points.parameters)))
 
 

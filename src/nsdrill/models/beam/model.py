@@ -1,5 +1,6 @@
 """The elastic collar: several modes in two planes, walls at stations, on a string that
-twists and bounces."""
+twists and bounces; and its forces at given states, in plain numpy, for traces.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +11,71 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nsdrill.models.base import Array, Symmetry, Variant
-from nsdrill.models.beam import columns
+from nsdrill.models.beam.columns import (
+    COMMON,
+    FIRST_MODE,
+    Options,
+    as_lumped,
+    bent_against_wall,
+    coefficients,
+    options_of,
+    shape,
+    states_of,
+    values_of,
+    watched,
+)
 from nsdrill.models.beam.equations import equations
-from nsdrill.models.beam.forces import forces
 from nsdrill.models.beam.observed import declaration_of, names_of
-from nsdrill.models.beam.options import COMMON, FIRST_MODE, Options, options_of, states_of
 from nsdrill.models.beam.parameters import Parameters
-from nsdrill.models.christoforou_yigit.collar import CollarInHole
-from nsdrill.models.christoforou_yigit.ensemble import reach_of_collar, string_and_bit
+from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
+from nsdrill.models.christoforou_yigit.columns import axial_scale, is_used
+from nsdrill.models.christoforou_yigit.equations import forces as lumped_forces
 from nsdrill.models.christoforou_yigit.observed import coordinates
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record
+
+State = Mapping[str, Array]
+
+
+def at_place(parameters: Parameters, state: State, place: Any) -> dict[str, Array]:
+    """x, vx, y, vy [m, m/s] of the collar at a fraction of its span."""
+    modes = range(1, parameters.beam.modes + 1)
+    return {
+        name: np.asarray(sum(shape(place, n) * state[f"{name}_{n}"] for n in modes)) for name in ("x", "vx", "y", "vy")
+    }
+
+
+def _walls(parameters: Parameters, point: Any, state: State) -> list[dict[str, Array]]:
+    """The forces of the lumped model at each station, with position and velocity."""
+    rest = {name: state[name] for name in ("z", "vz", "twist", "bit_speed", "drive_angle")}
+    stations = []
+    for station in parameters.beam.stations:
+        motion = at_place(parameters, state, station.at)
+        own = {}
+        if station.gap is not None:
+            own["well.diameter"] = parameters.drillstring.collar.outer_diameter + 2 * station.gap
+        if station.stiffness is not None:
+            own["well.stiffness"] = station.stiffness
+        at_station = with_values(as_lumped(parameters), own)
+        stations.append({**motion, **lumped_forces(at_station, point, {**rest, **motion})})
+    return stations
+
+
+def forces(parameters: Parameters, point: Any, state: State) -> dict[str, Array]:
+    """The variables of a trace besides the states: x, vx, y, vy [m, m/s] and the polar
+    coordinates of the watched place; the forces and torques of the rock; the sums of
+    ``wall_force`` and ``wall_friction`` over all stations [N]."""
+    stations = _walls(parameters, point, state)
+    motion = at_place(parameters, state, watched(parameters.beam))
+    result = lumped_forces(as_lumped(parameters), point, {**state, **motion})
+    for name in ("wall_force", "wall_friction"):
+        result[name] = np.asarray(sum(station[name] for station in stations))
+    return {**motion, **result}
 
 
 class ElasticCollar(CollarInHole):
@@ -44,15 +94,16 @@ class ElasticCollar(CollarInHole):
         """The equations depend on the direction only through the lobes."""
         options = options_of(points.parameters)
         names = states_of(options.modes)
-        has_lobes = (
-            np.ndim(points.parameters.bit.surface_amplitude) > 0 or points.parameters.bit.surface_amplitude != 0.0
-        )
         pairs = (
             (names.index(f"{x}_{n}"), names.index(f"{y}_{n}"))
             for n in range(1, options.modes + 1)
             for x, y in (("x", "y"), ("vx", "vy"))
         )
-        return Symmetry(options.lobes if has_lobes else 0, tuple(range(len(names))), tuple(pairs))
+        return Symmetry(
+            options.lobes if is_used(points.parameters.bit.surface_amplitude) else 0,
+            tuple(range(len(names))),
+            tuple(pairs),
+        )
 
     def names(self, variant: Variant) -> Names:
         return names_of(Options(*variant))
@@ -65,18 +116,32 @@ class ElasticCollar(CollarInHole):
         return tuple(name for name in self.slope_names(variant) if name != "vz")
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
-        return columns.values_of(points, thresholds.stuck_below)
+        return values_of(points, thresholds.stuck_below)
 
     def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Any]:
-        return columns.natural_scales(table, o)
+        """The natural scale of each state: of a mode a tenth of the gap, and that times its
+        frequency without load; the others as in the lumped model."""
+        lateral = 0.1 * table["gap"]
+        frequency = np.sqrt(table["bending"] * table["per_lateral_mass"])
+        contact = table["axial_stiffness"] + table["rock_stiffness"]
+        axial = axial_scale(table)
+        common = [axial, axial * np.sqrt(contact * table["per_axial_mass"]), 0.1, 0.1 * table["drive_speed"]]
+        modes = [[lateral, lateral * n**2 * frequency] * 2 for n in range(1, o.modes + 1)]
+        return [*modes[0], *common, *(scale for mode in modes[1:] for scale in mode)]
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
-        return columns.fastest(table, o)
+        """The greatest natural frequency [rad/s]: of a mode, of the first one on the wall,
+        of the bit on the rock."""
+        per_mass = table["per_lateral_mass"]
+        wall = np.max([table[f"wall_stiffness_{j}"] for j in range(1, o.stations + 1)], axis=0)
+        square = np.maximum(o.modes**4 * table["bending"] * per_mass, wall * per_mass)
+        contact = (table["axial_stiffness"] + table["rock_stiffness"]) * table["per_axial_mass"]
+        return np.asarray(np.sqrt(np.maximum(np.maximum(square, contact), table["drive_speed"] ** 2)))
 
     # The start
 
     def steady(self, points: Values) -> Mapping[str, Any]:
-        k = columns.coefficients(points.parameters, *points.operation)
+        k = coefficients(points.parameters, *points.operation)
         rest = -np.asarray(points.operation[1]) / (k.k_a + points.parameters.bit.rock_stiffness)
         return {"z": rest, "bit_speed": points.operation[2]}
 
@@ -85,7 +150,7 @@ class ElasticCollar(CollarInHole):
         values = {name: getattr(initial, name.removesuffix("_1"), 0.0) for name in names}
         values |= {name: steady[name] for name in steady if values[name] is None}
         if initial.wall_force is not None:  # type: ignore[attr-defined]
-            values |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | columns.bent_against_wall(points)
+            values |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | bent_against_wall(points)
         return values
 
     def sliced(self, points: Values, number: Array) -> dict[str, Array]:
@@ -100,11 +165,11 @@ class ElasticCollar(CollarInHole):
         parameters, (depth, wob, speed), q = (points.parameters, points.operation, points.initial.spread)
         names = (*self.states(self.variant(parameters)), "drive_angle")
         u = dict(zip(names, shape.T, strict=True))
-        k = columns.coefficients(parameters, depth, wob, speed)
+        k = coefficients(parameters, depth, wob, speed)
         around = (2 * u["z"] - 1, 2 * u["vz"] - 1, u["twist"], 2 * u["bit_speed"] - 1)
         gap, fastest = reach_of_collar(k, speed, q)
         states = {
-            **string_and_bit(columns.as_lumped(parameters), k, wob, speed, q, *around),
+            **string_and_bit(as_lumped(parameters), k, wob, speed, q, *around),
             "drive_angle": 2 * math.pi * u["drive_angle"],
         }
         for n in range(1, parameters.beam.modes + 1):

@@ -13,13 +13,28 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsdrill.models import drives
-from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.derived_quantities import fall_withstood, slope_held, torsional_matrix
-from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
-from nsdrill.models.christoforou_yigit.further_quantities import HALF_WAVES, HORIZONTAL, WAVES, lateral_frequencies
+from nsdrill.models.christoforou_yigit.drives import (
+    circuit,
+    fall_withstood,
+    gains,
+    impedance,
+    slope_held,
+    torsional_matrix,
+)
+from nsdrill.models.christoforou_yigit.further_quantities import (
+    HORIZONTAL,
+    WAVES,
+    axial_waves,
+    collar_tube,
+    euler_load,
+    lateral_frequencies,
+    pipe_tube,
+    sinusoidal_load,
+    torsional_waves,
+    vertical_load,
+)
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.waves import axial_waves, torsional_waves
 from nsdrill.models.drives import reflection
 from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
@@ -38,7 +53,7 @@ def critical_speeds(axis: str, x: np.ndarray, points: Sequence[Point]) -> Critic
     lateral, torsional, axial, on_rock = [], [], [], []
     for parameters, operation in points:
         k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-        lateral.append(lateral_frequencies(parameters, operation, k, float(k.m_l), HALF_WAVES))
+        lateral.append(lateral_frequencies(parameters, operation, k, float(k.m_l)))
         torsional.append(torsional_waves(parameters, operation.depth, WAVES))
         axial.append(axial_waves(parameters, operation.depth, WAVES))
         on_rock.append(axial_waves(parameters, operation.depth, WAVES, on_rock=True))
@@ -70,15 +85,15 @@ def _buckling(
 ) -> BucklingLoads:
     rows, vertical_loads = [], {}
     for (parameters, operation), angle in zip(points, inclinations, strict=True):
-        collar = tubes.collars(parameters)
+        collar = collar_tube(parameters)
         if collar not in vertical_loads:
-            load = buckling.vertical(collar)
+            load = vertical_load(collar)
             vertical_loads[collar] = math.nan if load is None else load
         rows.append(
             (
-                buckling.sinusoidal(collar, angle),
-                buckling.sinusoidal(tubes.pipe(parameters, operation.depth), angle),
-                buckling.euler(collar.bending, parameters.drillstring.collar.span),
+                sinusoidal_load(collar, angle),
+                sinusoidal_load(pipe_tube(parameters, operation.depth), angle),
+                euler_load(collar.bending, parameters.drillstring.collar.span),
                 vertical_loads[collar],
                 operation.wob,
             )

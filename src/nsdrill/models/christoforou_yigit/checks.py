@@ -9,22 +9,21 @@ from functools import cached_property
 from operator import attrgetter, itemgetter
 from typing import Any
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, law_of_bit, slope_at_rest
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     derived_quantities,
-    growth_at_rest,
     lateral_stiffness,
     mean_torque,
     wall_speed,
 )
+from nsdrill.models.christoforou_yigit.drives import growth_at_rest
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
-from nsdrill.models.christoforou_yigit.laws import law_of_bit, slope_at_rest
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import overloaded, swinging
+from nsdrill.models.friction import implicit
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue, few_periods
 from nsdrill.models.operation import Operation
-from nsdrill.models.steepness import implicit
 from nsdrill.ranges import meanings_of
 
 COEFFICIENTS = meanings_of(Coefficients)

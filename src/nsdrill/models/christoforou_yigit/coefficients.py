@@ -1,9 +1,11 @@
 """The lumped coefficients of the equations of motion, from the parameters and the
-operating point.
+operating point; and the friction of the bit, its torque over its force, an arm [m], as
+a function of its speed, by the laws of :mod:`nsdrill.models.friction`.
 
 The span between stabilisers is simply supported with deflection shape sin(pi x / l);
 the pipe is as long as the depth less the collars, and a third of its mass moves with
-its lower end.
+its lower end. The arm of friction is 2/3 r_h, with the radius r_h of the bit, that of
+the cutting torque a_c.
 """
 
 from __future__ import annotations
@@ -15,10 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.models import friction
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.ranges import computed
 
 Float = float | np.ndarray
+GRAVITY = 9.80665  # m/s^2, standard
 
 
 @dataclass(frozen=True)
@@ -121,3 +125,46 @@ def at(coefficients: Coefficients, index: int) -> Coefficients:
             for item in fields(coefficients)
         }
     )
+
+
+def law_of_bit(parameters: Parameters) -> friction.KeyedLaw:
+    """The law of the bit."""
+    return friction.LAWS[parameters.bit.friction.law]
+
+
+def bit_numbers(parameters: Parameters, k: Coefficients) -> friction.Numbers:
+    """The numbers of the law of the bit at operating points with the coefficients
+    ``k``: eps [s/rad], tau or 1/V0 [s/rad], the falling and the constant part of the
+    arm [m]; of the rational law b1, b3, b0 b2 and b0."""
+    return law_of_bit(parameters).numbers(parameters.bit.friction, 2 / 3 * k.bit_radius, k.cutting_arm)
+
+
+def bit_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
+    """The torque of the bit over its force [m], with its sign, at bit speeds
+    [rad/s]."""
+    return _arm("coefficient", parameters, k, speed)
+
+
+def _arm(which: str, parameters: Parameters, k: Coefficients, speed: Any) -> Any:
+    return friction.values(law_of_bit(parameters), which, speed, bit_numbers(parameters, k))
+
+
+def running_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
+    """The arm [m] at positive bit speeds [rad/s] without smoothing."""
+    return _arm("unsmoothed", parameters, k, speed)
+
+
+def static_arm(parameters: Parameters, k: Coefficients) -> Any:
+    """The greatest arm [m] at rest, or a bound of it."""
+    return law_of_bit(parameters).at_rest(parameters.bit.friction, 2 / 3 * k.bit_radius, k.cutting_arm)
+
+
+def slope_at_rest(parameters: Parameters, k: Coefficients) -> Any:
+    """The slope of the arm at rest [m s/rad]."""
+    return _arm("slope", parameters, k, 0.0)
+
+
+def fall(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
+    """The rate at which the torque over the force falls with bit speed [m s/rad],
+    without smoothing, at positive speeds."""
+    return _arm("fall", parameters, k, speed)

@@ -1,31 +1,174 @@
-"""What the equations of the main model read and give: the names of states, lane
-parameters and auxiliary outputs, the values of the lane parameters, and the natural
-scales that follow from them."""
+"""What the equations of the main model read and give: the options that are compiled in,
+which change the equations rather than their numbers; the names of states, lane
+parameters and auxiliary outputs; and the values of the lane parameters.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.models import friction
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
-from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
-from nsdrill.models.christoforou_yigit.lateral import (
-    AXIAL_PARAMETERS,
-    STABILIZER_PARAMETERS,
-    SWIRL_PARAMETERS,
-    WEIGHT_PARAMETERS,
-    lane_parameters,
+from nsdrill.models.christoforou_yigit.coefficients import (
+    GRAVITY,
+    Coefficients,
+    bit_numbers,
+    derive,
+    law_of_bit,
+    one_by_one,
+    power,
+    slope_at_rest,
 )
-from nsdrill.models.christoforou_yigit.laws import bit_numbers
-from nsdrill.models.christoforou_yigit.options import Options, options_of
+from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
-from nsdrill.models.leaves import lane_values, lanes_of
+from nsdrill.models.friction import LAWS, rate_at_rest
+from nsdrill.models.leaves import Values, lane_values, lanes_of
+
+
+class Options(NamedTuple):
+    """The options of a string, integers, as they are part of the names of compiled
+    functions. An option that is 0 leaves nothing in the code.
+
+    ==================  =============================================================
+    ``hertz``           the contact law of the wall is that of Hertz
+    ``lobes``           number of lobes of the rock's surface
+    ``driven``          the drive is not ideal
+    ``friction``        number of the bit's friction law in
+                        :data:`nsdrill.models.friction.LAWS`
+    ``limited``         the torque of the drive has a limit
+    ``motor``           the drive is a DC motor, whose torque is a state
+    ``regulated``       the voltage of the motor has gains on the motion
+    ``swirl``           the mud rotates
+    ``stabilizer``      the stabilisers have a clearance, perhaps 0, and friction
+    ``weight``          the hole is inclined
+    ``axial_friction``  friction at wall and stabilisers acts along the axis too
+    ``implicit``        the friction of bit and wall is evaluated separately, for a
+                        stepper that treats it implicitly
+    ==================  =============================================================
+    """
+
+    hertz: int = 0
+    lobes: int = 3
+    driven: int = 0
+    friction: int = 0
+    limited: int = 0
+    motor: int = 0
+    regulated: int = 0
+    swirl: int = 0
+    stabilizer: int = 0
+    weight: int = 0
+    axial_friction: int = 0
+    implicit: int = 0
+
+
+def options_of(parameters: Parameters) -> Options:
+    """The options of a string. A number that is an array, as along an axis of a sweep,
+    counts as used although it may be zero at some points: there its terms change no
+    bit of the result."""
+    return Options(
+        hertz=int(parameters.well.law == "hertz"),
+        lobes=int(parameters.bit.lobes),
+        driven=int(not parameters.drive.ideal),
+        friction=list(LAWS).index(parameters.bit.friction.law),
+        limited=int(parameters.drive.limited),
+        motor=int(parameters.drive.kind == "dc_motor"),
+        regulated=int(parameters.drive.regulated),
+        swirl=is_used(parameters.mud.swirl),
+        stabilizer=int(parameters.stabilizer.clearance is not None),
+        weight=is_used(parameters.well.inclination),
+        axial_friction=int(parameters.well.axial_friction),
+    )
+
+
+def is_used(value: Any) -> int:
+    """1 for a number that is not zero, and for every array."""
+    return int(np.ndim(value) > 0 or value != 0.0)
+
+
+# The steepness of the friction of bit, wall and stabilisers.
+
+
+def friction_rates(points: Values) -> dict[str, Any]:
+    """The rates [1/s] at which friction at rest decelerates a slip, of bit, wall and
+    stabilisers, by the keys of their smoothing: (2/pi) eps mu N over the effective mass
+    of the slip. The normal force N is the weight on bit, the force between a rolling
+    collar and the wall, and the force of the span on the stabilisers when the collar is
+    at the wall."""
+    parameters, (depth, wob, speed) = points.parameters, points.operation
+    k = derive(parameters, depth, wob, speed)
+    normal = k.m_l * k.collar_radius**2 * np.square(speed) / k.gap
+    per_mass = k.collar_radius**2 / k.J + 1 / k.m_l
+    if parameters.well.axial_friction:
+        per_mass = np.maximum(per_mass, 1 / k.m_a)
+    modes = parameters.modes
+    bit_rate = wob * slope_at_rest(parameters, k) / k.J if modes.torsional == "free" else 0.0
+    wall_rate = rate_at_rest(parameters.well.friction, normal, per_mass) if modes.lateral == "free" else 0.0
+    rates = {f"bit.friction.{law_of_bit(parameters).steep}": bit_rate, "well.friction.smoothing": wall_rate}
+    radius = stabilizer_radius(parameters)
+    if radius is not None and modes.lateral == "free":
+        clearance = parameters.stabilizer.clearance
+        span_force, per_mass = (k.k_bend * (k.gap - clearance), radius**2 / k.J + clearance / k.gap / k.m_l)
+        rate = rate_at_rest(parameters.stabilizer.friction, span_force, per_mass)
+        rates["stabilizer.friction.smoothing"] = rate
+    return rates
+
+
+SWIRL_PARAMETERS = ("swirl_rate", "swirl_momentum")
+STABILIZER_PARAMETERS = ("clearance", "stabilizer_radius", "stabilizer_arm", *friction.columns_of("stabilizer"))
+WEIGHT_PARAMETERS = ("weight", "eccentric_weight")
+AXIAL_PARAMETERS = ("penetration_rate",)
+
+
+def weights(parameters: Parameters) -> tuple[Any, Any]:
+    """F_g and W_g [N]: the modal weight across the hole, buoyed, and that of the steel
+    alone."""
+    collar, mud = parameters.drillstring.collar, parameters.mud
+    inside, outside = power(collar.inner_diameter, 2), power(collar.outer_diameter, 2)
+    steel = parameters.drillstring.material.density * math.pi / 4 * (outside - inside)
+    fluid = mud.density * math.pi / 4 * (inside - outside)
+    across = 2 * collar.span / math.pi * GRAVITY * one_by_one(math.sin, parameters.well.inclination)
+    return across * (steel + fluid), across * steel
+
+
+def stabilizer_radius(parameters: Parameters) -> Any:
+    """R_s = D_well/2 - s0 [m], None without stabilisers."""
+    clearance = parameters.stabilizer.clearance
+    return None if clearance is None else parameters.well.diameter / 2 - clearance
+
+
+def rate_of_penetration(k: Coefficients, rotary_speed: Any) -> Any:
+    """ROP [m/s], from the depth of cut."""
+    return k.depth_of_cut * rotary_speed / (2 * math.pi)
+
+
+def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Any) -> dict[str, Any]:
+    """The lane parameters of all options by their names, also of options that are off.
+    ``rotary_speed`` is in rad/s. Where the lateral mode is frozen, the eccentric weight
+    is zero and the other forces have no effect."""
+    clearance = parameters.stabilizer.clearance
+    across, steel = weights(parameters)
+    eccentricity = parameters.drillstring.eccentricity
+    if parameters.modes.lateral == "frozen" or not parameters.drillstring.eccentric_weight:
+        eccentricity = 0.0
+    rate = parameters.mud.swirl * rotary_speed
+    radius = stabilizer_radius(parameters)
+    return {
+        "swirl_rate": rate,
+        "swirl_momentum": k.m_f * rate,
+        "clearance": clearance,
+        "stabilizer_radius": radius,
+        "stabilizer_arm": None if radius is None else radius / k.collar_radius,
+        **friction.stribeck(parameters.stabilizer.friction).columns("stabilizer"),
+        "weight": across,
+        "eccentric_weight": steel * eccentricity,
+        "penetration_rate": rate_of_penetration(k, rotary_speed),
+    }
+
 
 STATES = STATE_NAMES[:-1]  # of string and bit
 # Auxiliary outputs, which the observer reads: cosine and sine of the bit angle, the
@@ -155,61 +298,3 @@ def axial_scale(p: Mapping[str, Array]) -> Array:
     under the weight on bit, at least a tenth of the lobe amplitude."""
     contact = p["axial_stiffness"] + p["rock_stiffness"]
     return np.asarray(np.maximum(p["wob"] / contact, np.maximum(0.1 * p["surface_amplitude"], 1e-6)))
-
-
-def natural_scales(p: Mapping[str, Array], o: Options) -> list[Any]:
-    """The natural scale of each state.
-
-    Lateral: a tenth of the gap; axial: :func:`axial_scale`; twist and bit speed: a
-    tenth of a radian, a tenth of the drive speed. Velocities: the position's size times the
-    frequency of the free mode, bending for the lateral one and in contact for the axial
-    one. A drive's lag and speed have the scales of twist and bit speed, the torque of a
-    motor that of a twist of that size.
-    """
-    lateral = 0.1 * p["gap"]
-    contact = p["axial_stiffness"] + p["rock_stiffness"]
-    axial = axial_scale(p)
-    bending_rate, axial_rate = (
-        np.sqrt(np.where(per_mass > 0.0, square, 1.0))  # any scale will do for a frozen mode
-        for per_mass, square in (
-            (p["per_lateral_mass"], np.abs(p["bending"]) * p["per_lateral_mass"]),
-            (p["per_axial_mass"], contact * p["per_axial_mass"]),
-        )
-    )
-    across, along = [lateral, lateral * bending_rate], [axial, axial * axial_rate]
-    rotating = [0.1, 0.1 * p["set_speed"]]
-    scales = [*across, *across, *along, *rotating]
-    if o.driven:
-        scales += rotating
-    if o.motor:
-        scales += [IGNORED_SCALE, 0.1 * p["torsional_stiffness"]]
-    return scales
-
-
-def fastest(p: Mapping[str, Array], o: Options) -> Array:
-    """The inverse of the shortest natural time [rad/s]."""
-    rates = [p["wall_stiffness"] * p["per_lateral_mass"]]
-    rates += [(p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"], p["set_speed"] ** 2]
-    if o.driven:
-        per_inertia = p["per_drive_inertia"]
-        rates += [p["drive_stiffness"] * per_inertia, (p["drive_damping"] * per_inertia) ** 2]
-    if o.motor:
-        per_time = p["per_circuit_time"]
-        rates += [p["motor_damping"] * per_time * per_inertia, per_time**2]
-    if o.regulated:
-        lag, drive_speed = p["regulator_lag"], p["regulator_drive_speed"]
-        rates += [((1 + p["regulator_torque"]) * per_time) ** 2]
-        rates += [np.abs(p["motor_damping"] + drive_speed) * per_time * per_inertia]
-        rates += [np.abs(lag * per_time * per_inertia) ** (2 / 3)]
-    return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
-
-
-# The states of each mode.
-_STATES_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
-
-
-def frozen_states(parameters: Parameters) -> tuple[str, ...]:
-    """The names of the states of frozen modes."""
-    return tuple(
-        name for mode, names in _STATES_OF_MODE.items() if getattr(parameters.modes, mode) == "frozen" for name in names
-    )

@@ -4,18 +4,18 @@ critical speeds, margins."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance, regulator
-from nsdrill.models.christoforou_yigit.lateral import weights
-from nsdrill.models.christoforou_yigit.laws import averaged_fold, bit_arm, onset
+from nsdrill.data import Array
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, derive, fall
+from nsdrill.models.christoforou_yigit.columns import weights
+from nsdrill.models.christoforou_yigit.drives import circuit, fall_withstood, gains, impedance, torsional_matrix
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.drives import Gains, reflection
+from nsdrill.models.drives import quantities_of_drive, reflection
 from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import Operation
-from nsdrill.models.stability import growing, quantities_of_drive, steepest_fall
 
 
 def derived_quantities(
@@ -126,82 +126,6 @@ def _torsion(
     return quantities | quantities_of_drive(drive, matrix, mean, reflected, by_torque)
 
 
-def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None = None) -> np.ndarray:
-    """The matrix of string and drive [4, 4] for deviations of (lag, drive speed, twist,
-    bit speed) from the set point, without friction at the bit; [2, 2] for the last two
-    with an ideal drive. ``law`` are the :func:`gains` of the drive if they have been
-    computed; if they are arrays, the matrix has their dimensions first."""
-    c_t = parameters.drillstring.torsional_damping
-    J, k_t = float(k.J), float(k.k_t)
-    if parameters.drive.ideal and law is None:
-        return np.array([[0.0, 1.0], [-k_t / J, -c_t / J]])
-    if parameters.drive.kind == "dc_motor":
-        return _with_motor(parameters, k, c_t)
-    law = law or gains(parameters, k)
-    inertia, stiffness, damping, twist, speed, c_s = np.broadcast_arrays(*(np.asarray(value, float) for value in law))
-    matrix = np.zeros((*inertia.shape, 4, 4))
-    matrix[..., 0, 1] = matrix[..., 2, 3] = 1.0
-    matrix[..., 1, 0] = (twist - stiffness - k_t) / inertia
-    matrix[..., 1, 1] = -(damping + c_s) / inertia
-    matrix[..., 1, 2] = (k_t - twist) / inertia
-    matrix[..., 1, 3] = (c_s - speed) / inertia
-    matrix[..., 3, 0], matrix[..., 3, 2] = k_t / J, -k_t / J
-    matrix[..., 3, 1], matrix[..., 3, 3] = c_s / J, -(c_t + c_s) / J
-    return matrix
-
-
-def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarray:
-    """The matrix of string and DC motor [4, 4]: (motor torque, drive speed, torque of
-    the pipe's spring, bit speed). The angle of the top, which is free at constant
-    voltage, is left out: its eigenvalue is 0. With gains that hold the angle [5, 5]:
-    (motor torque, lag, drive speed, twist, bit speed)."""
-    drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
-    inertia, c_s, per_time = (float(drive.top_inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time))
-    law = regulator(parameters, k, 0.0, 0.0)  # without gains 0
-    circuit, damping = -(1.0 + law.torque) * per_time, float(drive.motor_damping) + law.drive_speed
-    if law.lag + law.twist != 0.0:
-        return np.array(
-            [
-                [circuit, -law.lag * per_time, -damping * per_time, -law.twist * per_time, -law.bit_speed * per_time],
-                [0.0, 0.0, 1.0, 0.0, 0.0],
-                [1.0 / inertia, -k_t / inertia, -c_s / inertia, k_t / inertia, c_s / inertia],
-                [0.0, 0.0, 0.0, 0.0, 1.0],
-                [0.0, k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
-            ]
-        )
-    return np.array(
-        [
-            [circuit, -damping * per_time, -law.lag / k_t * per_time, -law.bit_speed * per_time],
-            [1.0 / inertia, -c_s / inertia, -1.0 / inertia, c_s / inertia],
-            [0.0, k_t, 0.0, -k_t],
-            [0.0, c_s / J, 1.0 / J, -(c_t + c_s) / J],
-        ]
-    )
-
-
-def slope_held(parameters: Parameters, k: Coefficients) -> float:
-    """The steepest fall of the friction torque with bit speed [N m s/rad] with which
-    steady drilling is stable; negative where the drive itself is unstable."""
-    return float(fall_withstood(torsional_matrix(parameters, k), k, parameters.drillstring.torsional_damping))
-
-
-def fall_withstood(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray:
-    """As :func:`slope_held`, for strings and drives with these matrices of
-    :func:`torsional_matrix` [..., n, n]: array [...]. ``c_t`` is the torsional damping
-    [N m s/rad]."""
-    # with an ideal drive oscillations grow where the fall exceeds the damping
-    if matrix.shape[-1] == 2:
-        return np.full(matrix.shape[:-2], float(c_t))
-    critical = 2.0 * math.sqrt(float(k.J) * float(k.k_t))  # a critical damping
-    return steepest_fall(matrix, -1, float(k.J), -critical, c_t + 4.0 * critical)
-
-
-def growth_at_rest(parameters: Parameters, k: Coefficients) -> complex | None:
-    """The eigenvalue [1/s] of the fastest growing deviation of string and drive,
-    without friction at the bit; None where none grows."""
-    return growing(torsional_matrix(parameters, k))
-
-
 def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
     """Steady surface torque [N m]: rock at mean bit force W, and torsional damping."""
     speed = operation.rotary_speed
@@ -275,3 +199,51 @@ def lift_off_wob(parameters: Parameters, operation: Operation, k: Coefficients) 
         * abs(free_impedance)
         / abs(contact_stiffness - m_a * excitation * excitation + damping)
     )
+
+
+FASTEST = 1e4  # rad/s
+
+
+def onset(parameters: Parameters, k: Coefficients, slope: float) -> float | None:
+    """The greatest bit speed [rad/s] at which the torque over the force falls as
+    steeply as ``slope`` [m s/rad], which is positive; None where it does so nowhere.
+    Above that speed the fall of every law becomes less steep."""
+    # from the steepest fall on: most laws fall most steeply at rest, others rise first
+    trial = np.append(0.0, np.geomspace(1e-3, FASTEST, 7001))
+    start = float(trial[int(np.argmax(fall(parameters, k, trial)))])
+    return _last(lambda speeds: fall(parameters, k, speeds) > slope, start, FASTEST, 14)
+
+
+def _last(holds: Callable[[Array], Array], low: float, high: float, rounds: int) -> float | None:
+    """The greatest number from ``low`` to ``high`` at which ``holds``, in ``rounds`` of
+    41 points between the neighbours found before; None where it holds nowhere, and
+    where it still holds at ``high``."""
+    for _ in range(rounds):
+        trial = np.linspace(low, high, 41)
+        true = np.flatnonzero(holds(trial))
+        if len(true) == 0 or true[-1] + 1 == len(trial):
+            return None
+        low, high = trial[true[-1] : true[-1] + 2].tolist()
+    return low
+
+
+# cos(theta) at the midpoints of equal parts of half a cycle
+_PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)
+
+
+def averaged_fold(parameters: Parameters, k: Coefficients, damping: float, wob: float) -> float | None:
+    """The greatest mean bit speed [rad/s] at which friction sustains a cycle that just
+    comes to rest, v = Omega (1 + cos theta), against the ``damping`` of string and
+    drive [N m s/rad]; None where it does so nowhere. First-order averaging of the
+    energy over a cycle gives damping Omega / 2 = -W <arm(v) cos theta>."""
+    if damping <= 0.0 or wob <= 0.0:
+        return None
+
+    def grows(logarithms: Array) -> Array:
+        speeds = np.exp(logarithms)
+        work = wob * (bit_arm(parameters, k, speeds[:, None] * (1 + _PHASE)) * _PHASE).mean(axis=1)
+        grown: Array = work + 0.5 * damping * speeds < 0.0
+        return grown
+
+    last = _last(grows, math.log(1e-3), math.log(FASTEST), 5)
+    return None if last is None else math.exp(last)

@@ -1,5 +1,7 @@
-"""The description of this model, for checks, files and pictures; it does not import the
-compiler."""
+"""The description of this model, for checks, files and pictures, with its studies of
+earlier versions, which had one law of friction and an ideal drive. It does not import
+the compiler.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +11,52 @@ from typing import Any
 
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.columns import friction_rates, is_used
 from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
-from nsdrill.models.christoforou_yigit.earlier import as_before, completed
-from nsdrill.models.christoforou_yigit.options import friction_rates, is_used
 from nsdrill.models.christoforou_yigit.parameters import BitFriction, Initial, Parameters
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.friction import LAWS, laws_that_read
-from nsdrill.models.leaves import values_at
+from nsdrill.models.leaves import values_at, without
 from nsdrill.models.numbers import DRILLED
-from nsdrill.models.sections import MEANINGS
+from nsdrill.models.sections import MEANINGS, HyperbolicFriction
 from nsdrill.variables import MODEL
+
+_FIRST = {item.name for item in fields(HyperbolicFriction)}
+_LAW = {item.name: item.default for item in fields(BitFriction) if item.name not in _FIRST}
+_MOTOR = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia")
+
+
+def completed(resolved: Mapping[str, Any]) -> dict[str, Any]:
+    """A resolved study of any version with the keys of the bit's friction law."""
+    bit = resolved.get("bit", {})
+    if "law" in bit.get("friction", {}):
+        return dict(resolved)
+    return {**resolved, "bit": {**bit, "friction": {**bit["friction"], **_LAW}}}
+
+
+def as_before(parts: Mapping[str, Any]) -> dict[str, Any]:
+    """A study without what earlier versions did not know, where it is as it was then:
+    so that it keeps its digest."""
+    parts = without(parts, [], "model")
+    if parts.get("bit", {}).get("friction", {}).get("law") == "hyperbolic":
+        for name in _LAW:
+            parts = without(parts, ["bit", "friction"], name)
+    if parts.get("simulation", {}).get("method") == "auto":
+        parts = without(parts, ["simulation"], "method")
+    if "frozen" not in parts.get("modes", {}).values():
+        parts.pop("modes", None)
+    if parts.get("drive", {}).get("kind") == "ideal":
+        del parts["drive"]
+        parts = without(without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
+    for name in ("torque_limit", "on_at", "gains"):
+        if parts.get("drive", {name: 0.0}).get(name) is None:
+            parts = without(parts, ["drive"], name)
+    if parts.get("drive", {}).get("kind") != "dc_motor":
+        for name in _MOTOR:
+            parts = without(parts, ["drive"], name)
+    if parts.get("stabilizer", {}).get("clearance") is None and "stabilizer.clearance" not in parts["sweep"]:
+        parts.pop("stabilizer", None)
+    return parts
 
 
 def states(parameters: Parameters) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """The drives of the main model: the law of the controller
 (:mod:`nsdrill.models.drives`) for this string, the linear-quadratic regulator, and the
-circuit of a DC motor.
+circuit of a DC motor; and how stable the string with its drive is.
 
 The top has two states, lag = phi_d - Omega t and its speed omega_d. With the twist psi,
 measured from the set point, and the torque of the pipe T_p:
@@ -46,10 +46,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
-from nsdrill.models.christoforou_yigit.laws import bit_arm
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, power
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
-from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, by_rows, impedance_of, regulated
+from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, by_rows, growing, impedance_of, regulated, steepest_fall
 
 
 def impedance(parameters: Parameters) -> Any:
@@ -144,3 +143,79 @@ def _dc_motor(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
 
 
 _STRING_LAWS: dict[str, Any] = {"lqr": _lqr, "dc_motor": _dc_motor}
+
+
+def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None = None) -> np.ndarray:
+    """The matrix of string and drive [4, 4] for deviations of (lag, drive speed, twist,
+    bit speed) from the set point, without friction at the bit; [2, 2] for the last two
+    with an ideal drive. ``law`` are the :func:`gains` of the drive if they have been
+    computed; if they are arrays, the matrix has their dimensions first."""
+    c_t = parameters.drillstring.torsional_damping
+    J, k_t = float(k.J), float(k.k_t)
+    if parameters.drive.ideal and law is None:
+        return np.array([[0.0, 1.0], [-k_t / J, -c_t / J]])
+    if parameters.drive.kind == "dc_motor":
+        return _with_motor(parameters, k, c_t)
+    law = law or gains(parameters, k)
+    inertia, stiffness, damping, twist, speed, c_s = np.broadcast_arrays(*(np.asarray(value, float) for value in law))
+    matrix = np.zeros((*inertia.shape, 4, 4))
+    matrix[..., 0, 1] = matrix[..., 2, 3] = 1.0
+    matrix[..., 1, 0] = (twist - stiffness - k_t) / inertia
+    matrix[..., 1, 1] = -(damping + c_s) / inertia
+    matrix[..., 1, 2] = (k_t - twist) / inertia
+    matrix[..., 1, 3] = (c_s - speed) / inertia
+    matrix[..., 3, 0], matrix[..., 3, 2] = k_t / J, -k_t / J
+    matrix[..., 3, 1], matrix[..., 3, 3] = c_s / J, -(c_t + c_s) / J
+    return matrix
+
+
+def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarray:
+    """The matrix of string and DC motor [4, 4]: (motor torque, drive speed, torque of
+    the pipe's spring, bit speed). The angle of the top, which is free at constant
+    voltage, is left out: its eigenvalue is 0. With gains that hold the angle [5, 5]:
+    (motor torque, lag, drive speed, twist, bit speed)."""
+    drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
+    inertia, c_s, per_time = (float(drive.top_inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time))
+    law = regulator(parameters, k, 0.0, 0.0)  # without gains 0
+    circuit, damping = -(1.0 + law.torque) * per_time, float(drive.motor_damping) + law.drive_speed
+    if law.lag + law.twist != 0.0:
+        return np.array(
+            [
+                [circuit, -law.lag * per_time, -damping * per_time, -law.twist * per_time, -law.bit_speed * per_time],
+                [0.0, 0.0, 1.0, 0.0, 0.0],
+                [1.0 / inertia, -k_t / inertia, -c_s / inertia, k_t / inertia, c_s / inertia],
+                [0.0, 0.0, 0.0, 0.0, 1.0],
+                [0.0, k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
+            ]
+        )
+    return np.array(
+        [
+            [circuit, -damping * per_time, -law.lag / k_t * per_time, -law.bit_speed * per_time],
+            [1.0 / inertia, -c_s / inertia, -1.0 / inertia, c_s / inertia],
+            [0.0, k_t, 0.0, -k_t],
+            [0.0, c_s / J, 1.0 / J, -(c_t + c_s) / J],
+        ]
+    )
+
+
+def slope_held(parameters: Parameters, k: Coefficients) -> float:
+    """The steepest fall of the friction torque with bit speed [N m s/rad] with which
+    steady drilling is stable; negative where the drive itself is unstable."""
+    return float(fall_withstood(torsional_matrix(parameters, k), k, parameters.drillstring.torsional_damping))
+
+
+def fall_withstood(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray:
+    """As :func:`slope_held`, for strings and drives with these matrices of
+    :func:`torsional_matrix` [..., n, n]: array [...]. ``c_t`` is the torsional damping
+    [N m s/rad]."""
+    # with an ideal drive oscillations grow where the fall exceeds the damping
+    if matrix.shape[-1] == 2:
+        return np.full(matrix.shape[:-2], float(c_t))
+    critical = 2.0 * math.sqrt(float(k.J) * float(k.k_t))  # a critical damping
+    return steepest_fall(matrix, -1, float(k.J), -critical, c_t + 4.0 * critical)
+
+
+def growth_at_rest(parameters: Parameters, k: Coefficients) -> complex | None:
+    """The eigenvalue [1/s] of the fastest growing deviation of string and drive,
+    without friction at the bit; None where none grows."""
+    return growing(torsional_matrix(parameters, k))

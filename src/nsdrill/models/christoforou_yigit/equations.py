@@ -1,7 +1,44 @@
 """The equations of motion of the 4-DOF oscillator, once, as the theory page derives
-them from the Lagrangian of the coupled system.
+them from the Lagrangian of the coupled system; and their forces at given states, on
+arrays, for traces and figures.
 
 ``s`` holds the states, ``p`` the lane parameters, ``o`` the options; all SI.
+
+Further forces on the collar: rotating mud, stabilisers with a clearance, the weight
+in an inclined hole, and friction with a component along the hole.
+
+Let sigma = swirl Omega, u = (vx + sigma y, vy - sigma x) the velocity relative to the
+mud, s0 the radial clearance of the stabilisers, a the inclination of the hole, whose
+low side is at -y, and l the span.
+
+**Mud**, in place of -c_h |v| v:
+
+    -c_h |u| u + m_f (sigma^2 x - 2 sigma vy, sigma^2 y + 2 sigma vx)
+
+**Stabilisers**, in place of -k_r (x, y):
+
+    N_s = k_r max(r - s0, 0) inward,  F_s = |N_s| f_s(v_s) against v_s
+    v_s = omega R_s + theta' s0,  R_s = D_well/2 - s0;  F_s R_s brakes the string
+
+**Weight**, buoyed, with mud inside and outside; its moment is of the steel alone, as
+the steel is eccentric and the mud is not:
+
+    F_y:     -F_g,            F_g = (2 l/pi) g [rho A_c + rho_f (A_ci - A_co)] sin a
+    moment:  -W_g e0 cos(phi),  W_g = (2 l/pi) g rho A_c sin a
+
+**Friction** at the wall and the stabilisers, of a slip (v_t, v_z) with v_z = z' - ROP:
+
+    N f(|v|) (v_t, v_z)/|v|
+
+Sources: **J** Jansen 1991, J. Sound Vib. 147:115-135, for the mud and the stabilisers:
+added mass and drag act on acceleration and velocity relative to mud that rotates with
+half the rotary speed. The potential F_g y + W_g e0 sin(phi) is that of the shape sin(pi
+x/l), which the eccentricity has as well. **D** as in the documentation, for Coulomb
+friction along the axis.
+
+J's stabilisers touch at s0, but their force acts at the lumped mass, at r. The power of
+their friction on collar and string, -F_s (omega R_s + theta' r), therefore differs from
+the dissipation at the wall, -F_s v_s; the powers contain the former.
 """
 
 from __future__ import annotations
@@ -10,13 +47,21 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
+from nsdrill.data import Array
 from nsdrill.equations.contacts import Law, friction, friction_along, touching
 from nsdrill.equations.derivative import Tangents
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import sincos, sqrt
-from nsdrill.equations.plain import written_out
+from nsdrill.equations.plain import values, written_out
 from nsdrill.equations.stage import Stage
+from nsdrill.equations.trace import traced
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.columns import Options, columns_of, options_of, states_of, values_of
+from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
+from nsdrill.models.operation import History, Operation
 
 
 @lru_cache
@@ -183,4 +228,53 @@ def solved(stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -
         **{name: node + changes[name] * steps[0] for name, node in factors.items()},
         "slope_now": changes["slope_now"],
         "bb_now": stage.relaxed[0, 0] * stage.normal[0],
+    }
+
+
+LOADS = ("bit_force", "bit_torque", "wall_force", "wall_friction")
+
+
+@lru_cache
+def _named(options: Options) -> dict[str, Node]:
+    """What the equations call by a name."""
+    graph, _, _ = traced(equations, states_of(options), columns_of(options), options)
+    return graph.names
+
+
+def loads(
+    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array], *names: str
+) -> dict[str, Any]:
+    """The quantities that the equations call by these ``names``, at a state; 0 those
+    that equations without an option do not have."""
+    options = options_of(parameters)
+    named = _named(options)
+    lanes = values_of(parameters, operation.depth, operation.wob, operation.rotary_speed, 0.0)
+    given = {"time": 0.0, "phase": state["drive_angle"]}
+    given |= {f"s.{name}": state[name] for name in states_of(options) if name in state}
+    given |= {f"p.{name}": lanes[name] for name in columns_of(options)}
+    zero = np.zeros_like(state["x"])
+    found = values({name: named[name] for name in names if name in named}, given)
+    return {name: found.get(name, 0.0) + zero for name in names}
+
+
+def forces(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
+    """Contact forces and derived variables of a state.
+
+    ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and
+    drive_angle [rad], arrays of one shape; and, of a drive that is not ideal, lag [rad]
+    and drive_speed [rad/s]. Gives radius, radial_velocity, whirl_angle (unwrapped along
+    the array), whirl_speed, bit_force, bit_torque, wall_force, wall_friction,
+    surface_torque, all SI. ``operation`` may change along the array.
+    """
+    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+    x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
+    radius = np.hypot(x, y)
+    divisor = np.where(radius > 0, radius, 1.0)
+    return {
+        "radius": radius,
+        "radial_velocity": (x * vx + y * vy) / divisor,
+        "whirl_angle": np.unwrap(np.arctan2(y, x)),
+        "whirl_speed": (x * vy - y * vx) / divisor / divisor,
+        **loads(parameters, operation, state, *LOADS),
+        "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),
     }

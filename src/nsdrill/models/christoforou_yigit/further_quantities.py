@@ -1,38 +1,212 @@
 """Further derived quantities at one operating point, of effects that the lumped model
-leaves out: buckling of collars and pipe, higher lateral modes, damping by the mud,
-standing waves of the string, and contact of the collar with the low side."""
+leaves out: buckling of collars and pipe, standing waves of the string, higher lateral
+modes, damping by the mud, and contact of the collar with the low side.
+
+**Buckling** between supports, on the low side of an inclined hole, and under the own
+weight. Sources: Euler for the span. On the low side of a hole of inclination alpha the sinusoid
+begins at ``F_s = 2 sqrt(E I w sin(alpha) / c)`` (Dawson & Paslay 1984) with the half
+wave ``pi (E I c / (w sin(alpha)))^(1/4)``, the helix at ``sqrt(2) F_s`` (Chen, Lin &
+Cheatham 1990), and some authors have ``(2 sqrt(2) - 1) F_s`` for a helix that is
+complete (Wu & Juvkam-Wold 1993); all as commonly cited. ``w`` is the weight in mud by
+length and ``c`` the radial clearance. A column that hangs vertical buckles under its
+own weight at ``n (E I w^2)^(1/3)`` (Lubinski 1950), where ``n`` depends on its length
+in units of ``(E I / w)^(1/3)``: 1.94 is the value for eight units, not a number for
+every string.
+
+**Standing waves** of pipe and collars, axial and torsional: the modes of which the
+lumped string has the first. The top is held by the drive; the bit is free, or pressed against a spring, the rock.
+Both parts carry waves of the same speed c, with impedances z_p and z_c. From the top, u
+= sin(w x / c) in the pipe; in the collars u is proportional to sin(theta) and the force
+to z_c w cos(theta), with tan(theta) = (z_c / z_p) tan(w L_p / c) at the joint and theta
+growing by w L_c / c to the bit. With a free bit cos(theta) = 0 there, which is the
+known z_p cos cos = z_c sin sin; on a spring of stiffness K tan(theta) = -z_c w / K.
+Theta grows with w, so no mode is missed.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit import buckling, tubes
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
+from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
 from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.tubes import Tube
-from nsdrill.models.christoforou_yigit.waves import axial_waves, rising_root, torsional_waves
 from nsdrill.models.numbers import HELIX, DerivedQuantity
 from nsdrill.models.operation import Operation
+from nsdrill.models.sections import Tubular
+
+
+@dataclass(frozen=True)
+class Tube:
+    """A tube in a hole full of mud, with mud inside."""
+
+    length: float  #: [m]
+    bending: float  #: E I [N m^2]
+    weight: float  #: in mud, per unit length [N/m]
+    clearance: float  #: radial, between tube and wall of the hole [m]
+    axial: float  #: impedance of axial waves, A sqrt(E rho) [N s/m]
+    torsional: float  #: impedance of torsional waves, I_p sqrt(G rho) [N m s/rad]
+
+
+def collar_tube(parameters: Parameters) -> Tube:
+    """The drill collars."""
+    return _tube(parameters, parameters.drillstring.collar, parameters.drillstring.collar.length)
+
+
+def pipe_tube(parameters: Parameters, depth: float) -> Tube:
+    """The drill pipe of a string of this ``depth`` [m]."""
+    return _tube(parameters, parameters.drillstring.pipe, depth - parameters.drillstring.collar.length)
+
+
+def _tube(parameters: Parameters, part: Tubular, length: float) -> Tube:
+    steel, mud = parameters.drillstring.material, parameters.mud
+    area, second_moment = ring(part.outer_diameter, part.inner_diameter)
+    return Tube(
+        length,
+        steel.young_modulus * second_moment,
+        GRAVITY * (steel.density - mud.density) * area,
+        (parameters.well.diameter - part.outer_diameter) / 2,
+        area * math.sqrt(steel.young_modulus * steel.density),
+        2.0 * second_moment * math.sqrt(steel.shear_modulus * steel.density),
+    )
+
+
+# Effective length over length, and words for the ends. A beam fixed at one end and
+# pinned at the other has tan(x) = x, x = 4.4934...
+ENDS = {
+    "fixed_free": (2.0, "one end fixed, one free"),
+    "fixed_pinned": (math.pi / 4.493409457909064, "fixed and pinned"),
+    "fixed_fixed": (0.5, "fixed at both ends"),
+}
+MAX_UNITS = 100.0  # units of length; a longer column needs more terms than are computed
+
+
+def euler_load(bending: float, span: float, ends: str | None = None) -> float:
+    """Euler load [N] of a span [m] of bending stiffness E I [N m^2], pinned at both
+    ends or with other ``ends``."""
+    return math.pi**2 * bending / ((ENDS[ends][0] if ends else 1.0) * span) ** 2
+
+
+def sinusoidal_load(tube: Tube, inclination: Any) -> Any:
+    """Axial load [N] at which a tube on the low side buckles into a sinusoid, at an
+    ``inclination`` [rad] of the hole from the vertical, a number or an array; NaN for a
+    tube that is wider than the hole."""
+    if not tube.clearance > 0.0:
+        return math.nan * np.sin(inclination)
+    return 2.0 * np.sqrt(tube.bending * max(tube.weight, 0.0) * np.sin(inclination) / tube.clearance)
+
+
+def half_wave(tube: Tube, inclination: float) -> float | None:
+    """The half wavelength [m] of the sinusoid at an ``inclination`` [rad]; None where
+    the tube does not lie on the low side."""
+    if not tube.clearance > 0.0:
+        return None
+    side_load = tube.weight * math.sin(inclination)
+    return math.pi * (tube.bending * tube.clearance / side_load) ** 0.25 if side_load > 0.0 else None
+
+
+def vertical_load(tube: Tube) -> float | None:
+    """Force [N] on the lower end of a vertical tube, hinged at both ends, at which it
+    buckles under its own weight; None where it has no weight in mud, or is longer than
+    :data:`MAX_UNITS` units of length.
+
+    It is the least W of E I y'''' + ((W - w x) y')' = 0, expanded in sines that vanish
+    at both ends: a generalised eigenproblem.
+    """
+    if not tube.weight > 0.0:
+        return None
+    unit = (tube.bending / tube.weight) ** (1 / 3)
+    length = tube.length / unit
+    if length > MAX_UNITS:
+        return None
+    order = np.arange(1, int(40 + 3 * length))
+    wavenumber = order * math.pi / length
+
+    def moment(difference: np.ndarray) -> np.ndarray:
+        """The integral of x cos(difference pi x / length) over the length."""
+        safe = np.where(difference == 0, 1, difference)
+        odd = (-1.0) ** np.abs(difference) - 1.0
+        return np.where(difference == 0, 0.5 * length**2, (length / (safe * math.pi)) ** 2 * odd)
+
+    differences = order[:, None] - order[None, :]
+    sums = order[:, None] + order[None, :]
+    work = np.outer(wavenumber, wavenumber) * 0.5 * (moment(differences) + moment(sums))
+    stiffness = np.diag(wavenumber**4 * length / 2) + work
+    scale = wavenumber * math.sqrt(length / 2)  # square roots of the diagonal matrix of the force
+    eigenvalue = np.linalg.eigvalsh(stiffness / np.outer(scale, scale))[0]
+    return float(eigenvalue) * (tube.bending * tube.weight**2) ** (1 / 3)
+
+
+def torsional_waves(parameters: Parameters, depth: float, count: int) -> np.ndarray:
+    """The first ``count`` torsional frequencies [rad/s] of a string to ``depth`` [m]:
+    top fixed, bit free."""
+    collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
+    steel = parameters.drillstring.material
+    speed = math.sqrt(steel.shear_modulus / steel.density)
+    return _standing(speed, (pipe.length, pipe.torsional), (collar.length, collar.torsional), 0.0, count)
+
+
+def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bool = False) -> np.ndarray:
+    """The first ``count`` axial frequencies [rad/s] of a string to ``depth`` [m]: top
+    fixed, bit off or on the rock."""
+    collar, pipe = collar_tube(parameters), pipe_tube(parameters, depth)
+    steel = parameters.drillstring.material
+    speed = math.sqrt(steel.young_modulus / steel.density)
+    spring = parameters.bit.rock_stiffness if on_rock else 0.0
+    return _standing(speed, (pipe.length, pipe.axial), (collar.length, collar.axial), spring, count)
+
+
+def _standing(
+    speed: float, pipe: tuple[float, float], collar: tuple[float, float], spring: float, count: int
+) -> np.ndarray:
+    """The first ``count`` frequencies [rad/s] of two parts, each (length, impedance),
+    in which waves have this ``speed``; ``spring`` is the stiffness at the bit, 0 for a
+    free end."""
+    (pipe_length, z_p), (collar_length, z_c) = pipe, collar
+
+    def joint_angle(angle: float, ratio: float) -> float:
+        """The angle in the same quadrant whose tangent is ``ratio`` times that of
+        ``angle``."""
+        multiple = round(angle / math.pi) * math.pi
+        return multiple + math.atan(ratio * math.tan(angle - multiple))
+
+    def phase(w: float) -> float:
+        """A phase that grows with w and is n pi at mode n."""
+        theta = joint_angle(w * pipe_length / speed, z_c / z_p) + w * collar_length / speed
+        return theta + (math.atan(z_c * w / spring) if spring > 0.0 else math.pi / 2)
+
+    frequencies, low = [], 0.0
+    for number in range(1, count + 1):
+        high = low + math.pi * speed / (pipe_length + collar_length)
+        while phase(high) < number * math.pi:
+            high *= 1.5
+        low = rising_root(lambda w, target=number * math.pi: phase(w) - target, low, high)  # type: ignore[misc]
+        frequencies.append(low)
+    return np.array(frequencies)
+
+
+def rising_root(function: Callable[[float], float], low: float, high: float) -> float:
+    """The zero, to the last bit, of a ``function`` that grows from ``low`` to
+    ``high``."""
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
+    return high
+
 
 WAVES = 4  # standing waves that are listed
 HALF_WAVES = 3  # lateral modes
 HORIZONTAL = math.pi / 2
-ENDS = {
-    "fixed_free": "one end fixed, one free",
-    "fixed_pinned": "fixed and pinned",
-    "fixed_fixed": "fixed at both ends",
-}
 
 
 def further_quantities(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The further quantities by name."""
-    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     quantities = {
         **_buckling(parameters, operation),
-        **_lateral(parameters, operation, k),
+        **_lateral(parameters, operation),
         **_waves(parameters, operation),
     }
     return {
@@ -45,25 +219,20 @@ Row = tuple[float | None, str, str, str]
 
 
 def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
-    collar, pipe = tubes.collars(parameters), tubes.pipe(parameters, operation.depth)
+    collar, pipe = collar_tube(parameters), pipe_tube(parameters, operation.depth)
     span = parameters.drillstring.collar.span
     quantities: dict[str, Row] = {
-        f"euler_{ends}": (
-            buckling.euler(collar.bending, span, ends),
-            "N",
-            f"Euler load of the span, {words}",
-            "buckling",
-        )
-        for ends, words in ENDS.items()
+        f"euler_{ends}": (euler_load(collar.bending, span, ends), "N", f"Euler load of the span, {words}", "buckling")
+        for ends, (_, words) in ENDS.items()
     }
     quantities["collar_vertical"] = (
-        buckling.vertical(collar),
+        vertical_load(collar),
         "N",
         "WOB at which the collars, hinged, buckle in a vertical hole",
         "buckling",
     )
     for name, tube in (("collar", collar), ("pipe", pipe)):
-        load = float(buckling.sinusoidal(tube, HORIZONTAL))
+        load = float(sinusoidal_load(tube, HORIZONTAL))
         quantities |= {
             f"{name}_sinusoidal": (
                 _finite(load),
@@ -72,13 +241,13 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
                 "buckling",
             ),
             f"{name}_helical": (_finite(HELIX * load), "N", "load at which that becomes a helix", "buckling"),
-            f"{name}_half_wave": (buckling.half_wave(tube, HORIZONTAL), "m", "half wave of the sinusoid", "buckling"),
+            f"{name}_half_wave": (half_wave(tube, HORIZONTAL), "m", "half wave of the sinusoid", "buckling"),
         }
     return quantities
 
 
-def _lateral(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Row]:
-    quantities: dict[str, Row] = {}
+def _lateral(parameters: Parameters, operation: Operation) -> dict[str, Row]:
+    k, quantities = derive(parameters, operation.depth, operation.wob, operation.rotary_speed), {}
     in_mud, without_mud = (lateral_frequencies(parameters, operation, k, mass) for mass in (float(k.m_l), float(k.m_c)))
     for number in range(2, HALF_WAVES + 1):
         words = f"lateral frequency of {number} half waves, which the model leaves out"
@@ -128,13 +297,11 @@ def _waves(parameters: Parameters, operation: Operation) -> dict[str, Row]:
     }
 
 
-def lateral_frequencies(
-    parameters: Parameters, operation: Operation, k: Coefficients, mass: float, count: int = HALF_WAVES
-) -> np.ndarray:
-    """Frequencies [rad/s] of 1, 2, ... half waves of the span with this modal ``mass``
-    [kg], which is the same for all; NaN where buckled. From E I d4y/dx4 + W d2y/dx2 + m
+def lateral_frequencies(parameters: Parameters, operation: Operation, k: Coefficients, mass: float) -> np.ndarray:
+    """Frequencies [rad/s] of 1 to :data:`HALF_WAVES` half waves of the span with this modal
+    ``mass`` [kg], which is the same for all; NaN where buckled. From E I d4y/dx4 + W d2y/dx2 + m
     d2y/dt2 = 0 of a pinned beam."""
-    stiffness = np.array([lateral_stiffness(parameters, operation, k, number + 1) for number in range(count)])
+    stiffness = np.array([lateral_stiffness(parameters, operation, k, number + 1) for number in range(HALF_WAVES)])
     return np.sqrt(np.where(stiffness >= 0.0, stiffness, np.nan) / mass)
 
 
@@ -149,8 +316,7 @@ def mud_damping(k: Coefficients, amplitude: float, *, circular: bool) -> float:
 def modal_weight(parameters: Parameters) -> float:
     """The modal force [N] of the weight in mud on the first mode of a horizontal span;
     the shape sin(pi x / l) has the integral 2 l / pi."""
-    tube: Tube = tubes.collars(parameters)
-    return 2 * parameters.drillstring.collar.span / math.pi * tube.weight
+    return 2 * parameters.drillstring.collar.span / math.pi * collar_tube(parameters).weight
 
 
 def wall_inclination(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:

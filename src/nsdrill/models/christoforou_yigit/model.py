@@ -10,13 +10,22 @@ import numpy as np
 
 from nsdrill.errors import InputError
 from nsdrill.models.base import Array, Symmetry, Variant
-from nsdrill.models.christoforou_yigit import columns, observed
+from nsdrill.models.christoforou_yigit import observed
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.collar import CollarInHole
-from nsdrill.models.christoforou_yigit.ensemble import drawn
-from nsdrill.models.christoforou_yigit.equations import equations, solved
-from nsdrill.models.christoforou_yigit.forces import forces
-from nsdrill.models.christoforou_yigit.options import Options, is_used, options_of
+from nsdrill.models.christoforou_yigit.collar import CollarInHole, drawn
+from nsdrill.models.christoforou_yigit.columns import (
+    IGNORED_SCALE,
+    PARAMETERS,
+    STATES,
+    Options,
+    axial_scale,
+    columns_of,
+    is_used,
+    options_of,
+    states_of,
+    values_of,
+)
+from nsdrill.models.christoforou_yigit.equations import equations, forces, solved
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values
@@ -24,6 +33,8 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record
+
+STATES_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
 
 
 class ChristoforouYigit(CollarInHole):
@@ -55,7 +66,7 @@ class ChristoforouYigit(CollarInHole):
         if contact != "wall":
             return None
         changed = table.copy()
-        changed[:, columns.PARAMETERS.index("wall_stiffness")] = 0.0
+        changed[:, PARAMETERS.index("wall_stiffness")] = 0.0
         return changed
 
     def symmetry(self, points: Values) -> Symmetry:
@@ -76,21 +87,63 @@ class ChristoforouYigit(CollarInHole):
                 )
         smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes
-        constant = {*columns.frozen_states(parameters), "motor_impulse"}
-        names = columns.states_of(options)
+        constant = {*self.held(parameters), "motor_impulse"}
+        names = states_of(options)
         free = tuple(index for index, name in enumerate(names) if name not in constant)
         return Symmetry(folds, free, ((0, 2), (1, 3)))
 
     # What differs from run to run
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
-        return columns.values_of(points.parameters, *points.operation, thresholds.stuck_below)
+        return values_of(points.parameters, *points.operation, thresholds.stuck_below)
 
     def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Any]:
-        return columns.natural_scales(table, o)
+        """The natural scale of each state.
+
+        Lateral: a tenth of the gap; axial: :func:`axial_scale`; twist and bit speed: a
+        tenth of a radian, a tenth of the drive speed. Velocities: the position's size times the
+        frequency of the free mode, bending for the lateral one and in contact for the axial
+        one. A drive's lag and speed have the scales of twist and bit speed, the torque of a
+        motor that of a twist of that size.
+        """
+        lateral = 0.1 * table["gap"]
+        contact = table["axial_stiffness"] + table["rock_stiffness"]
+        axial = axial_scale(table)
+        bending_rate, axial_rate = (
+            np.sqrt(np.where(per_mass > 0.0, square, 1.0))  # any scale will do for a frozen mode
+            for per_mass, square in (
+                (table["per_lateral_mass"], np.abs(table["bending"]) * table["per_lateral_mass"]),
+                (table["per_axial_mass"], contact * table["per_axial_mass"]),
+            )
+        )
+        across, along = [lateral, lateral * bending_rate], [axial, axial * axial_rate]
+        rotating = [0.1, 0.1 * table["set_speed"]]
+        scales = [*across, *across, *along, *rotating]
+        if o.driven:
+            scales += rotating
+        if o.motor:
+            scales += [IGNORED_SCALE, 0.1 * table["torsional_stiffness"]]
+        return scales
 
     def fastest(self, table: Mapping[str, Array], o: Options) -> Array:
-        return columns.fastest(table, o)
+        """The inverse of the shortest natural time [rad/s]."""
+        rates = [table["wall_stiffness"] * table["per_lateral_mass"]]
+        rates += [
+            (table["axial_stiffness"] + table["rock_stiffness"]) * table["per_axial_mass"],
+            table["set_speed"] ** 2,
+        ]
+        if o.driven:
+            per_inertia = table["per_drive_inertia"]
+            rates += [table["drive_stiffness"] * per_inertia, (table["drive_damping"] * per_inertia) ** 2]
+        if o.motor:
+            per_time = table["per_circuit_time"]
+            rates += [table["motor_damping"] * per_time * per_inertia, per_time**2]
+        if o.regulated:
+            lag, drive_speed = table["regulator_lag"], table["regulator_drive_speed"]
+            rates += [((1 + table["regulator_torque"]) * per_time) ** 2]
+            rates += [np.abs(table["motor_damping"] + drive_speed) * per_time * per_inertia]
+            rates += [np.abs(lag * per_time * per_inertia) ** (2 / 3)]
+        return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
 
     def switches(self, parameters: Any) -> float | None:
         on_at: float | None = None if parameters.drive.ideal else parameters.drive.on_at
@@ -98,12 +151,18 @@ class ChristoforouYigit(CollarInHole):
 
     def pack_before(self, points: Values, thresholds: Thresholds) -> Array:
         table = self.pack(points, thresholds)
-        names = columns.columns_of(options_of(points.parameters))
+        names = columns_of(options_of(points.parameters))
         table[:, names.index("per_drive_inertia")] = 0.0  # the top keeps its speed
         return table
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
-        return columns.frozen_states(parameters)
+        """The states of frozen modes."""
+        return tuple(
+            name
+            for mode, names in STATES_OF_MODE.items()
+            if getattr(parameters.modes, mode) == "frozen"
+            for name in names
+        )
 
     # The start
 
@@ -125,7 +184,7 @@ class ChristoforouYigit(CollarInHole):
         the bit carries the whole weight, and the pipe's spring none."""
         parameters, (_, wob, speed) = points.parameters, points.operation
         drive = self.initial_values(points, ("lag", "drive_speed")) | {"motor_impulse": 0.0, "motor_torque": 0.0}
-        frozen = dict.fromkeys(columns.frozen_states(parameters), 0.0)
+        frozen = dict.fromkeys(self.held(parameters), 0.0)
         if "z" in frozen:
             frozen["z"] = -wob / parameters.bit.rock_stiffness
         if "bit_speed" in frozen:
@@ -146,7 +205,7 @@ class ChristoforouYigit(CollarInHole):
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         names, declaration = self.names(variant), self.declaration(variant)
         returns = returns_of(names, declaration, outcome, record.peaks, record.poincare)
-        own = [*range(len(columns.STATES)), -1]  # without those of a drive
+        own = [*range(len(STATES)), -1]  # without those of a drive
         return observed.coordinates(returns[..., own])
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -15,12 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.words import fma
+from nsdrill.compiler.functions import fma
 from nsdrill.data import Array
 from nsdrill.models.christoforou_yigit import variables
-from nsdrill.models.christoforou_yigit.columns import aux_of, columns_of, states_of
+from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, states_of
 from nsdrill.models.christoforou_yigit.equations import lobed
-from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.friction import LAWS, with_slope, with_slope_from_factors
 from nsdrill.models.turning import STICK_SLIP_INDEX, STUCK_FRACTION, SURFACE_TORQUES
 from nsdrill.observe.channels import (

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.reads import DRIVE, unread
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, unread
 from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.sections import Collars, HyperbolicFriction, Lobes, Steel, StillMud, Wall, WallFriction
@@ -292,7 +292,7 @@ class Initial(Starts):
     position under the weight on bit, for ``bit_speed`` and ``drive_speed`` the set
     speed of the top drive.
 
-    An ensemble is drawn as described in :mod:`.ensemble`.
+    An ensemble is drawn as described in :mod:`.collar`.
     """
 
     x: float = state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm, and some mm of wall")

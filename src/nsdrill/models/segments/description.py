@@ -10,11 +10,11 @@ import numpy as np
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
+from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.constraints import ORDERS, constraints
 from nsdrill.models.segments.parameters import MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import SPEEDS, depth_root, string_of
-from nsdrill.models.vocabulary import known, known_in_trace
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -104,7 +104,7 @@ DESCRIPTION = Description(
     states=states,
     options=options,
     checks="nsdrill.models.segments.checks",
-    charts="nsdrill.models.segments.charts",
+    charts="nsdrill.models.segments.checks",
     states_allowed=are_states,
     sliced=("z", "twist", "bit_speed", "drive_angle"),
     responses=("bit_bounce", "stick_slip"),

@@ -194,7 +194,7 @@ def depth_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
 
 def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
     """The lane parameters of the cutting torque that the implicit method reads
-    (:mod:`nsdrill.models.segments.cutting`), by name: those of a bit that creeps, whose
+    (:mod:`nsdrill.models.segments.equations`), by name: those of a bit that creeps, whose
     depth of cut follows its speed and begins at a speed above zero, or else the root r =
     sqrt(depth of cut / radius) at the set speed or at rest. Of a bit that creeps: the
     root of the speed at which it begins to cut (0 for any other bit), r over that and

@@ -13,9 +13,8 @@ from matplotlib.figure import Figure
 from nsdrill.data import Array, Results
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import described, drawn_in
+from nsdrill.models.registry import BY_NAME, described, drawn_in
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.cells import line_variables
 from nsdrill.plot.labels import both_ways, carried, quantity, sweep_title
 from nsdrill.plot.maps import draw_map, draw_value_map, lies_across
