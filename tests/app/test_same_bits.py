@@ -258,7 +258,7 @@ def test_the_digest_holds_sources_and_mathematics(monkeypatch: pytest.MonkeyPatc
     before = versions()
     monkeypatch.setattr(f"nsdrill.{what}", lambda: "another")
     assert any(text.startswith("model digest") for text in unlike(before))
-    assert any("mathematics" in text for text in unlike(before)) == (what == "_libm_digest")
+    assert any("mathematics" in text for text in unlike(before)) == what.endswith("_libm_digest")
 
 
 def test_files_say_what_computed_them(shared: Path) -> None:
