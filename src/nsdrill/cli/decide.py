@@ -28,8 +28,8 @@ with deferred():
     from nsdrill import data as forms
     from nsdrill.analysis import sensitivity as indices
     from nsdrill.analysis import window as regions
+    from nsdrill.app import answers as found_in
     from nsdrill.app import pictures
-    from nsdrill.app import window as windows
     from nsdrill.text import diff as comparison
     from nsdrill.text import uncertain
     from nsdrill.text import window as text
@@ -77,14 +77,14 @@ def window(
         pictures.claim_picture(picture, overwrite)
     severity, confidence = given.get("severity"), given.get("confidence")
     names = [os.fspath(one) for one in (results, other) if one is not None]
-    data = [windows.results_for_window(name, severity, confidence) for name in names]
+    data = [found_in.results_for_window(name, severity, confidence) for name in names]
     found: Answer
     if other is None:
         found = regions.find_window(data[0], severity, confidence)
         title = printable(f"{results}: operating window. {found['title']}".rstrip())
         lines = [title, *text.lines(found, units)]
     else:
-        found = windows.contrast(data[0], data[1], severity, confidence, [os.path.basename(name) for name in names])
+        found = found_in.contrast(data[0], data[1], severity, confidence, [os.path.basename(name) for name in names])
         titles = [f"{file}: {one['title']}" for file, one in zip(names, found["windows"], strict=True)]
         lines = [printable(line) for line in comparison.contrast_lines(found, units, titles)]
     print_answer(found, lines, units, json)
@@ -120,7 +120,7 @@ def sensitivity(
     assert units is not None
     if picture is not None:
         pictures.claim_picture(picture, overwrite)
-    data = windows.results_for_sensitivity(results, severity, requested_values(given))
+    data = found_in.results_for_sensitivity(results, severity, requested_values(given))
     summary = indices.sensitivity(data, severity)
     title = printable(f"{results}: sensitivity. {summary['title']}".rstrip())
     print_answer(summary, [title, *uncertain.sensitivity_lines(summary, units)], units, json)

@@ -40,9 +40,9 @@ with deferred():
     from nsdrill import data as forms
     from nsdrill import files, store
     from nsdrill.analysis import probability
+    from nsdrill.app import answers as found_in
     from nsdrill.app import datasets, experiment, summary
     from nsdrill.app import pictures as drawing
-    from nsdrill.app import window as windows
     from nsdrill.text import runs as runs_text
     from nsdrill.text import show as show_text
     from nsdrill.text import window as window_text
@@ -302,9 +302,9 @@ def _summaries(
         raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
     if confidence is not None:
         probability.check_samples(session.results, f"{session.path}: {option('confidence')}")
-    windows.check_severity(session.results, severity, session.path)
+    found_in.check_severity(session.results, severity, session.path)
     summaries = [("Numbers", list(show_text.lines(session.path, summary.summarize(session.results), units)))]
     with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
-        window = windows.window(session.results, severity, confidence)
+        window = found_in.window(session.results, severity, confidence)
         summaries.append(("Operating window", list(window_text.number_lines(window, units))))
     return summaries

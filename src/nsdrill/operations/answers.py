@@ -28,11 +28,9 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import store
     from nsdrill.analysis import hysteresis as directions
-    from nsdrill.app import arguments, datasets, summary, unfinished
+    from nsdrill.app import answers, arguments, datasets, summary, unfinished
     from nsdrill.app import attractors as attractors_of
     from nsdrill.app import check as checking
-    from nsdrill.app import diff as differences
-    from nsdrill.app import window as windows
     from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
 
@@ -132,7 +130,7 @@ def window(results: ResultsLike, severity: Severity = None, confidence: Confiden
     >>> 0 <= found["safe"] <= found["points"]
     True
     """
-    return windows.window(results, severity, confidence)
+    return answers.window(results, severity, confidence)
 
 
 def probability(results: ResultsLike, severity: Severity = None) -> Dataset:
@@ -158,7 +156,7 @@ def probability(results: ResultsLike, severity: Severity = None) -> Dataset:
     >>> found.probability.dims
     ('outcome', 'rotary_speed')
     """
-    return windows.probability(results, severity)
+    return answers.probability(results, severity)
 
 
 def sensitivity(
@@ -191,7 +189,7 @@ def sensitivity(
     (16, 2)
     """
     chosen = arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
-    return windows.sensitivity(results, severity, chosen)
+    return answers.sensitivity(results, severity, chosen)
 
 
 def hysteresis(results: ResultsLike) -> list[Answer]:
@@ -264,5 +262,4 @@ def diff(a: One, b: Two) -> Answer:
     >>> nsdrill.diff("out.h5", "out.h5")["same_numbers"]
     True
     """
-    one, two = (datasets.data_in(x, None) if datasets.is_dataset(x) else arguments.name_in(x) for x in (a, b))
-    return differences.diff(one, two)
+    return answers.diff(a, b)

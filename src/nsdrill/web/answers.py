@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.app.answers import contrast, sensitivity, with_passed_over
+from nsdrill.app.answers import window as window_of
 from nsdrill.app.experiment import own_numbers, study_of
-from nsdrill.app.window import contrast, sensitivity, with_passed_over
-from nsdrill.app.window import window as window_of
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
