@@ -12,7 +12,7 @@ from typing import TypeGuard
 
 import numpy as np
 
-from nsdrill.errors import InputError, Refusal, StudyError
+from nsdrill.errors import InputError, Refusal, StudyError, option
 from nsdrill.models.leaves import as_value, words_of
 from nsdrill.study.keys import SAMPLE_LEAF, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, parse_study
@@ -73,15 +73,20 @@ def name_in(path: object, name: str = "results") -> str:
     raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
 
 
-def check_other_file(study: object, path: str) -> None:
-    """InputError where ``path`` is the file of the study, which the output would
-    replace."""
-    try:
-        same = isinstance(study, str | os.PathLike) and os.path.samefile(study, path)
-    except (OSError, ValueError):
-        return
-    if same:
-        raise InputError(f"{path}: this is the study. Choose another path for the results.")
+def output_in(path: object, *inputs: object, **meant: bool) -> str | None:
+    """The name of the file to write, or None; a Refusal of what is ``meant`` of a file
+    where none is written, InputError where it is that of one of the ``inputs``."""
+    if path is None:
+        for name, on in meant.items():
+            if on:
+                raise Refusal(name, f"without {option('path')}", "with the name of a file")
+        return None
+    output = name_in(path, "path")
+    for one in inputs:
+        with suppress(OSError, ValueError):
+            if isinstance(one, str | os.PathLike) and os.path.samefile(one, output):
+                raise InputError(f"{output}: this is the study. Choose another path for the results.")
+    return output
 
 
 def values_in(at: object, study: Study | None, **apart: object) -> dict[str, float]:

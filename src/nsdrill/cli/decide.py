@@ -10,19 +10,10 @@ import click
 from nsdrill.cli.building import Given, command_of, print_answer, requested_values, say
 from nsdrill.errors import printable
 from nsdrill.late import deferred
-from nsdrill.operations import answers, runs
-from nsdrill.operations.arguments import (
-    Json,
-    Other,
-    Overwrite,
-    Picture,
-    PictureOfFit,
-    Reported,
-    ResultsLike,
-    Severity,
-    StudyPath,
-    Units,
-)
+from nsdrill.operations import answers
+from nsdrill.operations import fit as fits
+from nsdrill.operations.arguments import Json, Other, Overwrite, Picture, Reported, ResultsLike, Severity, Units
+from nsdrill.operations.fit import PictureOfFit, StudyPath
 
 with deferred():
     from nsdrill import data as forms
@@ -138,7 +129,7 @@ Progress = Annotated[Reported, "No progress; the summary, warnings and errors on
 
 
 @command_of(
-    runs.fit,
+    fits.fit,
     examples=(
         "fit study.yaml --data field.csv",
         "fit study.yaml --data field.csv -o adjusted.yaml --picture fit.png --units field",
@@ -160,7 +151,7 @@ def fit(
     With -o, every round is kept in FILE.part until the study is written. After an
     interruption --resume gives the same study as an uninterrupted fit.
     """
-    note, units = runs.fit(**given).note, given["units"]
+    note, units = fits.fit(**given).note, given["units"]
     if json:
         click.echo(forms.json_text(uncertain.fit_in_units(note, units), indent=2))
     else:

@@ -19,7 +19,6 @@ from nsdrill.operations import answers, pictures
 from nsdrill.operations.argument import Argument, Whole, arguments_of
 from nsdrill.operations.arguments import (
     OUTPUT,
-    SPEED_OF_FILM,
     AnyData,
     Begin,
     Confidence,
@@ -35,6 +34,7 @@ from nsdrill.operations.arguments import (
     Switch,
     Units,
 )
+from nsdrill.operations.pictures import SPEED_OF_FILM
 
 with deferred():
     from nsdrill import data as forms
