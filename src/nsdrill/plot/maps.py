@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from nsdrill.analysis.hysteresis import disagreement
-from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome, text
+from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
@@ -150,7 +150,7 @@ class Planes(Plane):
 
     @property
     def procedures(self) -> tuple[str, ...]:
-        return tuple(text(name) for name in self.results.coords["procedure"])
+        return self.results.procedures
 
     @property
     def has_words(self) -> bool:

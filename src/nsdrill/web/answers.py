@@ -279,9 +279,9 @@ def _sweep(session: Session, results: Results) -> Rows:
         span = f"{values[0]:.6g} to {values[-1]:.6g}" if len(values) > 1 else f"{values[0]:.6g}"
         count = f", {len(values)} values" if len(values) > 1 else ""
         rows.append((axis["words"], f"{span} {axis['unit']}".strip() + count))
-    procedures = [str(name) for name in results.coords["procedure"]]
+    procedures = results.procedures
     carried = "carried " + " and ".join(procedures)
-    rows.append(("State", "the same at every start" if procedures == ["same"] else carried))
+    rows.append(("State", "the same at every start" if procedures == ("same",) else carried))
     if member := member_dimension(results):
         count = f"{len(results.coords[member])} of every operating point"
         rows.append((f"{member.capitalize()}s", count))
