@@ -15,8 +15,8 @@ from nsdrill.app.following import Following, Say
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import FileError, option
 from nsdrill.models.leaves import OPERATION, word_or_number
-from nsdrill.orbit.explore import Seed
 from nsdrill.orbit.flow import Flow, Legs
+from nsdrill.orbit.seeds import Seed
 from nsdrill.store import read_results
 from nsdrill.study.write import changes_text
 from nsdrill.variables import OK, dimension_of

@@ -14,8 +14,8 @@ from nsdrill.files import replacing
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import BY_NAME, IN_TRACE
 from nsdrill.quantity import find
+from nsdrill.store.arrays import trace_variables
 from nsdrill.store.layout import in_words
-from nsdrill.store.trace import trace_variables
 from nsdrill.units import CF, rounded_from_si
 from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 

@@ -23,7 +23,7 @@ from nsdrill.files import lock, open_plain, reason, sweep_away, whole
 from nsdrill.late import deferred
 from nsdrill.store import claim_file, part_path
 from nsdrill.store.hdf5 import ZIP
-from nsdrill.store.log_header import MAGIC as LOG_MAGIC
+from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 
 with deferred():  # it imports the compiled sources, of which show needs none
     from nsdrill.app import provenance

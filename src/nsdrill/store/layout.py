@@ -11,9 +11,10 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, printable
@@ -23,12 +24,8 @@ from nsdrill.models.registry import IN_TRACE, NAMES
 from nsdrill.units import CF
 from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, Axis, Unknown, Variable, dimension_of
 
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
-Stored = tuple[tuple[str, ...], "ArrayLike", Attributes]  # dimensions, values and attributes of an array
+Stored = tuple[tuple[str, ...], ArrayLike, Attributes]  # dimensions, values and attributes of an array
 
 
 def file_order(lengths: Mapping[str, int], attrs: Attributes) -> tuple[str, ...]:

@@ -1,194 +1,30 @@
-"""Results from a file, a Dataset or the run log of an unfinished run, all of them or one
-point; and new labels in a file.
-
-A file and a Dataset are read alike: both have arrays by name, with dimensions, values
-and attributes.
-"""
+"""Results and traces from arrays by name, with dimensions, values and attributes: the
+datasets of a file or the variables of a Dataset, which are read and checked alike."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Container, Iterable, Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Container, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Array, Attributes, Results
+from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import FileError, printable
 from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
-from nsdrill.models.operation import Operation
-from nsdrill.models.registry import BY_NAME, described, model_in
-from nsdrill.store import hdf5
-from nsdrill.store.layout import LARGEST, plain_attribute, plain_attributes, to_file, to_memory
-from nsdrill.store.log import RunLog
-from nsdrill.store.log_header import MAGIC
-from nsdrill.store.records import pending_records, recorded
-from nsdrill.store.results import block_shape, blocks, columns, coordinates, points_in_block, unknown_samples
-from nsdrill.store.sink import Source, grid_shape
+from nsdrill.models.operation import SCHEDULED, Operation
+from nsdrill.models.registry import model_in
+from nsdrill.store.hdf5 import EDITED
+from nsdrill.store.layout import LARGEST, plain_attribute, to_memory
+from nsdrill.store.points import kept_of
 from nsdrill.units import plain_units
-from nsdrill.variables import (
-    AXES,
-    COUNTED,
-    FORMAT_VERSION,
-    INFERRED,
-    PENDING,
-    POINT,
-    PROCEDURES,
-    Axis,
-    Unknown,
-    Variable,
-)
-
-if TYPE_CHECKING:
-    from h5py import File
-
+from nsdrill.variables import AXES, COUNTED, POINT, PROCEDURES, Axis, Unknown, Variable
 
 PathLike = str | os.PathLike[str]
 Arrays = Mapping[str, Any]  # datasets of a file, or variables of a Dataset, by name
-
-
-def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
-    """The results file ``path`` in memory, or only its variables ``names``. FileError
-    if it cannot be read."""
-    wanted = None if names is None else set(names)
-    if unknown := sorted(name for name in wanted or () if name not in BY_NAME):
-        raise FileError(f"{path}: no variable is called {', '.join(unknown)}.")
-    with hdf5.opened(path, "results") as file:
-        return _points(path, file).results(wanted)
-
-
-def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
-    """The points so far of the run log ``path``, or only their variables ``names``;
-    also while the run is in progress. Pending points have status 0 and NaN."""
-    with RunLog.open(path, writable=False) as log:
-        results = collect(log, names)
-    _check_axes(path, results.coords)
-    return replace(results, attrs=plain_attributes(path, results.attrs))
-
-
-def collect(log: Source, names: Iterable[str] | None = None) -> Results:
-    """The results in a log, or only their variables ``names``, in memory, with the same
-    arrays as in its results file."""
-    shape = grid_shape(log.header, log.kept)
-    wanted = None if names is None else set(names)
-    flat = columns(log, [v.name for v in recorded(log.kept) if wanted is None or v.name in wanted])
-    variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
-    attrs = {**log.header["attrs"], "format_version": FORMAT_VERSION}
-    return Results(coordinates(log), variables, attrs, log.kept.axes, unknown_samples(log))
-
-
-def variables_in(path: PathLike) -> tuple[Variable, ...]:
-    """The variables of the results file or run log ``path``."""
-    if kind_of(path) == "partial":
-        with RunLog.open(path, writable=False) as log:
-            return recorded(log.kept)
-    with hdf5.opened(path, "results") as file:
-        return _points(path, file).present
-
-
-def read_attributes(path: PathLike) -> Attributes:
-    """Root attributes of a results or trace file."""
-    with hdf5.opened(path) as file:
-        return plain_attributes(path, file.attrs)
-
-
-def read_point(path: PathLike, *index: int) -> dict[str, Array]:
-    """One point of a results file: its coordinates and every variable, as numpy scalars
-    and 1-D arrays.
-
-    The indices count procedures, depths, WOBs, rotary speeds, and starts where there
-    are several, from 0; FileError if they lie outside.
-    """
-    with hdf5.opened(path, "results") as file:
-        points = _points(path, file)
-        shape, grid = points.shape, points.kept.grid
-        if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
-            raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
-        point: dict[str, Array] = {name: points.coords[name][i] for name, i in zip(grid, index, strict=True)}
-        here = tuple(slice(i, i + 1) for i in index)
-        return point | {v.name: points.values(v, here)[(0,) * len(grid)] for v in points.present}
-
-
-def log_from_results(path: PathLike, part: PathLike) -> RunLog:
-    """Recreate the run log ``part`` from the finished file ``path``, to run its failed
-    points again."""
-    with hdf5.opened(path, "results") as file:
-        points = _points(path, file)
-        kept, shape = points.kept, points.shape
-        coords = {name: points.coords[name] for name in kept.grid}
-        coords |= {one.name: values for one, values in points.samples.items()}
-        log = None
-        try:
-            log = RunLog.create(part, {"coords": coords, "attrs": points.attrs}, int(np.prod(shape)), kept)
-            for place, start, stop in blocks(shape, block_shape(shape, points_in_block(kept))):
-                # variables that the version of the file did not write stay NaN
-                records = pending_records(stop - start, kept)
-                for variable in points.present:
-                    values = points.values(variable, place)
-                    records[variable.name] = values.reshape(stop - start, *values.shape[len(shape) :])
-                # A log holds runs only, so inferred points become pending.
-                ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
-                log.write(start + ran, records[ran])
-            log.sync()
-            return log
-        except BaseException:
-            if log is not None:
-                log.discard()
-            raise
-
-
-def rewrite_labels(
-    path: PathLike,
-    labels: Mapping[str, Array],
-    history: str,
-    attrs: Attributes | None = None,
-    output: PathLike | None = None,
-    *,
-    overwrite: bool = True,
-) -> None:
-    """Replace the ``labels``, arrays on the grid, of the results file ``path``, and add
-    the line ``history`` to its history; with ``output`` in a copy of that name.
-
-    ``attrs`` replaces root attributes. A copy is edited and renamed at the end, so a
-    kill damages nothing. ValueError for unknown labels or other shapes.
-    """
-    with hdf5.opened(path, "results") as file:
-        points = _points(path, file)
-        stored = {v.name: points.dims(v) for v in points.present if v.room == "label"}
-    if unknown := sorted(set(labels) - set(stored)):
-        raise ValueError(f"not labels: {', '.join(unknown)}; labels are {', '.join(stored)}")
-    for name, values in labels.items():
-        if np.shape(values) != points.shape:
-            raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
-    old_history = str(points.attrs.get("history", ""))
-    with hdf5.writing(output or path, overwrite=overwrite, copy_of=path) as file:
-        for name, values in labels.items():
-            file[name][...] = to_file(np.asarray(values, file[name].dtype), points.kept.grid, stored[name])
-        # HDF5 does not reuse the space of replaced text, so unchanged attributes
-        # are not written.
-        changed = {name: value for name, value in (attrs or {}).items() if points.attrs.get(name) != value}
-        hdf5.put_attributes(file, {**changed, "history": f"{old_history}\n{history}" if old_history else history})
-
-
-def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"]:
-    """The kind of the file ``path``; ``partial`` is the run log of an unfinished run.
-    FileError if it is not a file of nsdrill."""
-    try:
-        if os.path.isfile(path):  # opening a pipe would block
-            with open(path, "rb") as file:
-                if file.read(len(MAGIC)) == MAGIC:
-                    return "partial"
-    except (OSError, ValueError):
-        pass  # reported by hdf5.opened below
-    with hdf5.opened(path) as file:
-        kind = plain_attribute(file.attrs, "nsdrill_kind")
-    for known in ("results", "trace", "branches"):
-        if kind == known:
-            return known
-    raise hdf5.damaged(path, f"its kind is {kind!r}")
 
 
 def dims_of(array: Any) -> tuple[str, ...]:
@@ -294,7 +130,7 @@ class Points:
     def present(self) -> tuple[Variable, ...]:
         """The variables that are there. Others are unknown to the version that wrote
         them, or were not selected."""
-        return tuple(variable for variable in recorded(self.kept) if variable.name in self.arrays)
+        return tuple(variable for variable in self.kept.variables if variable.name in self.arrays)
 
     def results(self, names: Container[str] | None = None) -> Results:
         """The results in memory, or only their variables ``names``."""
@@ -336,10 +172,6 @@ class Points:
         return np.asarray(values, variable.dtype)
 
 
-def _points(path: PathLike, file: File) -> Points:
-    return Points.of(path, hdf5.arrays_in(file), plain_attributes(path, file.attrs), hdf5.EDITED, whole=True)
-
-
 def _states(model: Description, arrays: Arrays) -> tuple[str, ...]:
     """The states of a string that has the variables of ``arrays``."""
     needed = {v.only for v in model.variables if v.name in arrays} & {*model.all_states}
@@ -356,36 +188,6 @@ def _axis(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Axis:
     return Axis(key, plain_units(units), long_name)
 
 
-def kept_of(
-    coords: Mapping[str, Array],
-    axes: tuple[Axis, ...],
-    names: Container[str],
-    model: str,
-    unknowns: Iterable[Unknown] = (),
-) -> Kept:
-    """What results keep of each point: those of the ``model`` of this name, with these
-    ``coords``, further ``axes``, ``names`` of variables and ``unknowns``."""
-    starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
-    states = tuple(coords["state"].tolist())
-    description = described(model)
-    optional = (v for v in (*description.features, *description.derived) if v.only and v.only not in states)
-    options = dict.fromkeys(v.only for v in optional if v.only and v.name in names)
-    return Kept(
-        peaks,
-        returns,
-        exponent="lyapunov_exponent" in names,
-        starts=starts,
-        verify="trusted" in names,
-        axes=axes,
-        states=states,
-        model=model,
-        options=tuple(options),
-        samples=len(coords.get("sample", ())),
-        unknowns=tuple(unknowns),
-        method="method" in names,
-    )
-
-
 def check_coordinates(
     where: PathLike, coords: Mapping[str, Array], model: Description, remedy: str, *, whole: bool
 ) -> None:
@@ -400,14 +202,14 @@ def check_coordinates(
         raise FileError(f"{where}: the states are {found}; they should be {', '.join(model.state_sets[0])}.")
     if not whole:
         return
-    _check_axes(where, coords)
+    check_axes(where, coords)
     for name in COUNTED:
         values = coords.get(name)
         if values is not None and (not len(values) or not np.array_equal(values, np.arange(len(values)))):
             raise FileError(f"{where}: the coordinate {name} does not count from 0. {remedy}")
 
 
-def _check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
+def check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
     """FileError unless the values of every axis ascend within the range of its
     quantity."""
     for name in AXES:
@@ -418,4 +220,35 @@ def _check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
             for end in (values[0], values[-1]):
                 Operation(**{name: float(end)})
         except ValueError as error:
-            raise FileError(f"{where}: the coordinate {error}. {hdf5.EDITED}") from error
+            raise FileError(f"{where}: the coordinate {error}. {EDITED}") from error
+
+
+def trace_variables(trace: Trace) -> tuple[Variable, ...]:
+    """The variables of a trace, in the order of files: all of its model, without the
+    optional ones that ``trace`` lacks."""
+    return tuple(v for v in model_in(trace.attrs).trace if v.only is None or v.name in trace.variables)
+
+
+def trace_in(where: PathLike, arrays: Arrays, attrs: Attributes, remedy: str) -> Trace:
+    """The trace in the ``arrays`` of a file or a Dataset, which ``where`` names in
+    messages; ``remedy`` ends them."""
+    time = coordinate(where, arrays, "time", remedy)
+    if time.ndim != 1 or not len(time) or not np.all(np.diff(time) > 0.0):
+        raise FileError(f"{where}: the coordinate time does not ascend. {remedy}")
+    variables = {}
+    for variable in model_in(attrs).trace:
+        name = variable.name
+        # Traces of earlier versions are of one operating point, which is in their
+        # attributes.
+        operating = attrs.get(next((axis for axis, scheduled in SCHEDULED.items() if scheduled == name), ""))
+        if name not in arrays and isinstance(operating, float):
+            variables[name] = np.full(time.shape, operating)
+        elif name not in arrays and variable.only is not None:
+            continue
+        elif name not in arrays or arrays[name].shape != time.shape:
+            raise FileError(
+                f"{where}: the variable {name} is missing or has no {len(time)} real numbers over time. {remedy}"
+            )
+        else:
+            variables[name] = real_values(where, arrays[name], name, remedy)
+    return Trace(time, variables, attrs)
