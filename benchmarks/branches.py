@@ -17,13 +17,13 @@ import numpy as np
 
 import nsdrill
 from nsdrill.analysis.bifurcations import PERIODIC
-from nsdrill.app.branch_summary import summarize_branches
-from nsdrill.app.continuation_setup import continuation_setup
 from nsdrill.app.run import processors
+from nsdrill.app.seeding import continuation_setup
 from nsdrill.orbit.flow import advance
 from nsdrill.orbit.newton import corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic, segment_starts
 from nsdrill.store import open_branches
+from nsdrill.text.branches import summarize_branches
 
 DISTANCE = 1e-3  # of the scan, in SI
 MAX_DISTANCE = 0.5  # of a motion from the line between the points, in natural scales

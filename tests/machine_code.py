@@ -13,9 +13,8 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from nsdrill.compiler import native
-from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.functions import BUFFER, compiled, define
 from nsdrill.compiler.native import Module
-from nsdrill.generate import define
 
 _ARITHMETIC = r"= (?:f(?:add|sub|mul|div)|call) {} (?:@llvm\.(?:fma|sqrt)|%v|0x|<double)"
 _INSTRUCTION = r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)"

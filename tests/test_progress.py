@@ -14,7 +14,7 @@ import pytest
 
 import nsdrill
 from nsdrill import progress
-from nsdrill.app import following
+from nsdrill.app import seeding
 from nsdrill.compiler.functions import compiling
 from nsdrill.orbit.explore import Wave
 from nsdrill.progress import Progress, reporting
@@ -119,9 +119,9 @@ def test_every_command_tells_its_compiling(name: str, tmp_path: Path) -> None:
 def test_branches_say_how_far_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """At 20 points in 10 s on the longest side, 30 more take up to 15 s."""
     clock = iter([0.0, 5.0, 10.0, 11.0])
-    monkeypatch.setattr(following, "_seconds", lambda: next(clock))
+    monkeypatch.setattr(seeding, "_seconds", lambda: next(clock))
     said: list[str] = []
-    lines = following.Following(said.append)
+    lines = seeding.Following(said.append)
     for wave in (
         Wave(1, 4, 4, 4, 1, 50),
         Wave(1, 4, 4, 60, 9, 40),
@@ -134,8 +134,8 @@ def test_branches_say_how_far_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
         "round 1: 3 of 4 branches go on, 120 points; at this pace up to 0:15 more in this round",
         "round 2: 1 branch followed side by side, kept when all have ended",
     ]
-    assert following.dropped_words(22, 22) == ""
-    assert following.dropped_words(32, 22).startswith("32 branches were followed; 10 of them")
+    assert seeding.dropped_words(22, 22) == ""
+    assert seeding.dropped_words(32, 22).startswith("32 branches were followed; 10 of them")
 
 
 def test_a_bar_in_a_terminal(small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from nsdrill.app.check import Report as Report
     from nsdrill.app.continuing import ContinuationResult
     from nsdrill.app.fit import Fit as Fit
+    from nsdrill.app.pictures import Film
     from nsdrill.app.run import RunResult
     from nsdrill.app.trajectory import Trajectory
     from nsdrill.data import Results
@@ -79,10 +80,10 @@ def _labelled(found: runs.Labelled) -> Dataset:
 
 
 def _in_words(found: answers.Shown) -> str:
-    return found.text()
+    return "\n".join(found.lines())
 
 
-def _name_of(found: pictures.Filmed) -> str:
+def _name_of(found: Film) -> str:
     return found.name
 
 

@@ -14,8 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.compiler.functions import inlined
-from nsdrill.compiler.words import bits_float, float_bits, fma
+from nsdrill.compiler.functions import bits_float, float_bits, fma, inlined
 
 # Adding and subtracting this rounds to the nearest whole number in the default rounding
 # mode.

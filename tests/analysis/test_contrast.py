@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from nsdrill.analysis.contrast import contrast
-from nsdrill.app.contrast import contrast as app_contrast
-from nsdrill.app.contrast import rows, sentence, thresholds
+from nsdrill.app.window import contrast as app_contrast
 from nsdrill.errors import InputError
+from nsdrill.text.diff import sentence, side_by_side, thresholds
 
 from .grids import grid
 
@@ -105,5 +105,5 @@ def test_a_comparison_says_what_is_lost_and_names_the_two() -> None:
     assert "at the best point 3.6 m/h in both" in sentence(app_contrast(data[1], data[1]), "si")
     found = app_contrast(*data, names=["one.h5", "two.h5"])
     assert sentence(found, "si").startswith("With two.h5 (b) 3 of 10")
-    assert ("best point", "a: 20 kN, 3 rad/s (28.6 rpm)", "b: 10 kN, 3 rad/s (28.6 rpm)") in rows(found, "si")
+    assert ("best point", "a: 20 kN, 3 rad/s (28.6 rpm)", "b: 10 kN, 3 rad/s (28.6 rpm)") in side_by_side(found, "si")
     assert thresholds(found).startswith("bit-bounce: off the rock for more than 1 % of the time")

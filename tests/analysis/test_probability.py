@@ -10,13 +10,13 @@ from scipy import stats
 
 from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
 from nsdrill.analysis.window import find_window
-from nsdrill.app.contrast import contrast as app_contrast
-from nsdrill.app.contrast import rows, thresholds
+from nsdrill.app.window import contrast as app_contrast
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.plot.answer import answer, warnings
 from nsdrill.sampling import Uncertain, draw
+from nsdrill.text.diff import side_by_side, thresholds
 from nsdrill.variables import DIVERGED, OK, Unknown
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
@@ -232,7 +232,7 @@ def test_a_window_with_samples_says_what_may_be_and_stands_beside_one_without() 
     assert "below it may stick, above it may whirl" in answer(find_window(several), "si")
     assert "below the map ends, above it whirls" in answer(find_window(plain), "si")
     found = app_contrast(several, plain)
-    (told,) = [row[1:] for row in rows(found, "si") if row[0] == "probability"]
+    (told,) = [row[1:] for row in side_by_side(found, "si") if row[0] == "probability"]
     assert told[0].startswith("100.0 % (")
     assert "single estimates" in told[1]
     assert "in a bit-bounce" in thresholds(found)

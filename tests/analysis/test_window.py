@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.analysis.plane import largest_margin, normalised, regions
+from nsdrill.analysis.maps import largest_margin, normalised, regions
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError

@@ -70,7 +70,7 @@ def test_resume_refuses_another_version(small: Path, tmp_path: Path, monkeypatch
         patch.setattr("nsdrill.app.run.write_results", lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(Interrupted):
             run_study(study, tmp_path / "out.h5")
-    monkeypatch.setattr("nsdrill.app.provenance.source_digest", lambda: "another")
+    monkeypatch.setattr("nsdrill.app.experiment.source_digest", lambda: "another")
     with pytest.raises(nsdrill.FileError, match=r"other versions.*model digest"):
         run_study(study, tmp_path / "out.h5", resume=True)
 
@@ -106,11 +106,11 @@ def test_a_sweep_too_large_for_the_memory_is_refused_before_it_begins(
 ) -> None:
     # 204^3 points: 340 MB at 40 bytes, beside 300 MB, and 9 GB at the 1100 bytes of a record
     study = nsdrill.load_study(HUGE.replace("464", "204"))
-    monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 5e8)
+    monkeypatch.setattr("nsdrill.app.check.memory_free", lambda: 5e8)
     with pytest.raises(nsdrill.InputError, match="8489664 points, which takes 640 MB of memory; allowed: up to 500 MB"):
         nsdrill.run(study, tmp_path / "out.h5")
     assert not list(tmp_path.iterdir())
-    monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 7e8)
+    monkeypatch.setattr("nsdrill.app.check.memory_free", lambda: 7e8)
     with pytest.raises(nsdrill.InputError, match="Give the name of a results file"):
         nsdrill.run(study)
 
@@ -131,7 +131,7 @@ def test_very_many_runs_are_asked_for(tmp_path: Path, monkeypatch: pytest.Monkey
         r"found a sweep: 1001000 runs of 500 s, which take roughly 0.7 hours on 2 processors, up to "
         r"1.1\d GB on the disk and 340 MB of memory; allowed: up to 1000000 runs, .*: large=True"
     )
-    monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 1e12)
+    monkeypatch.setattr("nsdrill.app.check.memory_free", lambda: 1e12)
     for path in (out, None):
         with pytest.raises(nsdrill.InputError, match=cost if path else "of memory for the results"):
             nsdrill.run(nsdrill.load_study(HUGE, most), path, workers=2)

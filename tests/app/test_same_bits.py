@@ -21,7 +21,7 @@ from pythons import SRC, pythons, run
 import nsdrill
 from nsdrill.abi import COMPILED
 from nsdrill.app.cluster import _call_on_same_versions, dask_executor
-from nsdrill.app.provenance import model_digest, unlike, versions
+from nsdrill.app.experiment import model_digest, unlike, versions
 from nsdrill.app.run import Interrupted, run_study
 from nsdrill.app.trajectory import replay
 from nsdrill.errors import FileError, NsdrillError
@@ -74,7 +74,7 @@ for path in paths:
 BITS = """
 import hashlib, json, sys
 import nsdrill
-from nsdrill.app.provenance import versions
+from nsdrill.app.experiment import versions
 from nsdrill.app.run import run_in_memory
 made = run_in_memory(nsdrill.load_study(sys.argv[1]), workers=1)
 print(json.dumps([versions(), {name: hashlib.sha256(made[name].tobytes()).hexdigest() for name in made.variables}]))
@@ -189,9 +189,9 @@ def begin(study: Any, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def other(monkeypatch: pytest.MonkeyPatch, **found: str) -> None:
     """Let this process find other versions: ``python`` or the name of a package."""
-    from nsdrill.app.provenance import version
+    from nsdrill.app.experiment import version
 
-    monkeypatch.setattr("nsdrill.app.provenance.version", lambda name: found.get(name) or version(name))
+    monkeypatch.setattr("nsdrill.app.experiment.version", lambda name: found.get(name) or version(name))
     if "python" in found:
         monkeypatch.setattr("platform.python_version", lambda: found["python"])
 
@@ -256,7 +256,7 @@ def test_the_digest_holds_the_constants(monkeypatch: pytest.MonkeyPatch) -> None
 @pytest.mark.parametrize("what", ["source_digest", "_libm_digest"])
 def test_the_digest_holds_sources_and_mathematics(monkeypatch: pytest.MonkeyPatch, what: str) -> None:
     before = versions()
-    monkeypatch.setattr(f"nsdrill.app.provenance.{what}", lambda: "another")
+    monkeypatch.setattr(f"nsdrill.app.experiment.{what}", lambda: "another")
     assert any(text.startswith("model digest") for text in unlike(before))
     assert any("mathematics" in text for text in unlike(before)) == (what == "_libm_digest")
 

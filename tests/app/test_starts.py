@@ -15,8 +15,8 @@ import nsdrill
 from nsdrill.analysis.attractors import wilson
 from nsdrill.app.attractors import attractors
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
+from nsdrill.app.saving import table, write_rows
 from nsdrill.app.summary import reclassify, summarize
-from nsdrill.app.table import table, write_rows
 from nsdrill.app.trajectory import replay, simulate
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError

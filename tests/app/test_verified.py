@@ -11,8 +11,8 @@ import pytest
 from interrupts import Interrupt, look_often
 from same_bits import different
 
-from nsdrill.analysis.window import classes
-from nsdrill.app import trust
+from nsdrill.analysis.maps import classes
+from nsdrill.app import stages
 from nsdrill.app.check import check
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.summary import reclassify, summarize
@@ -59,7 +59,7 @@ def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
     states are no points of another study, so one axis of one value."""
     text = CHAINS.replace("{from: 20 kN, to: 100 kN, points: 3}", "40 kN")
     found = run_in_memory(study_of(text))
-    tight, long = trust.checks(study_of(text).simulation)
+    tight, long = stages.checks(study_of(text).simulation)
     assert (tight.simulation.rtol, long.simulation.rtol) == (1e-8, 1e-6)
     for check_, row in ((tight, "initial_state"), (long, "final_state")):
         states = found[row][1, 0, 0]
@@ -86,7 +86,7 @@ def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
 
 
 def test_run_again_alike_nothing_differs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nsdrill.app.trust.TIGHTER", 1.0)
+    monkeypatch.setattr("nsdrill.app.stages.TIGHTER", 1.0)
     found = run_in_memory(study_of(CHAINS))
     assert np.all(found["tight_difference"] == 0)
     assert np.array_equal(found["tight_response"], found["response"])
@@ -117,7 +117,7 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monke
 def test_checks_that_failed_are_retried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A check may take so many times the steps of the run; here as many, and most need
     more."""
-    monkeypatch.setattr("nsdrill.app.trust.MORE_STEPS", 1)
+    monkeypatch.setattr("nsdrill.app.stages.MORE_STEPS", 1)
     free = run_in_memory(study_of(GRID))
     limit = int((free["steps"] + free["rejected"]).max())
     out, whole = tmp_path / "out.h5", tmp_path / "whole.h5"
@@ -185,4 +185,4 @@ def test_starts_of_an_ensemble_are_checked_too() -> None:
 
 def test_the_tolerance_has_a_floor() -> None:
     simulation = replace(study_of(GRID).simulation, rtol=1e-12)
-    assert trust.checks(simulation)[0].simulation.rtol == 1e-13
+    assert stages.checks(simulation)[0].simulation.rtol == 1e-13

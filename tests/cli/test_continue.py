@@ -13,9 +13,8 @@ import pytest
 import xarray
 
 import nsdrill
-from nsdrill.app.branch_summary import stable_parts
 from nsdrill.app.unfinished import Part
-from nsdrill.text.branches import lines
+from nsdrill.text.branches import lines, stable_parts
 
 from .helpers import Call, finish, start
 from .test_fit_resume import has_state

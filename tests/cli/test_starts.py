@@ -56,7 +56,7 @@ def test_show_for_programs(call: Call, made: Path) -> None:
 
 
 def test_a_long_table_is_cut(call: Call, made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nsdrill.text.attractors.MAX_ROWS", 1)
+    monkeypatch.setattr("nsdrill.text.show.MAX_ROWS", 1)
     assert "more lines (all with --json)" in call("show", made).out
 
 

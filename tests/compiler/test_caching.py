@@ -18,17 +18,16 @@ from pythons import SRC
 from nsdrill import cache
 from nsdrill.cache import cache_directory
 from nsdrill.compiler import functions, native
-from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.functions import BUFFER, compiled, define
 from nsdrill.compiler.language import LanguageError
 from nsdrill.errors import InputError
-from nsdrill.generate import define
 
 TOY = '''
 """A module that a user may have."""
 import numpy as np
 import collections, enum, types
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled, inlined
-from nsdrill.compiler.words import packed
+from nsdrill.compiler.functions import packed
 
 FACTOR, PAIR, FLAG = 2.0, (1.0, (3, 4)), True
 TABLE = np.arange(2000.0)

@@ -10,8 +10,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS, compiled, inlined
-from nsdrill.compiler.words import bits_float, call, float_bits, fma, lowest_bit, packed
+from nsdrill.compiler.functions import (
+    BUFFER,
+    FLOAT,
+    FUNCTION,
+    INTEGER,
+    INTEGERS,
+    bits_float,
+    call,
+    compiled,
+    float_bits,
+    fma,
+    inlined,
+    lowest_bit,
+    packed,
+)
 
 from .running import LANES, WIDTHS, bits, floats, machine_code, same, whole
 

@@ -9,8 +9,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from nsdrill.compiler.words import lowest_bit
-from nsdrill.generate import define
+from nsdrill.compiler.functions import define, lowest_bit
 
 from .running import WIDTHS, floats, same, whole
 

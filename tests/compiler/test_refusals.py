@@ -10,11 +10,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS, compiled
+from nsdrill.compiler.functions import (
+    BUFFER,
+    FLOAT,
+    FUNCTION,
+    INTEGER,
+    INTEGERS,
+    bits_float,
+    compiled,
+    define,
+    float_bits,
+    fma,
+    lowest_bit,
+)
 from nsdrill.compiler.language import LanguageError
 from nsdrill.compiler.native import Module
-from nsdrill.compiler.words import bits_float, float_bits, fma, lowest_bit
-from nsdrill.generate import define
 
 TABLE, GRID = np.arange(4.0), np.ones((2, 2))
 

@@ -9,7 +9,7 @@ from types import ModuleType
 
 from model_tables import FEATURES, TRACE_VARIABLES
 
-from nsdrill.app.provenance import provenance
+from nsdrill.app.experiment import provenance
 from nsdrill.models.registry import BY_NAME, NAMES
 from nsdrill.store import hdf5
 from nsdrill.store.layout import root_attributes

@@ -29,8 +29,7 @@ import h5py
 import numpy as np
 
 import nsdrill
-from nsdrill.app.experiment import prepare
-from nsdrill.app.provenance import provenance
+from nsdrill.app.experiment import prepare, provenance
 from nsdrill.data import Trace
 from nsdrill.errors import NsdrillError
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES

@@ -19,9 +19,8 @@ from machine_code import packed_and_single, text_of
 from scipy.integrate import solve_ivp
 
 from nsdrill.abi import Rows
-from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.functions import BUFFER, compiled, packed
 from nsdrill.compiler.language import LanguageError
-from nsdrill.compiler.words import packed
 from nsdrill.equations.library import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation

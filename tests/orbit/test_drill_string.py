@@ -10,8 +10,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 import nsdrill
 from nsdrill.analysis.bifurcations import DOUBLING, FOLD, HOPF
-from nsdrill.app.continuation_setup import continuation_setup
 from nsdrill.app.continuing import grazes_of
+from nsdrill.app.seeding import continuation_setup
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.orbit.explore import Explorer
 from nsdrill.orbit.flow import Flow, Legs

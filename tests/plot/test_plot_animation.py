@@ -17,7 +17,7 @@ from nsdrill import plot
 from nsdrill.data import Trace
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.plot import look_of
-from nsdrill.plot.animation import FRAME_RATE, animate, film_name
+from nsdrill.plot.kinds.hole import FRAME_RATE, animate, film_name
 
 COLLAR = 0.2286  # m, the usual outer diameter
 

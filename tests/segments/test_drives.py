@@ -390,7 +390,7 @@ def test_what_cannot_be_is_refused_by_its_key(drive: str, words: str) -> None:
 def test_charts_of_the_model() -> None:
     """A card of all drives, with that of a wave that a matched one swallows; other
     charts are of other models."""
-    from nsdrill.app.charts import chart_of
+    from nsdrill.app.pictures import chart_of
 
     card = chart_of(parse_study("model: segments\ndrive: {kind: soft_torque, matching: 1}\n"), "drive-card")
     assert {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "dc_motor", "lqr"} == {*card.held}  # type: ignore[union-attr]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nsdrill.app.table import table, write_rows
+from nsdrill.app.saving import table, write_rows
 from nsdrill.errors import FileError
 from nsdrill.models.registry import BY_NAME
 from nsdrill.store import (

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from model_tables import TRACE_VARIABLES
 
-from nsdrill.app.table import table, write_rows
+from nsdrill.app.saving import table, write_rows
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
 from nsdrill.store import kind_of, read_results, read_trace, to_netcdf, write_trace

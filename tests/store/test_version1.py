@@ -16,10 +16,10 @@ import xarray as xr
 
 import nsdrill
 from nsdrill.app.datasets import with_missing_features
-from nsdrill.app.provenance import processor, versions
+from nsdrill.app.experiment import processor, versions
 from nsdrill.app.run import run_study
+from nsdrill.app.saving import table, write_rows
 from nsdrill.app.summary import reclassify
-from nsdrill.app.table import table, write_rows
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError
 from nsdrill.store import (

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from nsdrill.analysis import window
+from nsdrill.analysis.maps import SAFE as WINDOW_SAFE
+from nsdrill.analysis.maps import classes
 from nsdrill.analysis.probability import SAFE, probabilities_of
-from nsdrill.analysis.window import SAFE as WINDOW_SAFE
-from nsdrill.analysis.window import classes, find_window
+from nsdrill.analysis.window import find_window
 from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
 from nsdrill.errors import InputError

@@ -8,8 +8,8 @@ import numpy as np
 
 from nsdrill.analysis.comparison import common_places
 from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.plane import stretches
-from nsdrill.analysis.window import SAFE, UNKNOWN, YIELDS, Classes, axes_of, classes, find_window, usual_confidence
+from nsdrill.analysis.maps import SAFE, UNKNOWN, YIELDS, Classes, axes_of, classes, stretches
+from nsdrill.analysis.window import find_window, usual_confidence
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words

@@ -19,6 +19,8 @@ from nsdrill.models.registry import BY_NAME
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.variables import dimension_of
 
+NEEDED = ("status", "response", *RESPONSE_KINDS)  # the variables of results that are used
+
 
 @dataclass(frozen=True)
 class Difference:

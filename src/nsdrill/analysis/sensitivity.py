@@ -23,7 +23,7 @@ import numpy as np
 
 from nsdrill.analysis import probability
 from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, independent, run_safety
-from nsdrill.data import Answer, Array, Results, overrides, resolved_study
+from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import BY_NAME, model_in
@@ -50,9 +50,9 @@ class Indices:
     variance: float
 
 
-def needed(results: Results, severity: int | None) -> tuple[str, ...]:
-    """The variables that :func:`sensitivity` uses of results with these attributes."""
-    return (*probability.needed(severity), *model_in(results.attrs).check_features)
+def needed(attrs: Attributes, severity: int | None) -> tuple[str, ...]:
+    """The variables that :func:`sensitivity` uses of results with these root attributes."""
+    return (*probability.needed(severity), *model_in(attrs).check_features)
 
 
 def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:

@@ -1,242 +1,43 @@
-"""The operating window: the operating points that are safe whatever the history, and the
-best of them.
+"""The operating window: the operating points that are safe whatever the history, the best
+of them, and why a side of the window lies where it does, as far as the responses in the
+file tell.
 
-A *history* is a procedure and, in an ensemble, a start: one way to reach an operating
-point. The state of a point:
-
-- *safe*: every history in the file ended well without a critical response;
-- *history-dependent* (``rim`` in data): only some did;
-- *critical*: none did;
-- *unknown*: a run failed or is missing, and the others do not decide.
+A motion that is there only on one way, or only at one of two neighbouring settings,
+surprises: it follows from what the string met before it came to the point.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.plane import largest_margin, regions, stretches
-from nsdrill.analysis.probability import (
-    RunSafety,
-    check_samples,
-    effective_number,
-    independent,
-    known,
-    one_procedure,
-    probabilities_of,
-    run_safety,
-    text,
-    window_state,
+from nsdrill.analysis.hysteresis import carried_axis, response_text
+from nsdrill.analysis.maps import (
+    CRITICAL,
+    HISTORY_DEPENDENT,
+    SAFE,
+    STATES,
+    UNKNOWN,
+    YIELDS,
+    Cell,
+    Classes,
+    classes,
+    largest_margin,
+    mean_known,
+    regions,
+    stretches,
 )
-from nsdrill.analysis.reasons import reason
+from nsdrill.analysis.probability import check_samples, effective_number, independent, one_procedure, text
 from nsdrill.data import PASSED_OVER, Answer, Array, Results, overrides
-from nsdrill.errors import InputError, option
-from nsdrill.models.leaves import in_words, words_along
-from nsdrill.models.responses import RESPONSES
-from nsdrill.variables import OK, PENDING, SAMPLE
+from nsdrill.errors import option
+from nsdrill.models.leaves import in_words
+from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STICK_SLIP, WHIRL
+from nsdrill.variables import PENDING, SAMPLE
 
-# axes of the maps: the first of these that is swept is x, the next one y
-ACROSS = ("rotary_speed", "wob", "depth")
-SAFE, HISTORY_DEPENDENT, CRITICAL, UNKNOWN = 2, 1, 0, -1
-STATES = {SAFE: "safe", HISTORY_DEPENDENT: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
 USUAL_CONFIDENCE = 0.9
 LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)  # of confidence whose costs are listed
-
-
-@dataclass(frozen=True)
-class Classes:
-    """A sweep as maps over the axes ``x``, ``y`` and ``third``; the last two are None
-    where no such axis is swept, and their length is then 1. Arrays are [third, y, x]:
-
-    - ``state``: SAFE, HISTORY_DEPENDENT, CRITICAL or UNKNOWN;
-    - ``bits``: the responses that occur in any history;
-    - ``failed``: whether any history, or the check of a safe one, failed or has not
-      run;
-    - ``distrusted``: whether the checks of any history gave another response;
-    - ``yields``: those of :data:`YIELDS` that the file has, as the mean over histories
-      and samples, NaN where none has run;
-    - ``safety``: with a ``confidence`` the probability of a safe run and the ends of
-      its 95 % interval;
-    - ``unsettled``: whether any history was finished and did not settle; with a
-      ``confidence`` whether more runs did not than may be critical.
-
-    ``bits_in`` and ``is_safe_in`` are [procedure, third, y, x]: the responses in each
-    procedure, and whether it is safe.
-
-    ``over_all``: this is one map of what holds at all values of a third axis. ``histories``
-    and ``failed_runs`` are the numbers of histories and of failed runs,
-    ``safe_in`` the number of safe points in each procedure by itself.
-    """
-
-    results: Results
-    x: str
-    y: str | None
-    third: str | None
-    state: Array
-    bits: Array
-    failed: Array
-    distrusted: Array
-    histories: int
-    failed_runs: int
-    safe_in: dict[str, int]
-    yields: dict[str, Array]
-    bits_in: Array
-    is_safe_in: Array
-    unsettled: Array
-    confidence: float | None = None
-    safety: tuple[Array, ...] = ()
-    over_all: bool = False
-
-    @property
-    def procedures(self) -> list[str]:
-        return [text(name) for name in self.results.coords["procedure"]]
-
-    def values(self, axis: str | None) -> Array:
-        """The values of an axis; a single zero for None."""
-        return np.zeros(1) if axis is None else np.asarray(self.results.coords[axis], dtype=float)
-
-
-# the yields of a point, listed where the file has them
-YIELDS = ("rate_of_penetration", "mechanical_specific_energy")
-# what a window is made of beside the responses, where the file has it
-USES = (*YIELDS, "settled")
-
-
-def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:
-    """The axes of the maps: x, y, and the third one, which has a map for each value. An
-    axis of words is always the third, as there is nothing between words. None where the
-    axes of the sweep do not make maps."""
-    swept = [axis for axis in (*ACROSS, *results.axes[len(ACROSS) :]) if axis in results.swept]
-    words = [axis for axis in swept if words_along(axis)]
-    numbers = [axis for axis in swept if axis not in words]
-    if len(swept) > 3 or not numbers or len(words) > 1:
-        return None
-    third = words[0] if words else numbers[2] if len(numbers) == 3 else None
-    return numbers[0], numbers[1] if len(numbers) > 1 else None, third
-
-
-Planes = Callable[[Array], Array]  # from the grid of the runs to [third, y, x, history]
-Cell = tuple[int, int, int]  # of the maps: third, y, x
-
-
-def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:
-    """The state of every operating point. With ``severity`` a history is safe where
-    none of the three severities exceeds it, whatever the response bits are. With
-    ``confidence`` (0 to 1), for results with samples, a point is safe where the
-    probability of a safe run reaches it, and critical where it does not. InputError
-    where the axes do not make maps.
-
-    An inferred point has a response but no severity: by severity it is unknown.
-    """
-    swept = axes_of(results)
-    if swept is None:
-        if not results.swept:
-            raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
-        raise InputError(
-            f"window: found the axes {', '.join(results.swept)}; allowed: a sweep of one to "
-            f"three, among them words as "
-            "one, beside one or two of numbers."
-        )
-    x, y, third = swept
-
-    def planes(array: Array) -> Array:
-        """``array`` as [third, y, x, history]. Axes that are not swept have length 1;
-        they are merged with the third one."""
-        axes = results.axes
-        order = [axis for axis in axes if axis not in (x, y)] + [axis for axis in (y, x) if axis]
-        transposed = np.moveaxis(array, 0, len(axes))
-        transposed = transposed.transpose(*(axes.index(axis) for axis in order), *range(len(axes), array.ndim))
-        lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, x)]
-        return transposed.reshape(*lengths, -1)
-
-    runs = run_safety(results, severity)
-    if confidence is None:
-        found = _by_histories(results, runs, planes)
-    else:
-        found = _by_confidence(results, severity, confidence, planes)
-    return Classes(
-        results,
-        *swept,
-        failed=np.asarray(planes(runs.failed).any(axis=-1)),
-        distrusted=np.asarray(planes(runs.distrusted).any(axis=-1)),
-        failed_runs=int(np.count_nonzero(runs.failed)),
-        yields={name: _mean(planes(results[name])) for name in YIELDS if name in results.variables},
-        **found,
-    )
-
-
-def _by_histories(results: Results, runs: RunSafety, planes: Planes) -> Answer:
-    """The fields of classes where the histories decide on a point."""
-    any_safe, any_unsafe = planes(runs.safe).any(axis=-1), planes(runs.unsafe).any(axis=-1)
-    is_decided = planes(runs.safe | runs.unsafe).all(axis=-1) | (any_safe & any_unsafe)
-    state = np.where(any_unsafe, np.where(any_safe, HISTORY_DEPENDENT, CRITICAL), SAFE)
-    bits = np.where(known(results["status"]), results["response"], 0).astype(int)
-    bits_in = np.array([np.bitwise_or.reduce(planes(part[None]), axis=-1) for part in bits])
-    is_safe_in = np.array([planes(part[None]).all(axis=-1) for part in runs.safe])
-    names = map(text, results.coords["procedure"])
-    return {
-        "state": np.where(is_decided, state, UNKNOWN),
-        "bits": np.bitwise_or.reduce(bits_in, axis=0),
-        "histories": planes(runs.safe).shape[-1],
-        "safe_in": {name: int(np.count_nonzero(part)) for name, part in zip(names, is_safe_in, strict=True)},
-        "bits_in": bits_in,
-        "is_safe_in": is_safe_in,
-        "unsettled": np.asarray(planes(_unsettled(results)).any(axis=-1)),
-    }
-
-
-def _unsettled(results: Results) -> Array:
-    """Whether each run was finished and did not settle; nowhere in a file that does not
-    say."""
-    if "settled" not in results.variables:
-        return np.zeros(results["status"].shape, dtype=bool)
-    return np.asarray((results["status"] == OK) & (results["settled"] == 0))
-
-
-def least_share(confidence: float) -> float:
-    """The probability from which a response counts among those that may prevent that a
-    point is safe: one of the three must have a third of 1 less ``confidence``."""
-    return (1.0 - confidence) / 3
-
-
-def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes) -> Answer:
-    """The fields of classes where a point is safe if the probability of a safe run reaches
-    ``confidence``. ``bits`` are the responses that may prevent that."""
-    probabilities = probabilities_of(results, severity)
-    is_safe, is_undecided = window_state(probabilities, confidence)
-
-    def placed(array: Array) -> Array:
-        return planes(array[None])[..., 0]
-
-    def bits_of(share: Array) -> Array:
-        occurs = share >= least_share(confidence)
-        return np.asarray(sum(placed(response).astype(int) << number for number, response in enumerate(occurs)))
-
-    procedures = len(results.coords["procedure"])
-    safe_by = {name: window_state(probabilities, confidence, name)[0] for name in probabilities.histories[:procedures]}
-    return {
-        "state": placed(np.where(is_safe, SAFE, np.where(is_undecided, UNKNOWN, CRITICAL))),
-        "bits": bits_of(probabilities.share[-1, 1:]),
-        "histories": procedures,
-        "safe_in": {name: int(np.count_nonzero(safe)) for name, safe in safe_by.items()},
-        "bits_in": np.array([bits_of(probabilities.share[number, 1:]) for number in range(procedures)]),
-        "is_safe_in": np.array([placed(safe) for safe in safe_by.values()]),
-        "unsettled": np.asarray(planes(_unsettled(results)).mean(axis=-1) > 1.0 - confidence + 1e-9),
-        "confidence": confidence,
-        "safety": tuple(placed(part) for part in probabilities.of("safe")),
-    }
-
-
-def _mean(values: Array) -> Array:
-    """The mean of the finite values over the last axis; NaN where there are none."""
-    finite = np.isfinite(values)
-    count = finite.sum(axis=-1)
-    total = np.where(finite, values, 0.0).sum(axis=-1)
-    return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
 def find_window(results: Results, severity: int | None = None, confidence: float | None = None) -> Answer:
@@ -363,7 +164,7 @@ def _throughout(maps: Classes) -> Classes:
         failed=at_any(maps.failed),
         distrusted=at_any(maps.distrusted),
         unsettled=at_any(maps.unsettled),
-        yields={name: _mean(np.moveaxis(array, 0, -1))[None] for name, array in maps.yields.items()},
+        yields={name: mean_known(np.moveaxis(array, 0, -1))[None] for name, array in maps.yields.items()},
         is_safe_in=np.asarray(maps.is_safe_in.all(axis=1, keepdims=True)),
         safety=() if least is None else tuple(np.take_along_axis(part, least, axis=0) for part in maps.safety),
         over_all=True,
@@ -527,3 +328,57 @@ def _over_depth(maps: Classes) -> Answer | None:
         "reopens": depths[spans[1][0]] if len(spans) > 1 else None,
         "rows": rows,
     }
+
+
+# The reasons, by the names that they have in data.
+PASSES_IN_STICK_SLIP = "passes_in_stick_slip"
+STARTS_ON_WALL = "starts_on_wall"
+STAYS_ON_WALL = "stays_on_wall"
+BOUNCE_LASTS = "bounce_lasts"
+STICKING_LASTS = "sticking_lasts"
+
+
+def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
+    """Why the point ``beyond`` the window is not safe, while ``inside`` is; None where
+    its response needs no explanation, or where the file does not tell. Plain data:
+
+    - ``code``: one of the names above;
+    - ``procedure``: the way on which the motion is met;
+    - ``axis``, ``value``: the setting at which it begins on that way, of
+      ``starts_on_wall`` the first one of the sweep.
+    """
+    along = carried_axis(maps.results)
+    if maps.over_all or maps.confidence is not None or along not in (maps.x, maps.y):
+        return None
+    values = maps.values(along)
+    place = beyond[2] if along == maps.x else beyond[1]
+    # the neighbour at another setting of the axis along which nothing is carried
+    is_beside = beyond[1] != inside[1] if along == maps.x else beyond[2] != inside[2]
+    safe_on = [bool(is_safe[beyond]) for is_safe in maps.is_safe_in]
+    for procedure, bits, is_safe in zip(maps.procedures, maps.bits_in, safe_on, strict=True):
+        if is_safe or procedure == "same":
+            continue
+        there, here = (_chain(bits, cell, along == maps.x) for cell in (beyond, inside))
+        first, step = (len(values) - 1, -1) if procedure == "down" else (0, 1)
+        if there[place] & WHIRL:
+            begin = place
+            while begin != first and there[begin - step] & WHIRL:
+                begin -= step
+            found = {"procedure": procedure, "axis": along, "value": float(values[begin])}
+            if is_beside and here[begin] & STICK_SLIP and not here[begin] & WHIRL:
+                return {"code": PASSES_IN_STICK_SLIP, **found}
+            if begin == place and not is_beside:
+                return None  # it begins here
+            if begin == first != place:
+                return {"code": STARTS_ON_WALL, **found}
+            if begin != place and any(safe_on):
+                return {"code": STAYS_ON_WALL, **found}
+        elif any(safe_on) and there[place]:
+            code = BOUNCE_LASTS if there[place] & BIT_BOUNCE else STICKING_LASTS
+            return {"code": code, "procedure": procedure, "axis": along, "value": None}
+    return None
+
+
+def _chain(bits: Array, cell: Cell, along_x: bool) -> list[int]:
+    """The responses along the carried axis through a cell."""
+    return [int(b) for b in np.asarray(bits[cell[:2]] if along_x else bits[cell[0], :, cell[2]])]

@@ -6,21 +6,26 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsdrill.analysis.attractors import IF_THERE, NEEDED, Attractor, describe, label, places
 from nsdrill.analysis.branches import Places, number
+from nsdrill.app.datasets import sweep_in
 from nsdrill.app.experiment import Experiment
-from nsdrill.data import IN_MEMORY, Answer, Array, Results
+from nsdrill.data import IN_MEMORY, Answer, Array
 from nsdrill.errors import FileError, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_in_parts, word_or_number
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.observe.thresholds import Attractors
-from nsdrill.store import Sink, columns, points_in_block, read_results
+from nsdrill.store import Sink, columns, points_in_block
 from nsdrill.study.study import Study
 from nsdrill.variables import OK
+
+if TYPE_CHECKING:
+    from nsdrill.app.datasets import Source
 
 _BLOCK = 1 << 14  # starts in memory at once
 
@@ -103,7 +108,7 @@ def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[s
     return grouping, matching
 
 
-def attractors(source: Results | str | os.PathLike[str]) -> list[Answer]:
+def attractors(source: Source) -> list[Answer]:
     """The attractors of each operating point of a results file, or of results in
     memory, that has several starts.
 
@@ -117,9 +122,9 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[Answer]:
     ``features`` in SI (None where not finite). FileError where every operating point
     has one start.
     """
-    results = source if isinstance(source, Results) else read_results(source)
+    results = sweep_in(source, "attractors", NEEDED, None)
     if "start" not in results.coords:
-        name = IN_MEMORY if isinstance(source, Results) else os.fspath(source)
+        name = os.fspath(source) if isinstance(source, str | os.PathLike) else IN_MEMORY
         raise FileError(
             f"{name}: every operating point has one start, so there are no attractors to compare. Run "
             f"a study with initial.ensemble, as by {option('set', 'initial.ensemble=64')}."

@@ -12,8 +12,8 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
-from nsdrill.app.continuation_setup import RANGE_PARTS, ContinuationSetup, number_of
-from nsdrill.app.provenance import provenance
+from nsdrill.app.experiment import provenance
+from nsdrill.app.seeding import RANGE_PARTS, ContinuationSetup, number_of
 from nsdrill.data import Array, Attributes, json_text
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation

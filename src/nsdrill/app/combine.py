@@ -12,21 +12,25 @@ import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.app.experiment import prepare
-from nsdrill.app.provenance import provenance, versions
+from nsdrill.app.datasets import sweep_in
+from nsdrill.app.experiment import prepare, provenance, versions
 from nsdrill.app.summary import relabelled
 from nsdrill.data import Array, Attributes, Resolved, Results, resolved_study, value_at
 from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.registry import BY_NAME
-from nsdrill.store import kind_of, read_results
+from nsdrill.store import kind_of
 from nsdrill.study.keys import Keys, keys_named
 from nsdrill.study.study import IN_WORDS_ONLY, Study, axis_values, refined_axes, study_from_resolved
 from nsdrill.study.write import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of, short_key
+
+if TYPE_CHECKING:
+    from nsdrill.app.datasets import Source
 
 # Sections that must agree, as points depend on others of the same file, and why.
 _MUST_AGREE = {
@@ -45,7 +49,7 @@ NamedResults = tuple[str, Results]  # the name in messages, and the results
 _MAKER_ATTRIBUTES = ("h5py_version", "python_version", "processor")
 
 
-def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Results, str]:
+def combine(sources: Sequence[Source]) -> tuple[Results, str]:
     """The combined results of all ``sources``, results or their files, and the key that
     becomes an axis. InputError where they differ in more than one number."""
     if len(sources) < 2:
@@ -71,12 +75,12 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     return combined, key
 
 
-def _read(source: str | os.PathLike[str] | Results, number: int) -> NamedResults:
-    name = f"Dataset {number}" if isinstance(source, Results) else os.fspath(source)
-    if not isinstance(source, Results) and kind_of(source) != "results":
+def _read(source: Source, number: int) -> NamedResults:
+    name = os.fspath(source) if isinstance(source, str | os.PathLike) else f"Dataset {number}"
+    if isinstance(source, str | os.PathLike) and kind_of(source) != "results":
         kind = "a trace" if kind_of(source) == "trace" else f"an unfinished run; finish it with {option('resume')}"
         raise InputError(f"{name}: found {kind}; allowed: results of nsdrill run.")
-    results = source if isinstance(source, Results) else read_results(source)
+    results = sweep_in(source, "combine", ("status", "response"), None)
     if not resolved_study(results.attrs):
         raise InputError(f"{name}: found no study in the file; allowed: results of nsdrill run.")
     return name, results

@@ -7,21 +7,16 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
 
 from nsdrill.app.arguments import name_in
-from nsdrill.app.experiment import overrides_of, with_overrides
-from nsdrill.app.table import table, write_rows
+from nsdrill.app.experiment import model_digest, overrides_of, with_overrides
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
-from nsdrill.late import deferred
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.store import (
-    MemoryLog,
-    claim_file,
     from_dataset,
     kept_of,
     kind_of,
@@ -32,17 +27,14 @@ from nsdrill.store import (
     read_results,
     read_trace,
     variables_in,
-    write_results,
-    write_trace,
 )
-from nsdrill.variables import COUNTED, Variable
-
-with deferred():  # it imports the compiled sources, of which show needs none
-    from nsdrill.app import provenance
+from nsdrill.variables import Variable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
+
+    Source: TypeAlias = Results | Dataset | str | os.PathLike[str]
 
 
 def is_dataset(data: object) -> TypeGuard[Dataset]:
@@ -54,11 +46,16 @@ def is_dataset(data: object) -> TypeGuard[Dataset]:
     return isinstance(data, Dataset)
 
 
-def units_for(units: object, data: Any) -> str:
+def units_for(units: object, data: object) -> str:
     """``units``, "si" or "field"; where it is None those that the study in a Dataset or
     file asks for. InputError for others."""
     if units is None:
         return units_of(data.attrs) if is_dataset(data) else units_in(name_in(data))
+    return checked_units(units)
+
+
+def checked_units(units: object) -> str:
+    """``units``; InputError where they are neither "si" nor "field"."""
     if units not in ("si", "field"):
         raise InputError(f"units: found {units!r}; allowed: si or field.")
     return str(units)
@@ -108,7 +105,7 @@ def validated(data: Results | Trace) -> Results | Trace:
 
 def with_missing_features(results: Results) -> Results:
     """``results`` with NaN for the features that their version of nsdrill lacked."""
-    if results.attrs.get("model_digest") == provenance.model_digest(model_in(results.attrs).name):
+    if results.attrs.get("model_digest") == model_digest(model_in(results.attrs).name):
         return results
     unknown = np.full(results.shape, np.nan)
     later = {v.name: unknown for v in variables_of(results) if v.room == "feature"}
@@ -119,6 +116,17 @@ def variables_of(results: Results) -> tuple[Variable, ...]:
     """The variables that a file of these results should have."""
     model = model_in(results.attrs).name
     return kept_of(results.coords, results.more, results.variables, model, results.drawn).variables
+
+
+def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str] | None = ()) -> Results:
+    """The results of a sweep: in memory, in a Dataset, which must have the variables
+    ``names``, or in a results file, of which only these and ``more`` are read (None: all).
+    ``name`` is that of the operation in messages."""
+    if isinstance(source, Results):
+        return source
+    if is_dataset(source):
+        return results_in(source, name, names)
+    return read_results(name_in(source), None if more is None else (*names, *more))
 
 
 def results_in(data: Any, name: str, names: Iterable[str]) -> Results:
@@ -207,6 +215,12 @@ def units_in(path: str | os.PathLike[str]) -> str:
     return "si"
 
 
+def is_study(path: object) -> bool:
+    """Whether ``path`` is the name of a study, of which charts are drawn, and not that
+    of a results file."""
+    return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith((".yaml", ".yml"))
+
+
 def is_branches(path: str | os.PathLike[str]) -> bool:
     """Whether ``path`` is a file of branches; FileError if it is not a file of
     nsdrill."""
@@ -224,42 +238,3 @@ def outline_of(results: Results, names: Iterable[str]) -> Results:
     """``results`` with the variables ``names`` as zeros, which take no memory."""
     zeros = np.broadcast_to(np.int8(0), results.shape)
     return replace(results, variables={name: zeros for name in names})
-
-
-# Saving results and traces to files.
-
-
-ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
-
-
-def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Write ``data`` to ``path``, in one step: HDF5 (``.h5``, ``.hdf5``), which is
-    netCDF-4 (``.nc``) as well, or a table (``.csv``). FileError where the file exists,
-    unless ``overwrite``; InputError where ``data`` is incomplete."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in ENDINGS:
-        raise InputError(f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: {', '.join(ENDINGS)}.")
-    claim_file(path, overwrite)
-    if isinstance(data, Results):
-        data = with_missing_features(data)
-        _check_whole(data)
-    if suffix == ".csv":
-        write_rows(table(data), path, overwrite)
-    elif isinstance(data, Trace):
-        write_trace(path, data, overwrite=overwrite)
-    else:
-        write_results(path, MemoryLog.of(data))
-
-
-def _check_whole(results: Results) -> None:
-    """InputError where a results file with these results would not be valid."""
-    if lacking := [v.name for v in variables_of(results) if v.name not in results.variables]:
-        few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
-        raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
-    for name in results.axes:
-        if not np.all(np.diff(results.coords[name]) > 0):
-            raise InputError(f"the Dataset: found values of {name} that do not ascend; allowed: sorted ones (sortby).")
-    for name in COUNTED:
-        values = results.coords.get(name, np.arange(0))
-        if not np.array_equal(values, np.arange(len(values))):
-            raise InputError(f"the Dataset: found a part of {name}; allowed: all of it, from 0 on.")

@@ -23,10 +23,10 @@ from nsdrill.analysis.fitting import (
     end_pressed,
     posterior,
 )
-from nsdrill.app.rounds import Rounds
+from nsdrill.app.check import check_large
 from nsdrill.app.run import check_sweep, checked_workers
-from nsdrill.app.size import check_large
 from nsdrill.app.stages import Watch, compiling
+from nsdrill.app.unfinished import Rounds
 from nsdrill.data import Answer
 from nsdrill.errors import FileError, InputError, StudyError
 from nsdrill.files import amount

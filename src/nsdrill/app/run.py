@@ -17,13 +17,10 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.app.arguments import is_whole
 from nsdrill.app.attractors import write_attractors
-from nsdrill.app.check import coarse_points
-from nsdrill.app.experiment import Experiment, prepare
-from nsdrill.app.provenance import provenance, unlike
+from nsdrill.app.check import check_large, check_memory, coarse_points, disk, memory
+from nsdrill.app.experiment import Experiment, prepare, provenance, unlike
 from nsdrill.app.refinement import RefinedSweep
-from nsdrill.app.size import check_large, check_memory, disk, memory
-from nsdrill.app.stages import RunStages, Watch, sweep
-from nsdrill.app.trust import any_failed, forget_failed, verified, verify
+from nsdrill.app.stages import RunStages, Watch, any_failed, forget_failed, sweep, verified, verify
 from nsdrill.data import Answer, Array, Resolved, Results, differences, resolved_study
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.files import amount

@@ -1,25 +1,199 @@
-"""The motions from which a continuation sets out: settled at some values of the continued
-number, or the points of a results file."""
+"""The motions from which a continuation sets out: the study and the numbers that are free,
+the equations, and the seeds, settled at some values of the continued number or points of a
+results file."""
 
 from __future__ import annotations
 
 import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.comparison import string_differences
-from nsdrill.app.continuation_setup import ContinuationSetup, number_of
-from nsdrill.app.following import Following, Say
-from nsdrill.data import Array, Results, resolved_study
-from nsdrill.errors import FileError, option
-from nsdrill.models.leaves import OPERATION, word_or_number
-from nsdrill.orbit.flow import Flow, Legs
+from nsdrill.compiler.functions import compiling
+from nsdrill.data import Array, Results, resolved_study, value_at
+from nsdrill.errors import FileError, InputError, option
+from nsdrill.models.base import Model, Symmetry, Variant
+from nsdrill.models.leaves import OPERATION, Values, as_value, values_at, word_or_number
+from nsdrill.orbit.explore import Wave
+from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.seeds import Seed
 from nsdrill.store import read_results
+from nsdrill.study.continuation import Continuation
+from nsdrill.study.study import Study
 from nsdrill.study.write import changes_text
 from nsdrill.variables import OK, dimension_of
+
+RANGE_PARTS = 10  # the range of a continued number over its natural scale
+
+
+@dataclass(frozen=True)
+class ContinuationSetup:
+    """The inputs of a continuation: the study, its section ``continue``, the model, and
+    the options and symmetry that are compiled in."""
+
+    study: Study
+    continuation: Continuation
+    model: Model
+    variant: Variant
+    symmetry: Symmetry
+
+    def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
+        """The values of n points at ``numbers`` [n, keys] (SI) of the ``keys``."""
+        study = self.study
+        fixed = {name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION}
+        return values_at(study.parameters, study.initial, fixed | dict(zip(keys, numbers.T, strict=True)))
+
+    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = "") -> Flow:
+        """The flow in which the numbers at ``keys``, with these natural ``scales``, are
+        free; ``without`` names a contact to leave out where the model supports it."""
+
+        def pack(numbers: Array) -> Array:
+            with np.errstate(invalid="ignore"):  # Newton's method may leave the range of a number
+                table = self.model.pack(self.values(numbers, keys), self.study.thresholds)
+            released = self.model.released(table, without) if without else None
+            return table if released is None else released
+
+        return Flow(equations_of(self.model, self.variant, self.symmetry, pack, scales), workers=workers)
+
+
+def continuation_setup(study: Study) -> ContinuationSetup:
+    """The setup of the continuation of ``study``; InputError where it cannot be
+    continued."""
+    source = study.source or "the study"
+    continuation = study.continuation
+    if continuation is None:
+        raise InputError(
+            f"{source}: found no section continue; allowed: one that says what is followed, as "
+            "continue: {along: rotary_speed, from: 2 rad/s, to: 8 rad/s}."
+        )
+    if study.ramped:
+        raise InputError(
+            f"{source}: found a ramp in operation.{study.ramped[0]}; allowed: a constant value, of which motions can "
+            "repeat."
+        )
+    model = study.model.dynamics
+    if model.switches(study.parameters) is not None:
+        raise InputError(f"{source}: found drive.on_at; allowed: nothing that is switched on within the run.")
+    ranges = _ranges(study, continuation)
+    structures = []
+    for corner in product(*ranges.values()):
+        operation = {name: getattr(study.operation, name) for name in OPERATION}
+        values = values_at(study.parameters, study.initial, operation | dict(zip(ranges, corner, strict=True)))
+        try:
+            structures.append((model.variant(values.parameters), model.symmetry(values)))
+        except NotImplementedError:
+            raise InputError(
+                f"{source}: found the model {study.model.name}, which does not say how its motions repeat, or has no "
+                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion or beam. A sweep "
+                "up and down (sweep.procedure: up-down) follows the stable motions of any model."
+            ) from None
+    if any(structure != structures[0] for structure in structures):
+        raise InputError(
+            f"{source}: found a range of {' and '.join(ranges)} at whose ends the equations have different "
+            "symmetries, such as a hole that is vertical at one end and inclined at the other, or lobes of no "
+            "height at one end; allowed: a range that leaves such an end out."
+        )
+    if structures[0][1].folds and {*continuation.motions} == {"stick_slip"}:
+        raise InputError(
+            f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth rock, on which "
+            "stick-slip is a cycle, or other motions. Over lobes it is a torus that is not followed: a sweep up and "
+            "down (sweep.procedure: up-down) tells where it is stable."
+        )
+    return ContinuationSetup(study, continuation, model, *structures[0])
+
+
+def _ranges(study: Study, continuation: Continuation) -> dict[str, tuple[float, float]]:
+    """The ranges of the numbers that are free, by key; InputError where curves do not
+    set out from the study's own value."""
+    ranges = {continuation.along: (continuation.low, continuation.high)}
+    if (curves := continuation.curves) is not None:
+        start = number_of(study, dimension_of(curves.over))
+        if not curves.low <= start <= curves.high:
+            raise InputError(
+                f"{study.source or 'the study'}: continue.curves: found {curves.over} from {curves.low:g} to "
+                f"{curves.high:g} (SI); allowed: a range that has the study's own value, {start:g}, from where the "
+                "curves set out."
+            )
+        ranges[curves.over] = (curves.low, curves.high)
+    return ranges
+
+
+def number_of(study: Study, name: str) -> float:
+    """The value in the study [SI] along the axis whose dimension has this name."""
+    if name in OPERATION:
+        return float(getattr(study.operation, name))
+    key = next(key for key in study.keys.axes if dimension_of(key) == name)
+    return as_value(key, value_at(study.resolved, key))
+
+
+Say = Callable[[str], object]
+LINE_SECONDS = 10.0  # between two lines
+
+
+def _seconds() -> float:
+    """A clock that stands still where code is compiled [s]."""
+    return time.monotonic() - compiling.seconds
+
+
+@dataclass
+class Following:
+    """Lines on the waves of branches, through ``say``."""
+
+    say: Say
+    number: int = 0
+    began: float = field(default_factory=_seconds)
+    told: float = field(default_factory=_seconds)
+
+    def settled(self, done: float, duration: float) -> None:
+        """Say now and then how much of the time [s] of the seeds has passed."""
+        now = _seconds()
+        if now - self.told >= LINE_SECONDS:
+            self.told = now
+            left = (now - self.began) * (duration - done) / max(done, 1e-9)
+            self.say(f"{done:.0f} of {duration:g} s settled; about {_time(left)} left")
+
+    def watch(self, wave: Wave) -> None:
+        """Say how many branches a wave has at its beginning, then now and then how far
+        they are."""
+        now = _seconds()
+        if wave.number != self.number:
+            self.number, self.began, self.told = wave.number, now, now
+            self.say(f"round {self.number}: {_branches(wave.branches)} followed side by side, kept when all have ended")
+        elif now - self.told >= LINE_SECONDS:
+            self.told = now
+            limit = wave.left * (now - self.began) / max(wave.longest, 1)
+            left = f"at this pace up to {_time(limit)} more in this round"
+            self.say(
+                f"round {self.number}: {wave.running} of {_branches(wave.branches)} "
+                f"go{'es' if wave.running == 1 else ''} on, {wave.points} points; "
+                f"{left if wave.left else 'the last special points are located'}"
+            )
+
+
+def _time(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02d}"
+
+
+def _branches(number: int) -> str:
+    return f"{number} branch{'' if number == 1 else 'es'}"
+
+
+def dropped_words(followed: int, kept: int) -> str:
+    """Why there are fewer branches than were followed; "" where there are not."""
+    if followed == kept:
+        return ""
+    return (
+        f"{_branches(followed)} were followed; {followed - kept} of them turned out to be parts of "
+        f"others, which other seeds had led to, and count once"
+    )
+
 
 PIECE = 20.0  # of the time in which seeds settle, between two looks at the clock [s]
 

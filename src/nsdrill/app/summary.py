@@ -14,12 +14,11 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
-from nsdrill.analysis.probability import effective_number, independent
-from nsdrill.app.probability import rows
+from nsdrill.analysis.probability import effective_number, independent, probabilities_of
 from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, option
 from nsdrill.late import deferred
-from nsdrill.models.leaves import in_words, values_in_parts, words_along
+from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
 from nsdrill.models.responses import RESPONSE_KINDS, trust_labels
 from nsdrill.observe.labels import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
@@ -158,8 +157,29 @@ def _uncertain(results: Results) -> Answer:
         "counted": counted,
         "effective": effective_number(results, independent(results)),
         "unknowns": unknowns,
-        "probabilities": rows(results),
+        "probabilities": _probabilities(results),
     }
+
+
+def _probabilities(results: Results) -> list[Answer]:
+    """One row for each operating point, and for each procedure and for all of them
+    where there are several: the axes in SI, and of each outcome the ``probability`` and
+    the ends ``low`` and ``high`` of its 95 % interval."""
+    estimates = probabilities_of(results, None, model_in(results.attrs).responses)
+    share, (low, high) = estimates.share, estimates.interval
+    table = []
+    for number, history in enumerate(estimates.histories):
+        for place in np.ndindex(*share.shape[2:]):
+            values = {
+                axis: word_or_number(axis, float(results.coords[axis][i]))
+                for axis, i in zip(results.axes, place, strict=True)
+            }
+            row: Answer = {**values, "history": history}
+            for which, outcome in enumerate(estimates.outcomes):
+                cell = (number, which, *place)
+                row[outcome] = {"probability": float(share[cell]), "low": float(low[cell]), "high": float(high[cell])}
+            table.append(row)
+    return table
 
 
 def refinement_of(results: Results) -> Answer:

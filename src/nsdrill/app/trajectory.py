@@ -10,9 +10,8 @@ from operator import attrgetter
 
 import numpy as np
 
-from nsdrill.app.experiment import Experiment, prepare, stored_experiment
+from nsdrill.app.experiment import Experiment, prepare, provenance, stored_experiment, unlike
 from nsdrill.app.integration import points_of, run_at, run_schedule, sampled_variables, schedule_of, select_states
-from nsdrill.app.provenance import provenance, unlike
 from nsdrill.data import IN_MEMORY, Array, Attributes, Results, Trace, json_text
 from nsdrill.errors import InputError, Refusal, option, printable
 from nsdrill.kernel.settings import LONGEST, Simulation

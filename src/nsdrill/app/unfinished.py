@@ -1,32 +1,35 @@
-"""The state of unfinished work, in one file next to its output, which is replaced in
-one step."""
+"""The state of unfinished work, in one file next to its output, which is replaced in one
+step; and that of a fit, which is the runs so far."""
 
 from __future__ import annotations
 
 import errno
+import hashlib
 import io
 import json
 import os
 import zipfile
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.app import experiment
 from nsdrill.data import Answer, Array, json_text
 from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
-from nsdrill.late import deferred
 from nsdrill.store import claim_file, part_path
 from nsdrill.store.hdf5 import ZIP
 from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 
-with deferred():  # it imports the compiled sources, of which show needs none
-    from nsdrill.app import provenance
+if TYPE_CHECKING:
+    from nsdrill.analysis.fitting import Measured, Simulate
+    from nsdrill.study.study import Study
 
 _MAGIC = "nsdrill unfinished "
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
@@ -125,7 +128,6 @@ class Part:
         interrupt.unfinished_files.discard(str(self.path))
 
     def _replace(self, digest: str, data: object, arrays: Mapping[str, Array], kept: str, overwrite: bool) -> None:
-        # late: it imports the compiler
         head = {
             "magic": _MAGIC + self.what,
             "digest": digest,
@@ -133,8 +135,8 @@ class Part:
             "kept": kept,
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
             "model": self.model,
-            **provenance.versions(self.model),
-            "processor": provenance.processor(),
+            **experiment.versions(self.model),
+            "processor": experiment.processor(),
         }
         members: dict[str, Any] = {"head": np.frombuffer(json_text(head).encode(), np.uint8), **arrays}
         try:
@@ -170,7 +172,7 @@ class Part:
                 f"{self.path}: made from {inputs}. Go on with what it was made from, or start "
                 f"anew by {option('overwrite')}."
             )
-        if differing := provenance.unlike(head):
+        if differing := experiment.unlike(head):
             raise FileError(
                 f"{self.path}: made with other versions, whose numbers may differ "
                 f"({'; '.join(differing)}). Finish it with "
@@ -236,3 +238,117 @@ def _damaged(part: Path, what: str, error: Exception) -> FileError:
     return FileError(
         f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start anew by {option('overwrite')}."
     )
+
+
+WHAT = "fit"
+
+
+@dataclass
+class Rounds:
+    """The calls of the model so far, samples [n, unknowns] and values [n, values], of
+    which the first ``known`` were read from a file. Without ``part`` no file is
+    written."""
+
+    part: Part | None = None
+    digest: str = ""
+    points: int = 1
+    calls: list[tuple[Array, Array]] = field(default_factory=list)
+    known: int = 0
+    _next_call: int = 0
+
+    @classmethod
+    def beside(
+        cls,
+        path: str | os.PathLike[str],
+        study: Study,
+        measured: Measured,
+        batch: int,
+        *,
+        overwrite: bool = False,
+        resume: bool = False,
+    ) -> Rounds:
+        """The calls of the fit that writes ``path``; with ``resume`` those that were
+        saved. FileError where ``path`` may not be written, or where the saved calls
+        belong to another fit."""
+        part = Part.claim(path, WHAT, study.model.name, overwrite=overwrite, resume=resume)
+        rounds = cls(part, _digest(study, measured, batch), measured.points)
+        try:
+            if part.kept:
+                inputs = f"another study, from other data or with another {option('batch')}"
+                count, arrays = part.read(rounds.digest, inputs)
+                rounds.calls = [(arrays[f"samples_{i}"], arrays[f"answers_{i}"]) for i in range(count)]
+                rounds.known = count
+        except BaseException:
+            part.close()
+            raise
+        return rounds
+
+    @property
+    def runs(self) -> int:
+        """The number of saved runs."""
+        return self.points * sum(len(samples) for samples, _ in self.calls)
+
+    def recording(self, simulate: Simulate) -> Simulate:
+        """The model ``simulate`` with its calls recorded, or answered by recorded
+        ones."""
+
+        def recorded(z: Array) -> Array:
+            place, self._next_call = self._next_call, self._next_call + 1
+            if place < len(self.calls):
+                samples, answers = self.calls[place]
+                if not np.array_equal(samples, z):
+                    assert self.part is not None
+                    raise FileError(
+                        f"{self.part.path}: its samples are not those that these versions of NumPy and "
+                        f"SciPy draw. Finish "
+                        f"it with the versions that it was made with, or start anew by {option('overwrite')}."
+                    )
+                return answers
+            answers = simulate(z)
+            self.calls.append((z, answers))
+            self._save()
+            return answers
+
+        return recorded
+
+    @contextmanager
+    def guarding(self) -> Iterator[None]:
+        """A context in which the text of a KeyboardInterrupt says what is saved, and at
+        whose end another process may go on with it."""
+        with self.part or nullcontext(), interrupt.with_end_message(self._end_message):
+            try:
+                yield
+            except KeyboardInterrupt:
+                raise KeyboardInterrupt(self._end_message()) from None
+
+    def recovery_text(self) -> str:
+        """What is saved and how to resume, in a sentence or two."""
+        assert self.part is not None
+        return f"{self.part.kept} are safe in {self.part.path}. Go on with {again('resume')}."
+
+    def _end_message(self) -> str:
+        if self.part is None or not self.part.kept:
+            return interrupt.NOTHING
+        return f"Interrupted: {self.recovery_text()}"
+
+    def discard(self) -> None:
+        """Remove the saved calls, once the output is written."""
+        if self.part is not None:
+            self.part.discard()
+
+    def _save(self) -> None:
+        if self.part is None:
+            return
+        arrays = {f"samples_{i}": samples for i, (samples, _) in enumerate(self.calls)}
+        arrays |= {f"answers_{i}": answers for i, (_, answers) in enumerate(self.calls)}
+        self.part.write(self.digest, len(self.calls), arrays, f"{self.runs} runs")
+
+
+def _digest(study: Study, measured: Measured, batch: int) -> str:
+    """Digest of all inputs that decide the samples and values, but not of the number of
+    rounds, which may grow."""
+    digest = hashlib.sha256(f"{study.sha256} {batch}".encode())
+    for table in (measured.at, measured.values, measured.errors):
+        for name, values in table.items():
+            digest.update(name.encode() + np.ascontiguousarray(values, dtype=float).tobytes())
+    return digest.hexdigest()

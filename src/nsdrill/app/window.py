@@ -1,35 +1,76 @@
-"""The safe operating window, from a results file."""
+"""What results answer a driller: their operating window, that against another one, the
+probability of each outcome, and which uncertain number matters most."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from nsdrill.analysis.probability import needed
-from nsdrill.analysis.window import USES, find_window
+from nsdrill.analysis import contrast as analysis
+from nsdrill.analysis import sensitivity as indices
+from nsdrill.analysis.maps import USES
+from nsdrill.analysis.probability import check_samples, needed, probabilities_of
+from nsdrill.analysis.window import find_window
+from nsdrill.app.arguments import is_whole, name_in
 from nsdrill.app.check import passed_over
+from nsdrill.app.datasets import is_dataset, sweep_in
 from nsdrill.app.experiment import with_overrides
-from nsdrill.data import IN_MEMORY, PASSED_OVER, Answer, Results, json_text, resolved_study
-from nsdrill.errors import FileError, InputError, NsdrillError
+from nsdrill.data import IN_MEMORY, PASSED_OVER, Answer, Resolved, Results, json_text, resolved_study
+from nsdrill.errors import FileError, NsdrillError, Refusal
+from nsdrill.models.registry import model_in
+from nsdrill.models.responses import RESPONSES, Thresholds
+from nsdrill.plot import cut
 from nsdrill.store import read_results
-from nsdrill.study.study import study_from_resolved
-from nsdrill.variables import TRUST
+from nsdrill.store.layout import coordinate_attributes, in_words
+from nsdrill.study.study import build, study_from_resolved
+from nsdrill.study.write import changes
+from nsdrill.variables import MODEL, SAMPLE, TRUST
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from nsdrill.app.datasets import Source
 
 
-def window(
-    source: Results | str | os.PathLike[str], severity: int | None = None, confidence: float | None = None
-) -> Answer:
-    """The safe operating window of the results, or the results file, ``source`` as
-    plain data in SI units. ``severity`` is the greatest one allowed (0 to 4; None: by
-    response), ``confidence`` (0 to 1) that of results with samples."""
-    return window_of(read_for_window(source, severity), severity, confidence)
+def window(source: Source, severity: int | None = None, confidence: float | None = None) -> Answer:
+    """The safe operating window of results, with the critical speeds that the sweep passes
+    over, as :func:`nsdrill.analysis.window.find_window`. ``severity`` is the greatest one
+    allowed (0 to 4; None: by response), ``confidence`` (0 to 1) that of results with
+    samples."""
+    return find_window(results_for_window(source, severity, confidence), severity, confidence)
 
 
-def window_of(results: Results, severity: int | None = None, confidence: float | None = None) -> Answer:
-    """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds that the
-    sweep passes over."""
-    return find_window(with_passed_over(results), severity, confidence)
+def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
+    """The results with what a window is found of; of a file only that is read."""
+    check_choices(severity, confidence)
+    results = sweep_in(source, "window", ("status", *needed(severity), *USES), TRUST)
+    check_severity(results, severity, _path_of(source))
+    return with_passed_over(with_overrides(results))
+
+
+def check_choices(severity: object, confidence: object = None) -> None:
+    """A Refusal of what is no severity, or no probability."""
+    if severity is not None and (not is_whole(severity) or severity not in range(5)):
+        raise Refusal("severity", repr(severity), "0 to 4, or None")
+    if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
+        raise Refusal("confidence", repr(confidence), "a number between 0 and 1, as 0.9, or None")
+
+
+def check_severity(results: Results, severity: int | None, path: str) -> None:
+    """FileError where the results lack what a window by ``severity`` needs."""
+    if lacking := [name for name in needed(severity) if name not in results.variables]:
+        raise FileError(
+            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill "
+            f"did not write; allowed: "
+            "the window without a severity. Or run the study again."
+        )
+
+
+def _path_of(source: Source) -> str:
+    return os.fspath(source) if isinstance(source, str | os.PathLike) else IN_MEMORY
 
 
 def with_passed_over(results: Results) -> Results:
@@ -42,22 +83,105 @@ def with_passed_over(results: Results) -> Results:
     return replace(results, attrs={**results.attrs, PASSED_OVER: json_text(passed)})
 
 
-def read_for_window(source: Results | str | os.PathLike[str], severity: int | None = None) -> Results:
-    """The results, or the results file, ``source``; of a file only the variables on
-    which the window depends are read."""
-    if severity is not None and severity not in range(5):
-        raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
-    path = IN_MEMORY if isinstance(source, Results) else source
-    results = source if isinstance(source, Results) else read_results(source, [*needed(severity), *USES, *TRUST])
-    check_severity(results, severity, path)
-    return with_passed_over(with_overrides(results))
+def contrast(
+    a: Results,
+    b: Results,
+    severity: int | None = None,
+    confidence: float | None = None,
+    names: Sequence[str] = ("a", "b"),
+) -> Answer:
+    """The windows of two results against each other as plain data in SI units: that of
+    :func:`nsdrill.analysis.contrast.contrast`, the ``study`` keys in which they differ, the
+    ``models`` of the two, their ``thresholds``, and what they are called in a sentence,
+    from their ``names``. InputError where the axes of the sweeps differ."""
+    data = [with_passed_over(one) for one in (a, b)]
+    found = analysis.contrast(data[0], data[1], severity, confidence)
+    studies = [resolved_study(one.attrs) for one in data]
+    found["study"] = [{"key": key, "a": old, "b": new} for key, old, new in changes(*studies) if key != "title"]
+    found["names"] = _names(found["study"], names)
+    found["thresholds"] = [_thresholds(study) for study in studies]
+    found["models"] = [str(one.attrs.get("model") or MODEL) for one in data]
+    return found
 
 
-def check_severity(results: Results, severity: int | None, path: str | os.PathLike[str]) -> None:
-    """FileError where the results lack what a window by ``severity`` needs."""
-    if lacking := [name for name in needed(severity) if name not in results.variables]:
-        raise FileError(
-            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill "
-            f"did not write; allowed: "
-            "the window without a severity. Or run the study again."
-        )
+def _names(study: Sequence[Resolved], files: Sequence[str]) -> list[str]:
+    """What the two are called: their drives where the studies differ in the kind of
+    drive, a word where they differ in that alone, else the files, each with its letter."""
+    words = [row for row in study if str(row["a"]).isidentifier() and str(row["b"]).isidentifier()]
+    told = list(files)
+    if len(words) == 1 and all(row["key"].startswith("drive.") for row in study):
+        told = [f"the {str(words[0][side]).replace('_', ' ')} drive" for side in ("a", "b")]
+    elif len(words) == len(study) == 1:
+        told = [f"{words[0]['key']} {words[0][side]}" for side in ("a", "b")]
+    return [letter if name == letter else f"{name} ({letter})" for name, letter in zip(told, "ab", strict=True)]
+
+
+def _thresholds(study: Resolved) -> str:
+    """From where the responses count, in words."""
+    limits = build(Thresholds, study.get("classify", {}), lenient=True)
+    return "; ".join(
+        f"{one.words}: {one.limit.format(one.percent(getattr(getattr(limits, one.name), one.feature)))}"
+        for one in RESPONSES.values()
+    )
+
+
+def probability(source: Source, severity: int | None = None) -> Dataset:
+    """The Dataset of :func:`nsdrill.api.probability`."""
+    import xarray
+
+    check_choices(severity)
+    results = sweep_in(source, "probability", needed(severity), TRUST)
+    check_severity(results, severity, _path_of(source))
+    estimates = probabilities_of(results, severity, model_in(results.attrs).responses)
+    low, high = estimates.interval
+    dims = ("history", "outcome", *results.axes)
+    variables = {
+        "probability": (estimates.share, "part of the samples"),
+        "low": (low, "lower end of the 95 % interval of the probability"),
+        "high": (high, "upper end of the 95 % interval of the probability"),
+    }
+    data = {name: (dims, values, {"long_name": words, "units": "1"}) for name, (values, words) in variables.items()}
+    unknown = estimates.open / estimates.total
+    data["unknown"] = (
+        ("history", *results.axes),
+        unknown,
+        {"long_name": "part of the samples of which a failed run leaves open whether they are safe", "units": "1"},
+    )
+    further = {axis.name: axis for axis in results.more}
+    axes = {
+        name: ((name,), in_words(name, results.coords[name]), coordinate_attributes(name, further.get(name)))
+        for name in results.axes
+    }
+    words = {
+        "history": "procedure; every: safe in all of them, a response in any",
+        "outcome": "safe: ended well without a critical response; or the response that is there",
+    }
+    coords = {
+        "history": ("history", list(estimates.histories), {"long_name": words["history"]}),
+        "outcome": ("outcome", list(estimates.outcomes), {"long_name": words["outcome"]}),
+        **axes,
+    }
+    attrs = {"title": str(results.attrs.get("title") or ""), "samples": estimates.total}
+    result = xarray.Dataset(data, coords, attrs)
+    return result.squeeze([name for name in ("history", *results.axes) if result.sizes[name] == 1])
+
+
+def sensitivity(source: Source, severity: int | None = None, chosen: dict[str, float] | None = None) -> Answer:
+    """The result of :func:`nsdrill.analysis.sensitivity.sensitivity`, at the ``chosen``
+    values (SI) of some axes."""
+    return indices.sensitivity(results_for_sensitivity(source, severity, chosen), severity)
+
+
+def results_for_sensitivity(
+    source: Source, severity: int | None = None, chosen: dict[str, float] | None = None
+) -> Results:
+    """The results with what a sensitivity is found of, at the ``chosen`` values; of a file
+    only that is read."""
+    check_choices(severity)
+    if SAMPLE in (chosen or ()):
+        raise Refusal("at", "one sample", "axes of the sweep, as all samples are compared", key=SAMPLE)
+    attrs = (source if isinstance(source, Results) or is_dataset(source) else read_results(name_in(source), ())).attrs
+    results = sweep_in(source, "sensitivity", indices.needed(attrs, severity), TRUST)
+    check_samples(results, os.fspath(source) if isinstance(source, str | os.PathLike) else "sensitivity")
+    found = with_overrides(results)
+    return cut(found, chosen) if chosen else found

@@ -1,22 +1,107 @@
-"""The group of commands, and the messages of errors."""
+"""The group of commands, the standard streams, and the messages of errors."""
 
 from __future__ import annotations
 
 import os
 import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from importlib import import_module
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import click
 
 from nsdrill import __version__, interrupt
-from nsdrill.cli.overview import COMMANDS, QUANTITIES, overview
-from nsdrill.cli.streams import CommandExit, standard_streams
-from nsdrill.errors import NsdrillError, naming_options
+from nsdrill.cli.overview import COMMANDS, GROUPS, QUANTITIES, overview
+from nsdrill.errors import CacheWarning, NsdrillError, RunWarning, naming_options
+
+
+class CommandExit(Exception):
+    """End the command with this message and exit code. click would choose its own for
+    an interrupt or a closed pipe."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.message, self.code = message, code
+
+
+class _Stream:
+    """A standard stream whose errors go to ``on_error``, so that they are not mistaken
+    for those of a file."""
+
+    def __init__(self, stream: TextIO, on_error: Callable[[OSError], None]) -> None:
+        self._stream, self._on_error = stream, on_error
+
+    def write(self, text: str) -> int:
+        try:
+            self._stream.write(text)
+        except OSError as error:
+            self._on_error(error)
+        return len(text)
+
+    def flush(self) -> None:
+        try:
+            self._stream.flush()
+        except OSError as error:
+            self._on_error(error)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+@contextmanager
+def standard_streams() -> Iterator[None]:
+    """Data that cannot be written raise :class:`CommandExit`; a message that cannot be
+    written is dropped. Warnings of nsdrill become messages."""
+    _open_closed()
+    data, messages = sys.stdout, sys.stderr
+    with (
+        redirect_stdout(_Stream(data, _output_failed)),
+        redirect_stderr(_Stream(messages, lambda error: None)),
+        warnings.catch_warnings(),
+    ):
+        for category in (CacheWarning, RunWarning):
+            warnings.simplefilter("always", category)
+        original = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+            if issubclass(category, CacheWarning | RunWarning):
+                click.echo(f"Warning: {message}", err=True)
+            else:
+                original(message, category, *where, **more)
+
+        warnings.showwarning = show
+        try:
+            yield
+        finally:
+            for stream in (data, messages):
+                try:
+                    stream.flush()
+                except OSError:  # or the interpreter fails with it at its end
+                    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _open_closed() -> None:
+    """Open closed streams under their numbers: else the next file to be opened gets
+    one, and what a library prints goes into it. Output is opened for reading only, so
+    that writing data is still an error."""
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            # takes the lowest free number
+            null = os.open(os.devnull, os.O_RDWR if name == "stderr" else os.O_RDONLY)
+            os.set_inheritable(null, True)
+            setattr(sys, name, open(null, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
+
+
+def _output_failed(error: OSError) -> NoReturn:
+    if isinstance(error, BrokenPipeError):
+        raise CommandExit("", 0) from error  # the reader has closed the pipe (`| head`)
+    raise CommandExit(f"Error: standard output: cannot be written: {error.strerror}.", 1) from error
+
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 FORMER = {"continue": "branches"}  # names that scripts may have; no help lists them
-MODULES = {"branches": "continuing"}  # cli/branches.py is what show prints of them
 
 
 class LazyGroup(click.Group):
@@ -29,7 +114,8 @@ class LazyGroup(click.Group):
         name = FORMER.get(cmd_name, cmd_name)
         if name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"nsdrill.cli.{MODULES.get(name, name)}").command
+        room = next(title.lower() for title, commands in GROUPS.items() if name in commands)
+        command: click.Command = getattr(import_module(f"nsdrill.cli.{room}"), name)
         takes_quantities = any("Q" in (one.metavar or "").split() for one in command.params)
         if takes_quantities and QUANTITIES not in (command.epilog or ""):
             command.epilog = f"{command.epilog}\n\n{QUANTITIES}"

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.compiler import words
+from nsdrill.compiler.functions import bits_float, call, float_bits, fma, local, lowest_bit
 from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
     KINDS,
@@ -443,7 +443,7 @@ class Expressions:
         function = self.eval(node.func, scope)
         arguments = list(self.eval_Tuple(ast.Tuple(node.args, ast.Load()), scope))
         named = {str(k.arg): self.eval(k.value, scope) for k in node.keywords}
-        if function is words.call:
+        if function is call:
             return self.call_argument(arguments[0], arguments[1:])
         found = self._builtin(function, arguments)
         if found is not NotImplemented:
@@ -472,9 +472,9 @@ class Expressions:
     def _builtin(self, f: Any, arguments: list[Any]) -> Any:
         """The result of a function of the language, or NotImplemented."""
         known = not any(_has_runtime(a) for a in arguments)
-        if f is words.fma:
+        if f is fma:
             return self._fma(arguments)
-        if f is words.local and known:
+        if f is local and known:
             return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
         if f in (min, max) and len(arguments) > 1 and not known:
             return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
@@ -483,11 +483,11 @@ class Expressions:
         first = arguments[0]
         if f is len and isinstance(first, Array):
             return first.length
-        if f is words.float_bits:
+        if f is float_bits:
             return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
-        if f is words.bits_float:
+        if f is bits_float:
             return self.text.conversion("bitcast", self.value(first, "i", wide=False), "d")
-        if f is words.lowest_bit:
+        if f is lowest_bit:
             return self.text.intrinsic("cttz", self.value(first, "i", wide=False))
         if f is abs:
             return self.text.intrinsic("fabs", self.value(first, "d", wide=False))

@@ -12,7 +12,9 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import linecache
 import os
+import struct
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -112,6 +114,63 @@ def inlined(function: Any) -> Any:
 
         return reference.inlined(function)
     return function
+
+
+# The words that the lane language has besides Python's: in the interpreter functions,
+# compiled instructions.
+def packed(first: int, stop: int | None = None) -> range:
+    """The lanes of a buffer, ``packed(W)``, or places side by side from ``first`` to
+    ``stop``: a loop over them is compiled to vector instructions."""
+    return range(first) if stop is None else range(first, stop)
+
+
+def call(function: Any, *arguments: Any) -> Any:
+    """Call a compiled function that is an argument."""
+    return function(*arguments)
+
+
+def local(size: int) -> Any:
+    """A place for so many floats, a constant, during this call; their first values are
+    not set."""
+    return np.empty(size)
+
+
+def float_bits(value: float) -> int:
+    """The 64 bits of a float, as an integer."""
+    return int(struct.unpack("<q", struct.pack("<d", value))[0])
+
+
+def bits_float(bits: int) -> float:
+    """The float that has these 64 bits."""
+    return float(struct.unpack("<d", struct.pack("<Q", int(bits) & 0xFFFFFFFFFFFFFFFF))[0])
+
+
+def fma(a: float, b: float, c: float) -> float:
+    """a * b + c; in one rounding when compiled."""
+    return a * b + c
+
+
+def lowest_bit(bits: int) -> int:
+    """The position of the lowest bit that is set; there must be one."""
+    return (bits & -bits).bit_length() - 1
+
+
+# Functions from generated text, for regular code that must be written out.
+def define(name: str, text: str, **namespace: Any) -> Any:
+    """The function ``name`` that the Python source ``text`` defines; ``namespace`` has
+    the global names that the text uses besides ``packed`` and ``call``. Tracebacks and
+    messages of the compiler show its lines."""
+    path = f"<{name} {hashlib.sha256(text.encode()).hexdigest()[:16]}>"
+    linecache.cache[path] = (len(text), None, text.splitlines(keepends=True), path)
+    # The source is kept beside the function too: others may empty the cache of lines.
+    space = {"packed": packed, "call": call, "__source__": text, **namespace}
+    exec(compile(text, path, "exec"), space)
+    return space[name]
+
+
+def constants(**values: Any) -> str:
+    """Lines that assign these values; the text of a float reproduces its bits."""
+    return "".join(f"{name} = {value!r}\n" for name, value in values.items())
 
 
 def address(function: Any) -> Any:

@@ -14,8 +14,20 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, overload
 from numba.np.arrayobj import populate_array
 
-from nsdrill.compiler import words
-from nsdrill.compiler.functions import BUFFER, BUFFERS, FLOAT, FUNCTION, INTEGER
+from nsdrill.compiler.functions import (
+    BUFFER,
+    BUFFERS,
+    FLOAT,
+    FUNCTION,
+    INTEGER,
+    bits_float,
+    call,
+    float_bits,
+    fma,
+    local,
+    lowest_bit,
+    packed,
+)
 
 _NUMBERS = {FLOAT: types.float64, INTEGER: types.int64, FUNCTION: types.int64}
 _ELEMENTS = {kind: _NUMBERS[elements] for kind, elements in BUFFERS.items()}
@@ -65,7 +77,7 @@ def inlined(function: Any) -> Any:
     return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(function)
 
 
-@infer_global(words.call)
+@infer_global(call)
 class _Call(AbstractTemplate):
     """``call(address, *arguments)`` gives an integer."""
 
@@ -73,7 +85,7 @@ class _Call(AbstractTemplate):
         return signature(types.int64, *arguments)
 
 
-@lower_builtin(words.call, types.VarArg(types.Any))
+@lower_builtin(call, types.VarArg(types.Any))
 def _call_address(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     """Call the function at an address with C's calling convention: an array is passed
     as its data and its size."""
@@ -88,14 +100,14 @@ def _call_address(context: Any, builder: Any, signature: Any, values: Any) -> An
     return builder.call(builder.inttoptr(values[0], kind.as_pointer()), given)
 
 
-@overload(words.packed)
+@overload(packed)
 def _packed(first, stop=None):  # type: ignore[no-untyped-def]
     if stop is None or isinstance(stop, (types.NoneType, types.Omitted)):
         return lambda first, stop=None: range(first)
     return lambda first, stop=None: range(first, stop)
 
 
-@infer_global(words.local)
+@infer_global(local)
 class _Local(AbstractTemplate):
     """``local(size)`` gives an array."""
 
@@ -103,7 +115,7 @@ class _Local(AbstractTemplate):
         return signature(_TYPES[BUFFER], *arguments)
 
 
-@lower_builtin(words.local, types.Integer)
+@lower_builtin(local, types.Integer)
 def _on_the_stack(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     array = context.make_array(signature.return_type)(context, builder)
     size = context.cast(builder, values[0], signature.args[0], types.intp)
@@ -127,7 +139,7 @@ def _instruction(function: Any, signature: Any, build: Any) -> None:
 
 
 _float, _int = types.float64, types.int64
-_instruction(words.fma, _float(_float, _float, _float), lambda b, x, y, z: b.fma(x, y, z))
-_instruction(words.float_bits, _int(_float), lambda b, x: b.bitcast(x, ir.IntType(64)))
-_instruction(words.bits_float, _float(_int), lambda b, x: b.bitcast(x, ir.DoubleType()))
-_instruction(words.lowest_bit, _int(_int), lambda b, x: b.cttz(x, ir.Constant(ir.IntType(1), 1)))
+_instruction(fma, _float(_float, _float, _float), lambda b, x, y, z: b.fma(x, y, z))
+_instruction(float_bits, _int(_float), lambda b, x: b.bitcast(x, ir.IntType(64)))
+_instruction(bits_float, _float(_int), lambda b, x: b.bitcast(x, ir.DoubleType()))
+_instruction(lowest_bit, _int(_int), lambda b, x: b.cttz(x, ir.Constant(ir.IntType(1), 1)))

@@ -8,9 +8,8 @@ from functools import lru_cache
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from nsdrill.compiler import words
 from nsdrill.compiler.expressions import UNROLLED, Expressions, check_not_carried
-from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS
+from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS, packed
 from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
 from nsdrill.compiler.language import (
     RUNTIME,
@@ -363,13 +362,13 @@ class Body(Expressions):
         head = node.iter
         if isinstance(head, ast.Call) and not head.keywords:
             function = self.eval(head.func, scope)
-            if function is words.packed or function is range:
+            if function is packed or function is range:
                 limits = [self.eval(argument, scope) for argument in head.args]
                 known = not any(isinstance(limit, RUNTIME) for limit in limits)
-                if function is words.packed:
+                if function is packed:
                     if not known or self.lane_count or not is_over_lanes(node):
                         raise Refusal("packed(W) has a number that is known, in no other loop over lanes")
-                    self._over_lanes(node, words.packed(*limits), scope)
+                    self._over_lanes(node, packed(*limits), scope)
                     return None
                 return self._over_range(node, limits, known, scope)
         if is_over_lanes(node):

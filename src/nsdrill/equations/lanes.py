@@ -19,9 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.words import fma, local
+from nsdrill.compiler.functions import define, fma, local
 from nsdrill.equations.graph import LEAVES, TRUTHS, Graph, Node
-from nsdrill.generate import define
 
 PIECE = 200
 LEAST_PIECE = 60

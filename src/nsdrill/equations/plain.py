@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.functions import inlined
-from nsdrill.compiler.words import fma
+from nsdrill.compiler.functions import define, fma, inlined
 from nsdrill.equations.graph import Node
 from nsdrill.equations.lanes import written
-from nsdrill.generate import define
 
 
 def written_out(name: str, wanted: Sequence[Node], arguments: Mapping[Node, str]) -> Any:

@@ -10,8 +10,7 @@ large error; if that continues down to the least step, the run has diverged.
 from __future__ import annotations
 
 from nsdrill.abi import LIMIT, NONFINITE, NOTHING, UNDERFLOW
-from nsdrill.compiler.functions import inlined
-from nsdrill.compiler.words import fma
+from nsdrill.compiler.functions import fma, inlined
 from nsdrill.elementary import exp2, log2
 
 INTEGRAL = 0.04  # b above; a = 1/order - 3/4 b (Hairer's choice for pairs of order 5)

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import CLOSES, CONTROL, LIMIT, MARK, NONFINITE, OPENS, Rows
-from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER, INTEGERS, compiled, inlined
-from nsdrill.compiler.words import call
+from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER, INTEGERS, call, compiled, inlined
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
 # Columns of the slot table after the model's parameters, the natural scales of the

@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from nsdrill.abi import CONTROL, MARK, Rows
-from nsdrill.generate import constants
+from nsdrill.compiler.functions import constants
 from nsdrill.kernel.controller import INTEGRAL
 from nsdrill.kernel.kennedy_carpenter import Additive
 from nsdrill.kernel.tableau import Tableau

@@ -8,9 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from nsdrill.abi import STEPPER, Rows
-from nsdrill.compiler.functions import compiled
-from nsdrill.compiler.words import fma
-from nsdrill.generate import define
+from nsdrill.compiler.functions import compiled, define, fma
 from nsdrill.kernel.controller import decide
 from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
 from nsdrill.kernel.step import Pair, private_rows, step_text

@@ -13,10 +13,8 @@ import re
 from typing import Any
 
 from nsdrill.abi import CLOSES, OPENS, Rows
-from nsdrill.compiler.functions import compiled, inlined
-from nsdrill.compiler.words import lowest_bit
+from nsdrill.compiler.functions import compiled, constants, define, inlined, lowest_bit
 from nsdrill.elementary import angle_between
-from nsdrill.generate import constants, define
 from nsdrill.observe import inside, interpolant
 from nsdrill.observe.channels import (
     Channel,

@@ -30,8 +30,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import CLOSES, MARKER, OBSERVER, OPENS, Rows
-from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled, inlined
-from nsdrill.compiler.words import lowest_bit, packed
+from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled, inlined, lowest_bit, packed
 from nsdrill.data import Array
 from nsdrill.elementary import sincos
 

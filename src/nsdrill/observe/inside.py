@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.compiler.functions import inlined
-from nsdrill.compiler.words import fma
+from nsdrill.compiler.functions import fma, inlined
 from nsdrill.observe.interpolant import (
     above,
     crossing,

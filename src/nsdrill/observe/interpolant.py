@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.compiler.functions import inlined
-from nsdrill.compiler.words import fma
+from nsdrill.compiler.functions import fma, inlined
 
 
 @inlined

@@ -21,8 +21,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import OBSERVER, RATES, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
-from nsdrill.compiler.words import lowest_bit, packed
+from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined, lowest_bit, packed
 from nsdrill.kernel.batch import unobserved
 from nsdrill.kernel.step import Pair, slope_rows
 from nsdrill.kernel.tableau import Matrix

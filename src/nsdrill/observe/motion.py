@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, compiled, inlined
-from nsdrill.compiler.words import packed
+from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, compiled, inlined, packed
 from nsdrill.data import Array
 from nsdrill.observe.thresholds import Motion
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import OBSERVER, Rows
-from nsdrill.compiler.functions import compiled
-from nsdrill.compiler.words import fma
+from nsdrill.compiler.functions import compiled, fma
 from nsdrill.kernel.batch import unobserved
 from nsdrill.observe.interpolant import position_and_velocity
 

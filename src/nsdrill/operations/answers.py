@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
-from nsdrill.errors import Refusal
 from nsdrill.late import deferred
 from nsdrill.operations.arguments import (
     AnyData,
@@ -27,25 +27,20 @@ from nsdrill.operations.arguments import (
 
 with deferred():
     from nsdrill import store
-    from nsdrill.analysis import attractors as grouping
-    from nsdrill.analysis import probability as estimates
-    from nsdrill.analysis import sensitivity as indices
-    from nsdrill.analysis import window as regions
-    from nsdrill.app import arguments, branch_summary, datasets, summary, unfinished
+    from nsdrill.analysis import hysteresis as directions
+    from nsdrill.app import arguments, datasets, summary, unfinished
     from nsdrill.app import attractors as attractors_of
     from nsdrill.app import check as checking
     from nsdrill.app import diff as differences
-    from nsdrill.app import hysteresis as directions
-    from nsdrill.app import probability as probabilities
-    from nsdrill.app import sensitivity as uncertain
     from nsdrill.app import window as windows
+    from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.check import Report
-    from nsdrill.data import Answer, Results
+    from nsdrill.data import Answer
 
 
 def check(study: StudyLike, set: Settings = None, units: Units = None) -> Report:
@@ -80,9 +75,9 @@ class Shown:
     units: str
     everything: bool
 
-    def text(self) -> str:
+    def lines(self) -> Iterator[str]:
         """The summary in words."""
-        return "\n".join(text.lines(self.name, self.summary, self.units, self.everything))
+        return text.lines(self.name, self.summary, self.units, self.everything)
 
 
 def show(data: AnyData, *, units: Units = None, everything: Everything = False) -> Shown:
@@ -111,7 +106,7 @@ def _summary(data: AnyData, name: str) -> Answer:
     if not datasets.is_dataset(data) and (found := unfinished.summary(name)) is not None:
         return found
     if (branches := datasets.branches_in(data)) is not None:
-        return branch_summary.summarize_branches(branches)
+        return branches_text.summarize_branches(branches)
     is_sweep = not datasets.is_dataset(data) and os.path.lexists(name) and store.kind_of(name) == "results"
     with datasets.missing_variable_errors("show"):
         return summary.summarize(datasets.data_in(data, summary.needed(name if is_sweep else None)))
@@ -137,18 +132,7 @@ def window(results: ResultsLike, severity: Severity = None, confidence: Confiden
     >>> 0 <= found["safe"] <= found["points"]
     True
     """
-    return windows.window_of(results_for_window(results, severity, confidence), severity, confidence)
-
-
-def results_for_window(results: ResultsLike, severity: int | None, confidence: float | None = None) -> Results:
-    """The results with what a window is found of."""
-    check_severity(severity)
-    check_confidence(confidence)
-    if datasets.is_dataset(results):
-        results = datasets.results_in(results, "window", ["status", *estimates.needed(severity), *regions.USES])
-    else:
-        results = arguments.name_in(results)
-    return windows.read_for_window(results, severity)
+    return windows.window(results, severity, confidence)
 
 
 def probability(results: ResultsLike, severity: Severity = None) -> Dataset:
@@ -174,11 +158,7 @@ def probability(results: ResultsLike, severity: Severity = None) -> Dataset:
     >>> found.probability.dims
     ('outcome', 'rotary_speed')
     """
-    check_severity(severity)
-    if datasets.is_dataset(results):
-        found = datasets.results_in(results, "probability", ["status", *estimates.needed(severity)])
-        return probabilities.dataset(found, severity)
-    return probabilities.dataset(windows.read_for_window(arguments.name_in(results), severity), severity)
+    return windows.probability(results, severity)
 
 
 def sensitivity(
@@ -211,23 +191,7 @@ def sensitivity(
     (16, 2)
     """
     chosen = arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
-    return indices.sensitivity(results_for_sensitivity(results, severity, chosen), severity)
-
-
-def results_for_sensitivity(results: ResultsLike, severity: int | None, chosen: dict[str, float]) -> Results:
-    """The results with what a sensitivity is found of, at the chosen values."""
-    from nsdrill.plot import cut
-
-    check_severity(severity)
-    if "sample" in chosen:
-        raise Refusal("at", "one sample", "axes of the sweep, as all samples are compared", key="sample")
-    if datasets.is_dataset(results):
-        outline = cast("Results", datasets.outline_in(results))
-        results = datasets.results_in(results, "sensitivity", ["status", *indices.needed(outline, severity)])
-    else:
-        results = arguments.name_in(results)
-    found = uncertain.read_for_sensitivity(results, severity)
-    return cast("Results", cut(found, chosen)) if chosen else found
+    return windows.sensitivity(results, severity, chosen)
 
 
 def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
@@ -249,9 +213,7 @@ def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
     >>> [sorted(one) for one in nsdrill.hysteresis("out.h5")][:0]
     []
     """
-    if datasets.is_dataset(results):
-        return directions.hysteresis(datasets.results_in(results, "hysteresis", directions.NEEDED))
-    return directions.hysteresis(arguments.name_in(results))
+    return directions.hysteresis(datasets.sweep_in(results, "hysteresis", directions.NEEDED))
 
 
 def attractors(results: ResultsLike) -> list[dict[str, Any]]:
@@ -279,9 +241,7 @@ def attractors(results: ResultsLike) -> list[dict[str, Any]]:
     >>> points[0]["starts"], sum(one["share"] for one in points[0]["attractors"])
     (4, 1.0)
     """
-    if datasets.is_dataset(results):
-        return attractors_of.attractors(datasets.results_in(results, "attractors", grouping.NEEDED))
-    return attractors_of.attractors(arguments.name_in(results))
+    return attractors_of.attractors(results)
 
 
 def diff(a: One, b: Two) -> dict[str, Any]:
@@ -306,15 +266,3 @@ def diff(a: One, b: Two) -> dict[str, Any]:
     """
     one, two = (datasets.data_in(x, None) if datasets.is_dataset(x) else arguments.name_in(x) for x in (a, b))
     return differences.diff(one, two)
-
-
-def check_severity(severity: object) -> None:
-    """A Refusal of what is no severity."""
-    if severity is not None and (not arguments.is_whole(severity) or severity not in range(5)):
-        raise Refusal("severity", repr(severity), "0 to 4, or None")
-
-
-def check_confidence(confidence: object) -> None:
-    """A Refusal of what is no probability."""
-    if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
-        raise Refusal("confidence", repr(confidence), "a number between 0 and 1, as 0.9, or None")

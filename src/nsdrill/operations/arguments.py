@@ -11,6 +11,7 @@ from nsdrill.operations.argument import Argument, Choice, Ends, File, Flag, Numb
 from nsdrill.operations.argument import Units as System
 
 with deferred():
+    from nsdrill.app import pictures
     from nsdrill.models import registry
     from nsdrill.study import keys, write
 
@@ -51,9 +52,7 @@ def models() -> Iterable[str]:
 
 def kinds() -> Iterable[str]:
     """The kinds of picture."""
-    from nsdrill.plot.registry import all_kinds
-
-    return ("list", *all_kinds())
+    return ("list", *pictures.all_kinds())
 
 
 def examples() -> Iterable[str]:
@@ -256,7 +255,7 @@ SavePath = Annotated[
         FILE,
     ),
 ]
-Film = Annotated[
+FilmPath = Annotated[
     "PathLike",
     Argument("Ends in ``.gif`` or ``.mp4``; without ffmpeg, which MP4 requires, a GIF is written instead.", FILE),
 ]

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from nsdrill.errors import InputError, Refusal
 from nsdrill.late import deferred
-from nsdrill.operations.arguments import AnyFile, HDF5Path, ManyResults, Overwrite, PathLike, Saved, SavePath
+from nsdrill.operations.arguments import AnyFile, HDF5Path, ManyResults, Overwrite, Saved, SavePath
 
 with deferred():
     from nsdrill import store
-    from nsdrill.app import arguments, datasets
+    from nsdrill.app import arguments, datasets, pictures, saving
     from nsdrill.app import combine as joining
     from nsdrill.models import registry
 
@@ -49,15 +49,9 @@ def combine(results: ManyResults, path: HDF5Path = None, overwrite: Overwrite = 
     if path is not None:
         path = arguments.name_in(path, "path")
         store.claim_file(path, overwrite)
-    parts = [
-        datasets.results_in(one, "combine", ("status", "response"))
-        if datasets.is_dataset(one)
-        else arguments.name_in(one)
-        for one in results
-    ]
-    whole, key = joining.combine(parts)
+    whole, key = joining.combine(results)
     if path is not None:
-        datasets.save(whole, path, overwrite=overwrite)
+        saving.save(whole, path, overwrite=overwrite)
     return whole, key
 
 
@@ -114,10 +108,7 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
     """
     path = arguments.name_in(path, "path")
     if datasets.is_figure(data):
-        from nsdrill.plot import save
-
-        claim_picture(path, overwrite)
-        save(data, path, overwrite=overwrite)
+        pictures.save_picture(data, path, overwrite)
         return
     if not datasets.is_dataset(data):
         raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
@@ -131,12 +122,4 @@ def save(data: Saved, path: SavePath, overwrite: Overwrite = False) -> None:
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its "
             f"own variables. Leave the others out with drop_vars, or write all with to_netcdf."
         )
-    datasets.save(datasets.validated(store.from_dataset(data)), path, overwrite=overwrite)
-
-
-def claim_picture(path: PathLike, overwrite: bool) -> None:
-    """Check, before anything is computed, that a picture may be written."""
-    from nsdrill.plot.saving import check_suffix
-
-    check_suffix(path)
-    store.claim_file(path, overwrite)
+    saving.save(datasets.validated(store.from_dataset(data)), path, overwrite=overwrite)

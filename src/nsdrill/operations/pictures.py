@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
-from nsdrill.errors import Refusal, RunWarning, option, printable
+from nsdrill.errors import Refusal, RunWarning, printable
 from nsdrill.late import deferred
 from nsdrill.operations.arguments import (
     Along,
@@ -19,7 +18,7 @@ from nsdrill.operations.arguments import (
     BranchesOver,
     Confidence,
     Depth,
-    Film,
+    FilmPath,
     FontSize,
     Height,
     KindOfChart,
@@ -46,24 +45,17 @@ from nsdrill.operations.arguments import (
 )
 
 with deferred():
-    from nsdrill import data as forms
-    from nsdrill import store
-    from nsdrill.app import arguments, charts, datasets
-    from nsdrill.app import window as windows
-    from nsdrill.models import registry
-    from nsdrill.operations import answers
+    from nsdrill.app import arguments, datasets
+    from nsdrill.app import pictures as drawing
     from nsdrill.study import study as studies
     from nsdrill.web import notebook, server, session
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from xarray import Dataset
 
-    from nsdrill.data import Results, Trace
+    from nsdrill.app.pictures import Film
     from nsdrill.web.notebook import View
     from nsdrill.web.server import Explorer
-
-    Drawable: TypeAlias = Dataset | Results | Trace
 
 
 def plot(
@@ -112,37 +104,27 @@ def plot(
     >>> figure.axes[0].get_ylabel()
     'Bit speed peaks [rad/s]'
     """
-    from nsdrill.plot import draw, look_of
-    from nsdrill.plot.registry import is_study
-
     chosen = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     looks: dict[str, Any] = {"width": width, "height": height, "font_size": font_size, "title": title, "style": style}
-    if is_study(data) or isinstance(data, studies.Study):
+    if datasets.is_study(data) or isinstance(data, studies.Study):
         given = {"panel": panel, **chosen, "at": at, "start": start, "states": states, "over": over}
         given |= {"severity": severity, "confidence": confidence, "xlim": xlim, "ylim": ylim, "time": time}
         refuse_with_a_study(given)
         return chart(data, kind, ax=ax, units=units, **looks)
-    answers.check_confidence(confidence)
-    units = datasets.units_for(units, data)
-    look = look_of(xlim=xlim, time=time, ylim=ylim, **looks)
-    values = arguments.values_in(at, None, **chosen)
-    start = arguments.number_in("start", start)
-    drawn, behind = _drawn(data, kind, values, start, panel, severity, over)
-    with datasets.missing_variable_errors("plot"):
-        figure = draw(
-            drawn,
-            kind,
-            units=units,
-            at=values or None,
-            start=start,
-            look=look,
-            panel=panel,
-            ax=ax,
-            over=behind,
-            states=states,
-            severity=severity,
-            confidence=confidence,
-        )
+    figure = drawing.draw_data(
+        data,
+        kind,
+        values=arguments.values_in(at, None, **chosen),
+        start=arguments.number_in("start", start),
+        panel=panel,
+        over=over,
+        severity=severity,
+        confidence=confidence,
+        states=states,
+        units=datasets.units_for(units, data),
+        looks={"xlim": xlim, "time": time, "ylim": ylim, **looks},
+        ax=ax,
+    )
     if missing := getattr(figure, "missing", ""):
         text = f"The title has characters that no font here has: {printable(missing[:20])}. Install one that has them, "
         warnings.warn(f"{text}Noto Sans CJK say, or give another title.", RunWarning, stacklevel=3)
@@ -156,63 +138,9 @@ def refuse_with_a_study(given: Mapping[str, object]) -> None:
             raise Refusal(name, "with a study", "with results", "set changes keys of the study.")
 
 
-def _drawn(
-    data: AnyData,
-    kind: str | None,
-    chosen: dict[str, float],
-    start: int | None,
-    panel: str | None,
-    severity: int | None,
-    over: AnyData,
-) -> tuple[Drawable, Drawable | None]:
-    """The data with what a picture is drawn of, and what is drawn behind it, or None."""
-    if (branches := datasets.branches_in(data)) is not None:
-        return branches, None if over is None else datasets.with_variables(
-            datasets.data_in(over, None), option("over"), ("status",)
-        )
-    outline = datasets.outline_in(data)
-    drawn: Drawable = outline
-    if isinstance(outline, forms.Results):
-        drawn = _sweep_to_draw(data, outline, kind, chosen, start, panel, severity)
-    if over is None:
-        return drawn, None
-    if (branches := datasets.branches_in(over)) is not None:
-        return drawn, branches
-    return drawn, datasets.results_in(over, option("over"), ("status", *registry.drawn_in(outline.attrs).peaks))
-
-
-def _sweep_to_draw(
-    data: AnyData,
-    outline: Results,
-    kind: str | None,
-    chosen: dict[str, float],
-    start: int | None,
-    panel: str | None,
-    severity: int | None,
-) -> Results:
-    """The results with what a picture is drawn of."""
-    from nsdrill.plot import needed
-
-    if severity is None:
-        found = cast("Results", datasets.data_in(data, needed(outline, kind, chosen, start, panel)))
-        return windows.with_passed_over(found) if kind == "window" else found
-    if kind != "window":
-        raise Refusal("severity", f"with kind={kind!r}", "with kind='window'")
-    return answers.results_for_window(data, severity)
-
-
-@dataclass(frozen=True)
-class Filmed:
-    """A film: its file, and how many ``frames`` show how many ``seconds`` of the trace."""
-
-    name: str
-    frames: int
-    seconds: float
-
-
 def animate(
     trace: ATrace,
-    path: Film,
+    path: FilmPath,
     *,
     time: Time = None,
     speed: SpeedOfFilm = 1.0,
@@ -222,7 +150,7 @@ def animate(
     title: Title = None,
     style: Style = None,
     overwrite: Overwrite = False,
-) -> Filmed:
+) -> Film:
     """Write a film of the collar in the hole, to scale, with bit and collar rotating.
 
     Returns
@@ -243,18 +171,11 @@ def animate(
     >>> nsdrill.animate(trace, "film.gif", time=("0.8 s", None), width="1.5 in")
     'film.gif'
     """
-    from nsdrill.plot import look_of
-    from nsdrill.plot.animation import animate, film_name
-
-    written = film_name(arguments.name_in(path, "path"))
-    data, units = datasets.outline_in(trace), datasets.units_for(units, trace)
     if isinstance(speed, bool) or not isinstance(speed, int | float):
         raise Refusal("speed", repr(speed), "a number")
-    store.claim_file(written, overwrite)
-    look = look_of(width=width, font_size=font_size, title=title, style=style, time=time)
-    with datasets.missing_variable_errors("animate"):
-        shown = animate(cast("Trace", data), written, units=units, look=look, speed=speed, overwrite=overwrite)
-    return Filmed(written, *shown)
+    looks = {"width": width, "font_size": font_size, "title": title, "style": style, "time": time}
+    units = datasets.units_for(units, trace)
+    return drawing.film(trace, arguments.name_in(path, "path"), units, looks, speed, overwrite)
 
 
 def chart(
@@ -288,10 +209,9 @@ def chart(
     >>> figure.axes[0].get_ylabel()
     'Rotary speed [rpm]'
     """
-    from nsdrill.plot import look_of
-
-    loaded, look = arguments.study_in(study, set), look_of(width, height, font_size, title, style)
-    return charts.draw_chart(loaded, kind, along, units=units or loaded.units, look=look, ax=ax)
+    loaded = arguments.study_in(study, set)
+    looks = {"width": width, "height": height, "font_size": font_size, "title": title, "style": style}
+    return drawing.draw_chart(loaded, kind, along, units=units or loaded.units, looks=looks, ax=ax)
 
 
 def view(
@@ -324,10 +244,8 @@ def explorer(
     path: object, *, over: object = None, set: object = None, units: str | None = None, port: int = 0
 ) -> Explorer:
     """The explorer of a file, not yet started, on this ``port`` or any that is free."""
-    from nsdrill.plot.labels import check_units
-
     if units is not None:
-        check_units(units)
+        datasets.checked_units(units)
     if datasets.is_dataset(path):
         allowed = "the name of a file, as the explorer reads one"
         raise Refusal("path", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')

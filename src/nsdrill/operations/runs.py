@@ -59,10 +59,18 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
-    from nsdrill.app import arguments, cluster, continuing, datasets, measured, summary, trajectory
+    from nsdrill.app import (
+        arguments,
+        cluster,
+        continuing,
+        datasets,
+        measured,
+        pictures,
+        summary,
+        trajectory,
+        unfinished,
+    )
     from nsdrill.app import fit as fitting
-    from nsdrill.app import orbit as orbits
-    from nsdrill.app import rounds as kept
     from nsdrill.app import run as running
     from nsdrill.models import registry
 
@@ -316,7 +324,7 @@ def _orbit(
             raise Refusal(name, "with an orbit, whose point has its own", "without an orbit")
     number = arguments.number_in("point", point)
     assert number is not None
-    return orbits.trace_of(study, lambda texts: arguments.study_in(study, texts), orbit, number, **spans)[0]
+    return continuing.trace_of(study, lambda texts: arguments.study_in(study, texts), orbit, number, **spans)[0]
 
 
 def replay(
@@ -470,18 +478,18 @@ def fit(
     _check_counts(batch, rounds, samples)
     _check_path(path, resume=resume, overwrite=overwrite and picture is None)
     if picture is not None:
-        files.claim_picture(picture, overwrite)
+        pictures.claim_picture(picture, overwrite)
     times = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)
     reading = measured.Reading(dict(rename or {}), tuple(ignore), dict(errors or {}), skip_gaps, *times)
     table = measured.read_measured(arguments.name_in(data, "data"), loaded, reading)
     for text in fitting.far_from_the_sweep(loaded, table, units):
         warnings.warn(text, RunWarning, stacklevel=3)
-    calls = kept.Rounds()
+    calls = unfinished.Rounds()
     if path is not None:
         path = arguments.name_in(path, "path")
         arguments.check_other_file(study, path)
         arguments.check_other_file(data, path)
-        calls = kept.Rounds.beside(path, loaded, table, batch, overwrite=overwrite, resume=resume)
+        calls = unfinished.Rounds.beside(path, loaded, table, batch, overwrite=overwrite, resume=resume)
     if resume and not calls.runs:
         warnings.warn("There is no interrupted fit to resume: a new one starts.", RunWarning, stacklevel=3)
     with calls.guarding():

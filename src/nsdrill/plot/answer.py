@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis import reasons
 from nsdrill.analysis.probability import interval, samples_for
-from nsdrill.analysis.window import unknown_words
+from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
 from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import quantity, sign
 from nsdrill.units import from_si
@@ -220,25 +219,25 @@ def why(axis: str, side: Plain, best: Plain, fmt: Formatter) -> str | None:
     if found is None:
         return None
     way = WAYS[found["procedure"]].capitalize()
-    if found["code"] == reasons.BOUNCE_LASTS:
+    if found["code"] == BOUNCE_LASTS:
         return (
             f"{way} the bit bounces already and goes on, as its axial motion is lightly damped; "
             "the other way it never begins."
         )
-    if found["code"] == reasons.STICKING_LASTS:
+    if found["code"] == STICKING_LASTS:
         return (
             f"{way} the bit sticks already and goes on sticking: rock holds a standing bit "
             "more firmly than a turning one."
         )
     at = fmt.value(found["axis"], found["value"])
-    if found["code"] == reasons.PASSES_IN_STICK_SLIP:
+    if found["code"] == PASSES_IN_STICK_SLIP:
         here, there = (fmt.value(axis, value) for value in (best[axis], side["first_not_safe"]))
         return (
             f"{way}, the collar at {there} reaches the wall at {at} and stays on it; at {here} "
             "the string passes that in stick-slip, and the collar does not stay. It is safe only "
             "while nothing brings the collar to the wall."
         )
-    if found["code"] == reasons.STARTS_ON_WALL:
+    if found["code"] == STARTS_ON_WALL:
         return f"{way}, the sweep starts on the wall at {at}, and a collar that rolls there stays: little damps it."
     return f"{way}, the collar reaches the wall at {at} and stays on it: little damps its rolling."
 

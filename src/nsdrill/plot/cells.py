@@ -21,14 +21,14 @@ from nsdrill.observe.labels import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFE
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.page import area_entry, line_entry
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import GREY, Properties, font_size, halo
+from nsdrill.plot.style import GREY, Properties, Property, font_size, halo
 
 VEIL = 0.18  # share of white over cells that were not run
 PALE_GREY = to_hex(tuple((1 - VEIL) * part + VEIL for part in to_rgb(GREY)))  # type: ignore[arg-type]
 Cells = tuple[Array, Array]  # their edges along x and y, in the units that are shown
 
 
-def cover(axes: Axes, cells: Cells, selected: Array, gid: str, **style: Any) -> None:
+def cover(axes: Axes, cells: Cells, selected: Array, gid: str, **style: Property) -> None:
     """Cover the ``selected`` cells [y, x] with one path."""
     if np.any(selected):
         unlined: Properties = {"facecolors": "none", "linewidths": 0}

@@ -10,37 +10,52 @@ from __future__ import annotations
 
 import difflib
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
-from typing import Any, NoReturn, cast
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, cast
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.figure import Figure
+from matplotlib.collections import Collection
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import ListedColormap, to_rgb, to_rgba
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.gridspec import SubplotSpec
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator
 from matplotlib.transforms import ScaledTranslation
 
-from nsdrill.data import Results, Trace
+from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look, apply_limits, limit_y_axes
 from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import fit_y_axes, freeze_layout, limit_x_axes, new_figure, panels_of, write_in_largest_panel
+from nsdrill.plot.page import fit_y_axes, freeze_layout, limit_x_axes, panels_of, single_panel, write_in_largest_panel
 from nsdrill.plot.registry import Kind
 from nsdrill.plot.style import (
     Properties,
+    contrast,
+    halo,
     house_style,
-    marks_of,
-    on_dark_page,
+    luminance,
     page_width,
     target,
     using_look,
     without_glyph_warnings,
 )
 from nsdrill.variables import INFERRED, OK, has_failed
+
+if TYPE_CHECKING:
+    from matplotlib.typing import ColorType
+    from xarray import Dataset
+
+    from nsdrill.plot.registry import Drawable
 
 
 class Drawing:
@@ -49,7 +64,13 @@ class Drawing:
     curves are drawn over it."""
 
     def __init__(
-        self, kind: Kind, data: Any, units: str, options: Mapping[str, Any], look: Look, curves: Any = None
+        self,
+        kind: Kind,
+        data: Drawable,
+        units: str,
+        options: Mapping[str, object],
+        look: Look,
+        curves: Dataset | None = None,
     ) -> None:
         self.kind, self.units, self.options, self.look, self.curves = kind, units, options, look, curves
         self.data, self.ends = apply_limits(data, kind, look)
@@ -63,8 +84,7 @@ class Drawing:
             earlier = set(axes.findobj()) if isinstance(axes, Artist) else set()
             if alone:
                 figure = draw_panel(lambda: self._picture(limits_y=True), figure, panel, axes)
-            marks = marks_of(figure, panels_of(figure))
-            on_dark_page(figure, [mark for mark in marks if mark not in earlier])
+            on_dark_page(figure, [mark for mark in marks_of(figure) if mark not in earlier])
             if alone and axes is None:
                 freeze_layout(figure)
         return figure
@@ -82,24 +102,23 @@ class Drawing:
             limit_x_axes(figure, str(across), self.ends, self.units)
             if not isinstance(data, Results | Trace):  # of branches nothing is left out
                 fit_y_axes(figure)
-        if self.curves is not None:
-            self._draw_curves(figure)
+        if self.curves is not None and isinstance(data, Results):
+            self._draw_curves(figure, self.curves, data)
         if self.look.ylim is not None and limits_y:
             limit_y_axes(panels_of(figure), self.look.ylim, self.units, getattr(data, "axes", ()))
         return figure
 
-    def _draw_curves(self, figure: Figure) -> None:
+    def _draw_curves(self, figure: Figure, curves: Dataset, data: Results) -> None:
         """Curves of branches over the map of a sweep over two axes."""
-        if len(self.data.swept) != 2:
+        if len(data.swept) != 2:
             raise InputError(
                 f"{option('over')}: found branches, with a sweep over one axis; allowed: a map over two axes, over "
                 "which their curves are drawn. For branches over the peaks of this sweep, give the file of "
                 f"branches first and the sweep with {option('over')}."
             )
-        held = [name for name in self.data.held if name in self.curves]
-        fixed = {name: float(self.curves[name].values.ravel()[0]) for name in held}
-        check_same_string(self.curves, self.data, fixed)
-        draw_branch_curves(figure, self.curves, Planes.of(self.data, self.units))
+        fixed = {name: float(curves[name].values.ravel()[0]) for name in data.held if name in curves}
+        check_same_string(curves, data, fixed)
+        draw_branch_curves(figure, curves, Planes.of(data, self.units))
 
 
 def no_data_message(data: Results) -> str:
@@ -136,7 +155,7 @@ def _panels(figure: Figure) -> list[Axes]:
     return [axes for axes in panels_of(figure) if axes.get_label() != "<colorbar>"]
 
 
-def draw_panel(picture: Callable[[], Any], whole: Figure, panel: str | None, axes: Axes | None) -> Figure:
+def draw_panel(picture: Callable[[], Figure], whole: Figure, panel: str | None, axes: Axes | None) -> Figure:
     """Draw the ``panel`` of a ``picture`` alone, into ``axes`` if given, and return the
     figure that contains it. ``whole`` is the picture with all its panels. Without a
     name it is the only panel beside a strip. InputError where there is no such panel,
@@ -147,7 +166,8 @@ def draw_panel(picture: Callable[[], Any], whole: Figure, panel: str | None, axe
     place, title = axes, "" if axes is None else axes.get_title()
     if place is None:
         place = _alone(_panels(whole)[number])
-    stand_in = _StandIn(place, number, whole, own=axes is None)
+    width, height = whole.get_size_inches()
+    stand_in = _StandIn(place, number, Figure(figsize=(width, height)), own=axes is None)
     token = target.set(cast("Figure", stand_in))
     try:
         picture()
@@ -155,9 +175,8 @@ def draw_panel(picture: Callable[[], Any], whole: Figure, panel: str | None, axe
         target.reset(token)
     if axes is not None:
         axes.set_title(title)
-    figure: Any = place.figure
-    while not isinstance(figure, Figure):  # a SubFigure
-        figure = figure.figure
+    figure = place.get_figure(root=True)
+    assert figure is not None
     return figure
 
 
@@ -185,10 +204,9 @@ def _alone(panel: Axes) -> Axes:
     """Axes for this panel in a figure of its own."""
     if panel.get_aspect() == 1.0:
         side = page_width(4.0)
-        return new_figure(side, side + 0.5).add_subplot()
-    height = panel.get_window_extent().height / panel.figure.dpi
-    height = float(np.clip(ENLARGED * height, *PANEL_HEIGHT))
-    return new_figure(page_width(), TEXT_HEIGHT + height).add_subplot()
+        return single_panel(side, side + 0.5)[1]
+    height = ENLARGED * panel.get_window_extent().height / panel.figure.dpi
+    return single_panel(page_width(), TEXT_HEIGHT + float(np.clip(height, *PANEL_HEIGHT)))[1]
 
 
 class _StandIn:
@@ -196,45 +214,46 @@ class _StandIn:
     caller's, titles and layout are left to the caller."""
 
     def __init__(
-        self, panel: Axes, number: int, whole: Figure, own: bool, hidden: Any = None, made: Iterator[int] | None = None
+        self, panel: Axes, number: int, hidden: Figure | SubFigure, own: bool, made: Iterator[int] | None = None
     ) -> None:
         self.axes = [panel]
-        self._number, self._whole, self._own = number, whole, own
-        self._hidden = hidden or Figure(figsize=tuple(whole.get_size_inches()))
+        self._number, self._hidden, self._own = number, hidden, own
         self._made = made if made is not None else itertools.count()
         self._twin: Axes | None = None  # of the panel, on the figure that nobody sees
         self.bbox = panel.figure.bbox if own else panel.bbox
         self.dpi = panel.figure.dpi
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         return getattr(self._hidden, name)
 
-    def add_subplot(self, *place: Any, sharex: Any = None, sharey: Any = None) -> Axes:
+    def add_subplot(self, *place: SubplotSpec, sharex: Axes | None = None, sharey: Axes | None = None) -> Axes:
         (panel,) = self.axes
         sharex, sharey = (self._twin if shared is panel else shared for shared in (sharex, sharey))
-        made: Axes = self._hidden.add_subplot(*place, sharex=sharex, sharey=sharey)
+        made = self._hidden.add_subplot(*place, sharex=sharex, sharey=sharey)
         if next(self._made) != self._number:
             return made
         self._twin = made
         return panel
 
-    def subplots(self, *_: Any, **__: Any) -> NoReturn:
+    def subplots(self, *_: object, **__: object) -> NoReturn:
         raise TypeError("a panel made by subplots cannot be drawn alone; make it by add_subplot")
 
-    def subfigures(self, rows: int, columns: int, **ratios: Any) -> Any:
+    def subfigures(
+        self, rows: int, columns: int, width_ratios: Sequence[float] = (), height_ratios: Sequence[float] = ()
+    ) -> Array | _StandIn:
         (panel,) = self.axes
-        parts = [
-            _StandIn(panel, self._number, self._whole, self._own, part, self._made)
-            for part in np.ravel(self._hidden.subfigures(rows, columns, **ratios))
-        ]
-        shaped = np.empty(len(parts), dtype=object)
-        shaped[:] = parts
-        return shaped if len(parts) > 1 else parts[0]
+        made = self._hidden.subfigures(
+            rows, columns, width_ratios=width_ratios or None, height_ratios=height_ratios or None
+        )
+        hidden = np.asarray(made, dtype=object).ravel()
+        parts = np.empty(len(hidden), dtype=object)
+        parts[:] = [_StandIn(panel, self._number, part, self._own, self._made) for part in hidden]
+        return parts if len(parts) > 1 else parts[0]
 
-    def legend(self, *, handles: list[Any], ncols: int, loc: str) -> Any:
+    def legend(self, *, handles: list[Artist], ncols: int, loc: Literal["outside lower center"]) -> Legend:
         (panel,) = self.axes
         if self._own:
-            return cast("Any", panel.figure).legend(handles=handles, ncols=ncols, loc=loc)
+            return panel.figure.legend(handles=handles, ncols=ncols, loc=loc)
         below = ScaledTranslation(0.0, -LEGEND_BELOW / 72.0, panel.figure.dpi_scale_trans)
         return panel.legend(
             handles=handles,
@@ -246,16 +265,15 @@ class _StandIn:
             bbox_transform=panel.transAxes + below,
         )
 
-    def suptitle(self, *args: Any, **kwargs: Any) -> Any:
-        figure: Any = self.axes[0].figure
-        return figure.suptitle(*args, **kwargs) if self._own else None
+    def suptitle(self, text: str, **style: bool) -> Text | None:
+        return self.axes[0].figure.suptitle(text, **style) if self._own else None
 
-    def colorbar(self, mesh: Any, *, ax: Any, **kwargs: Any) -> Any:
+    def colorbar(self, mesh: ScalarMappable, *, ax: Axes | list[Axes], **style: Any) -> Colorbar:
         (panel,) = self.axes
         if panel in np.ravel(np.array(ax, dtype=object)):
             colours = ScalarMappable(mesh.norm, mesh.cmap)  # the mesh may be of another panel
-            return cast("Any", panel.figure).colorbar(colours, ax=panel, **kwargs)
-        return self._hidden.colorbar(mesh, ax=ax, **kwargs)
+            return panel.figure.colorbar(colours, ax=panel, **style)
+        return self._hidden.colorbar(mesh, ax=ax, **style)
 
     def finish(self, across: str | None, units: str) -> None:
         """Give the panel the limits, scales and labels that it shares with others;
@@ -282,7 +300,77 @@ class _StandIn:
                 axis.set_ticks(list(twin.get_majorticklocs()), words)
             getattr(panel, f"set_{name}lim")(getattr(self._twin, f"get_{name}lim")())
 
-    def _ignore(self, *args: Any, **kwargs: Any) -> None:
+    def _ignore(self, *args: object, **kwargs: object) -> None:
         """Replaces the methods that lay out a whole figure."""
 
     align_ylabels = draw_without_rendering = set_layout_engine = _ignore
+
+
+# Pictures on a dark page: the colours are chosen for a white one, and those that would
+# be lost on the page of the user's style are exchanged.
+
+
+CONTRAST = 4.5  # least ratio of luminances of a mark and the page (WCAG 2.1)
+PALE = 0.6  # least part of a colour that is a ground behind marks rather than a mark
+
+
+def on_dark_page(figure: Figure, artists: Iterable[Artist]) -> None:
+    """Exchange the colours of ``artists`` that are lost on the page of the ``figure``,
+    where that is dark: white, the paper, becomes the page, and marks become lighter."""
+    page = np.array(to_rgb(figure.get_facecolor()))
+    if luminance(page) > 0.2:
+        return
+
+    def shown(colour: ColorType) -> ColorType:
+        if isinstance(colour, str) and colour in ("none", "auto", "None", "inherit", "face"):
+            return colour
+        *rgb, alpha = to_rgba(colour)
+        return (*visible(np.array(rgb), page), alpha)
+
+    for artist in artists:
+        if isinstance(artist, Line2D):
+            _exchange(artist, shown, "color", "markerfacecolor", "markeredgecolor")
+        elif isinstance(artist, Patch):
+            _exchange(artist, shown, "facecolor", "edgecolor")
+        elif isinstance(artist, Text):
+            text = np.array(to_rgb(artist.get_color()))
+            if contrast(text, page) < CONTRAST:  # else of the style, which may be white
+                artist.set_color(shown(artist.get_color()))
+            if artist.get_path_effects():
+                artist.set_path_effects(halo(2.0, tuple(page)))
+        elif isinstance(artist, Collection) and artist.get_array() is None:
+            for name in ("facecolor", "edgecolor"):
+                colours = getattr(artist, f"get_{name}")()
+                if len(colours) and not isinstance(colours, str):
+                    getattr(artist, f"set_{name}")([shown(colour) for colour in colours])
+        elif isinstance(artist, Collection) and isinstance(scale := artist.cmap, ListedColormap) and scale.N < 32:
+            artist.set_cmap(ListedColormap(list(map(shown, np.asarray(scale.colors).tolist())), name=scale.name))
+
+
+def marks_of(figure: Figure) -> list[Artist]:
+    """What is drawn on a figure, without the frames, ticks and grids of its panels,
+    which have the colours of the style."""
+    frames: set[Artist] = {figure.patch}
+    for axes in panels_of(figure):
+        frames.update({axes.patch, *axes.xaxis.findobj(), *axes.yaxis.findobj()})
+        frames.update(axes.spines.values())
+    return [artist for artist in figure.findobj() if artist not in frames]
+
+
+def visible(colour: Array, page: Array) -> Array:
+    """The colour [red, green, blue] that stands for ``colour`` on this page."""
+    if np.min(colour) > PALE and np.max(colour) > 0.82:  # paper and grounds
+        return np.clip(page + (0.25 * colour if np.ptp(colour) >= 0.05 else 1.0 - colour), 0, 1)
+    if np.ptp(colour) < 0.05 and contrast(colour, page) < CONTRAST:
+        return 1.0 - colour
+    share = 0.0
+    while contrast(colour + share * (1.0 - colour), page) < CONTRAST:
+        share += 0.05
+    return colour + share * (1.0 - colour)
+
+
+def _exchange(artist: Artist, shown: Callable[[ColorType], ColorType], *names: str) -> None:
+    """Exchange the colours of these names, those that are equal for equal ones."""
+    colours = [getattr(artist, f"get_{name}")() for name in names]  # before one is set
+    for name, colour in zip(names, map(shown, colours), strict=True):
+        getattr(artist, f"set_{name}")(colour)

@@ -26,10 +26,11 @@ from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import look as look
 from nsdrill.plot.style import (
     FONT_SIZE,
-    MOTIONS,
     REFERENCE,
     RESPONSES,
     Properties,
+    Property,
+    ResponseStyle,
     font_size,
     house_style,
     missing_characters,
@@ -74,6 +75,12 @@ def new_figure(width: float, height: float) -> Figure:
     assert isinstance(engine, ConstrainedLayoutEngine)
     engine.set(w_pad=0.03, h_pad=0.03, hspace=0.02, wspace=0.02)
     return figure
+
+
+def single_panel(width: float, height: float) -> tuple[Figure, Axes]:
+    """A :func:`new_figure` with one panel."""
+    figure = new_figure(width, height)
+    return figure, figure.add_subplot()
 
 
 def stack(
@@ -163,7 +170,7 @@ def write(
     place: tuple[float, float],
     offset: tuple[float, float] = (0.0, 0.0),
     size: float = 6.0,
-    **style: Any,
+    **style: Property,
 ) -> None:
     """Write a small text at a place of a panel, moved by ``offset`` [points]; ``size`` is
     that of :func:`font_size`. ``style`` may have ``xycoords``, as :data:`BESIDE`."""
@@ -176,12 +183,12 @@ def panels_per_row(count: int, min_width: float) -> int:
     return max(1, min(count, int(page_width() / min_width)))
 
 
-def line_entry(label: str, **style: Any) -> Artist:
+def line_entry(label: str, **style: Property) -> Artist:
     """An entry of a legend with a line, or a marker, of this style."""
     return Line2D([], [], label=label, **style)
 
 
-def area_entry(label: str, **style: Any) -> Artist:
+def area_entry(label: str, **style: Property) -> Artist:
     """An entry of a legend with an area of this style."""
     return Patch(label=label, **style)
 
@@ -207,9 +214,9 @@ def response_entries(codes: Iterable[int]) -> list[Artist]:
     return [marker_entry(style.name, style.marker, style.colour) for style in (RESPONSES[code] for code in codes)]
 
 
-def motion_entries(codes: Iterable[int]) -> list[Artist]:
-    """An entry for each kind of motion, by colour."""
-    return [marker_entry(style.name, "o", style.colour, size=4) for style in (MOTIONS[code] for code in sorted(codes))]
+def style_areas(styles: Sequence[ResponseStyle], codes: Iterable[int]) -> list[Artist]:
+    """An entry for each of these ``codes``, by the colour of its style."""
+    return [area_entry(facecolor=style.colour, label=style.name) for style in (styles[i] for i in codes)]
 
 
 def direction_entries(procedures: Sequence[str], attrs: Attributes) -> list[Artist]:

@@ -7,13 +7,12 @@ stand nowhere else. They import matplotlib, so they are loaded only when needed.
 from __future__ import annotations
 
 import difflib
-import os
 import pkgutil
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, NsdrillError, option
@@ -23,6 +22,11 @@ from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from xarray import Dataset
+
+    from nsdrill.plot.kinds.charts import Chart, Numbers
+
+    Drawable: TypeAlias = Results | Trace | Dataset | Chart[Numbers]  # what a picture is drawn of
 
 MAX_COLUMNS = 3  # values of a second axis that stand side by side as columns of one figure
 MAX_PANELS = 12
@@ -174,12 +178,6 @@ def check_options(kind: Kind, options: dict[str, Any]) -> None:
             )
 
 
-def is_study(path: object) -> bool:
-    """Whether ``path`` is the name of a study, of which charts are drawn, and not that
-    of a results file."""
-    return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith((".yaml", ".yml"))
-
-
 def is_branches(data: object) -> bool:
     """Whether this is a Dataset of branches."""
     return "branch" in getattr(data, "dims", ())
@@ -193,6 +191,11 @@ def is_sweep(data: object) -> TypeGuard[Results]:
 def has_samples(data: object) -> TypeGuard[Results]:
     """Whether these are results with several samples of uncertain numbers."""
     return isinstance(data, Results) and SAMPLE in data.coords
+
+
+def has_starts(data: object) -> TypeGuard[Results]:
+    """Whether these are results with several starts of every operating point."""
+    return isinstance(data, Results) and "start" in data.coords
 
 
 def needs_samples(data: object) -> str:

@@ -9,7 +9,7 @@ picture can be read in grey. The pages in a browser have the same colours.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -18,16 +18,11 @@ from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.collections import Collection
-from matplotlib.colors import LinearSegmentedColormap, ListedColormap, to_rgb, to_rgba
+from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
-from matplotlib.text import Text
+from matplotlib.patheffects import AbstractPathEffect, withStroke
+from matplotlib.typing import ColorType
 
 from nsdrill.data import Array
 from nsdrill.models.responses import RESPONSE_KINDS
@@ -35,7 +30,8 @@ from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.plot.look import Look
 from nsdrill.plot.look import look as look
 
-Properties = dict[str, Any]  # of artists of matplotlib, by their names
+Property = Any  # what an artist of matplotlib, or a setting, takes by a name
+Properties = dict[str, Property]
 Dashes = str | tuple[float, tuple[float, ...]]  # the name of a style of lines, or where it starts and its lengths
 
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
@@ -150,6 +146,11 @@ MOTIONS: tuple[ResponseStyle, ...] = (
 )
 
 
+# Colours of what has the same response as something that has its colour already. Most
+# are Paul Tol's.
+FURTHER_COLOURS = (
+    "#CCBB44", "#AA3377", "#EE6677", "#117733", "#332288", "#DDCC77", "#F0E442", "#7A5230",
+)  # fmt: skip
 GOODNESS = LinearSegmentedColormap.from_list("goodness", BAD_TO_GOOD)
 
 
@@ -192,11 +193,11 @@ _FALLBACK_FONTS = (
 )
 
 
-def settings(picture_look: Look) -> dict[str, Any]:
+def settings(picture_look: Look) -> Properties:
     """The settings of matplotlib for a picture, later ones before earlier ones: the
     house style, what the user has changed from matplotlib's defaults, a style file, the
     options."""
-    rc, defaults = (cast("dict[str, Any]", mapping) for mapping in (mpl.rcParams, mpl.rcParamsDefault))
+    rc, defaults = (cast("Properties", mapping) for mapping in (mpl.rcParams, mpl.rcParamsDefault))
     users_settings = {
         name: rc[name] for name in rc if not name.startswith(_IGNORED_SETTINGS) and rc[name] != defaults[name]
     }
@@ -212,13 +213,13 @@ _IGNORED_SETTINGS = ("backend", "interactive", "toolbar", "webagg", "tk.", "docs
 
 
 @contextmanager
-def house_style(rc: Mapping[str, Any] | None = None) -> Iterator[None]:
+def house_style(rc: Mapping[str, Property] | None = None) -> Iterator[None]:
     """:func:`settings` of the current look, or the settings ``rc`` of an existing
     picture, while the block runs; those of the caller afterwards."""
     settings_in_force = settings(look.get()) if rc is None else rc
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(cast("Any", settings_in_force))
+        mpl.rcParams.update(cast("Property", settings_in_force))
         yield
 
 
@@ -228,7 +229,7 @@ def font_size(points: float) -> float:
     return float(points / FONT_SIZE * mpl.rcParams["font.size"])
 
 
-def halo(width: float, colour: Any = "white") -> list[Any]:
+def halo(width: float, colour: ColorType = "white") -> list[AbstractPathEffect]:
     """The effect on words and lines that are to be read on every ground: a border
     ``width`` points wide."""
     return [withStroke(linewidth=width, foreground=colour)]
@@ -244,7 +245,7 @@ def page_width(default: float = FULL_WIDTH) -> float:
     return default if width is None else width
 
 
-def cell_style(cells: int) -> dict[str, Any]:
+def cell_style(cells: int) -> Properties:
     """The properties of a mesh of ``cells`` cells without seams. Few cells overlap
     their borders slightly, as viewers of PDF and SVG otherwise show the page between
     neighbours; many become an image, which has no seams."""
@@ -266,7 +267,7 @@ def missing_characters(text: str) -> str:
     """The characters of a text that none of the fonts has, each once."""
     from matplotlib.font_manager import findfont, get_font
 
-    rc = cast("dict[str, Any]", mpl.rcParams)
+    rc = cast("Properties", mpl.rcParams)
     families = list(rc["font.family"])
     names = [name for family in families for name in rc.get(f"font.{family}", [family])]
     fonts = []
@@ -297,70 +298,7 @@ def using_look(picture_look: Look) -> Iterator[None]:
         look.reset(token)
 
 
-# Pictures on a dark page: the colours are chosen for a white one, and those that would
-# be lost on the page of the user's style are exchanged.
-
-
-CONTRAST = 4.5  # least ratio of luminances of a mark and the page (WCAG 2.1)
-PALE = 0.6  # least part of a colour that is a ground behind marks rather than a mark
-
-
-def on_dark_page(figure: Figure, artists: Iterable[Artist]) -> None:
-    """Exchange the colours of ``artists`` that are lost on the page of the ``figure``,
-    where that is dark: white, the paper, becomes the page, and marks become lighter."""
-    page = np.array(to_rgb(figure.get_facecolor()))
-    if luminance(page) > 0.2:
-        return
-
-    def shown(colour: Any) -> Any:
-        if isinstance(colour, str) and colour in ("none", "auto", "None", "inherit", "face"):
-            return colour
-        *rgb, alpha = to_rgba(colour)
-        return (*visible(np.array(rgb), page), alpha)
-
-    for artist in artists:
-        if isinstance(artist, Line2D):
-            _exchange(artist, shown, "color", "markerfacecolor", "markeredgecolor")
-        elif isinstance(artist, Patch):
-            _exchange(artist, shown, "facecolor", "edgecolor")
-        elif isinstance(artist, Text):
-            text = np.array(to_rgb(artist.get_color()))
-            if contrast(text, page) < CONTRAST:  # else of the style, which may be white
-                artist.set_color(shown(artist.get_color()))
-            if artist.get_path_effects():
-                artist.set_path_effects(halo(2.0, tuple(page)))
-        elif isinstance(artist, Collection) and artist.get_array() is None:
-            for name in ("facecolor", "edgecolor"):
-                colours = getattr(artist, f"get_{name}")()
-                if len(colours) and not isinstance(colours, str):
-                    getattr(artist, f"set_{name}")([shown(colour) for colour in colours])
-        elif isinstance(artist, Collection) and isinstance(artist.cmap, ListedColormap):
-            categories: Any = artist.cmap
-            if categories.N < 32:  # no scale
-                colours = [shown(colour) for colour in categories.colors]
-                artist.set_cmap(ListedColormap(colours, name=categories.name))
-
-
-def marks_of(figure: Figure, panels: Iterable[Axes]) -> list[Artist]:
-    """What is drawn on a figure, without the frames, ticks and grids of its panels,
-    which have the colours of the style."""
-    frames: set[Artist] = {figure.patch}
-    for axes in panels:
-        frames.update({axes.patch, *axes.xaxis.findobj(), *axes.yaxis.findobj()})
-        frames.update(axes.spines.values())
-    return [artist for artist in figure.findobj() if artist not in frames]
-
-
-def visible(colour: Array, page: Array) -> Array:
-    """The colour [red, green, blue] that stands for ``colour`` on this page."""
-    if np.min(colour) > PALE and np.max(colour) > 0.82:  # paper and grounds
-        return np.clip(page + (0.25 * colour if np.ptp(colour) >= 0.05 else 1.0 - colour), 0, 1)
-    if np.ptp(colour) < 0.05 and contrast(colour, page) < CONTRAST:
-        return 1.0 - colour
-    share = 0.0
-    while contrast(colour + share * (1.0 - colour), page) < CONTRAST:
-        share += 0.05
-    return colour + share * (1.0 - colour)
+# Colours as an eye sees them.
 
 
 def contrast(colour: Array, page: Array) -> float:
@@ -379,8 +317,23 @@ def light_of(colour: Array) -> Array:
     return np.where(colour > 0.04045, ((colour + 0.055) / 1.055) ** 2.4, colour / 12.92)
 
 
-def _exchange(artist: Any, shown: Callable[[Any], Any], *names: str) -> None:
-    """Exchange the colours of these names, those that are equal for equal ones."""
-    colours = [getattr(artist, f"get_{name}")() for name in names]  # before one is set
-    for name, colour in zip(names, map(shown, colours), strict=True):
-        getattr(artist, f"set_{name}")(colour)
+def further_colour(used: Iterable[str]) -> str:
+    """The one of :data:`FURTHER_COLOURS` that differs most from those ``used``, in
+    lightness more than in hue, so that it does in grey too."""
+    places = [lightness_and_hue(colour) for colour in used]
+
+    def distance(colour: str) -> float:
+        return min(float(np.linalg.norm((lightness_and_hue(colour) - place) * (2, 1, 1))) for place in places)
+
+    return max(FURTHER_COLOURS, key=distance)
+
+
+def lightness_and_hue(colour: str) -> Array:
+    """The coordinates L*, a*, b* of a colour, whose distances are those that an eye
+    sees; about 2 can just be told apart side by side (CIE 1976, white of D65)."""
+    x, y, z = np.cbrt(
+        np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+        @ light_of(np.array(to_rgb(colour)))
+        / (0.9505, 1.0, 1.089)
+    )
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])

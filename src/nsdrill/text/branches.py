@@ -1,24 +1,156 @@
-"""A file of branches in words, and as a table."""
+"""A file of branches as plain data and in words."""
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterator, Sequence
+import json
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import meanings_of
-from nsdrill.data import Answer
+from nsdrill.analysis.bifurcations import BIFURCATIONS, CIRCLE, END, Meaning, meanings_of, motion_text
+from nsdrill.data import Answer, Array, Attributes, overrides
 from nsdrill.errors import printable
 from nsdrill.models.registry import model_in
-from nsdrill.quantity import find, sign, unit_in
 from nsdrill.text.words import label_of, point_text, rest, value_text
-from nsdrill.units import from_si, plain_units
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+
+def summarize_branches(data: Dataset) -> Answer:
+    """The summary that ``show`` prints of a Dataset of branches, as plain data."""
+    attrs = data.attrs
+    along = str(attrs.get("along", "rotary_speed"))
+    numbers = data[along].values
+    meanings = meanings_of(model_in(attrs))
+    first = 0
+    branches = []
+    for number, size in enumerate(data["row_size"].values.tolist()):
+        part = slice(first, first + size)
+        first += size
+        branches.append(_branch(data, number, part, numbers, meanings))
+    fixed = {
+        name: float(data[name].values[0])
+        for name in ("depth", "wob", "rotary_speed")
+        if name in data and name != along and data.sizes["point"]
+    }
+    return {
+        "kind": "branches",
+        **{name: str(attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        "overrides": overrides(attrs),
+        "along": along,
+        "from": float(attrs.get("continue_from", numbers.min())),
+        "to": float(attrs.get("continue_to", numbers.max())),
+        "operation": fixed,
+        "points": int(data.sizes["point"]),
+        "seeds": _seeds(attrs),
+        "branches": branches,
+        "curves": _curves(data, meanings),
+    }
+
+
+def _seeds(attrs: Attributes) -> dict[str, int]:
+    try:
+        found = json.loads(attrs.get("seeds", "{}"))
+    except ValueError:
+        return {}
+    return {str(word): int(count) for word, count in found.items()} if isinstance(found, dict) else {}
+
+
+def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: Mapping[int, Meaning]) -> Answer:
+    values, unstable = numbers[part], data["unstable"].values[part]
+    labels, notes = data["label"].values[part], data["label_note"].values[part]
+    motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
+    parts = stable_parts(unstable, labels)
+    special = []
+    for place in np.flatnonzero((labels != 0) & (labels != END)).tolist():
+        meaning = meanings.get(int(labels[place]))
+        before, after = _beside(unstable, labels, place, -1), _beside(unstable, labels, place, 1)
+        special.append(
+            {
+                "point": int(part.start + place),
+                "label": meaning.name if meaning else str(int(labels[place])),
+                "letters": meaning.letters if meaning else "",
+                "value": float(values[place]),
+                "meaning": meaning.words if meaning else "",
+                "note": str(notes[place]),
+                "unstable_before": before,
+                "unstable_after": after,
+            }
+        )
+    return {
+        "branch": number,
+        "motion": motion,
+        "words": motion_text(motion, lobes),
+        "lobes": lobes,
+        "points": len(values),
+        "min": float(values.min()),
+        "max": float(values.max()),
+        "parent": int(data["parent"].values[number]),
+        "parent_point": int(data["parent_point"].values[number]),
+        "closed": bool(data["closed"].values[number]),
+        "end_reason": str(data["end_reason"].values[number]),
+        "stable": [[float(values[a]), float(values[b])] for a, b in parts],
+        "stable_ends": [[_end(labels, end) for end in ends] for ends in parts],
+        "looked_between": motion != CIRCLE,
+        "special": special,
+    }
+
+
+def _beside(unstable: Array, labels: Array, place: int, step: int) -> int | None:
+    """The number of unstable multipliers at the nearest regular point in the direction
+    ``step`` (1 or -1); None where there is none."""
+    at = place + step
+    while 0 <= at < len(labels):
+        if labels[at] in (0, END):
+            return int(unstable[at])
+        at += step
+    return None
+
+
+def _end(labels: Array, place: int) -> str:
+    """What the end of a stable part is: a located ``bifurcation``, the end of the
+    ``branch``, or only the last ``point`` that is stable."""
+    if labels[place] in BIFURCATIONS:
+        return "bifurcation"
+    return "branch" if place in (0, len(labels) - 1) else "point"
+
+
+def stable_parts(unstable: Array, labels: Array) -> list[tuple[int, int]]:
+    """The first and last points of the stable parts of a branch, which end at located
+    bifurcations where such points are next to them."""
+    stable = np.concatenate([[False], unstable == 0, [False]]).astype(int)
+    begins, ends = np.flatnonzero(np.diff(stable) == 1), np.flatnonzero(np.diff(stable) == -1) - 1
+    # touches of the wall may move several multipliers at once
+    is_located = np.isin(np.pad(labels, 1), BIFURCATIONS)
+    begins = begins - (~is_located[begins + 1] & is_located[begins])
+    ends = ends + (~is_located[ends + 1] & is_located[ends + 2])
+    return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True) if b > a]
+
+
+def _curves(data: Dataset, meanings: Mapping[int, Meaning]) -> list[Answer]:
+    if "curve_row_size" not in data:
+        return []
+    curves, first = [], 0
+    along, over = str(data.attrs["along"]), str(data.attrs["over"])
+    for number, size in enumerate(data["curve_row_size"].values.tolist()):
+        part = slice(first, first + size)
+        first += size
+        meaning = meanings[int(data["curve_label"].values[number])]
+        ends = {name: data[f"curve_{name}"].values[part] for name in (along, over)}
+        curves.append(
+            {
+                "curve": number,
+                "label": meaning.name,
+                "points": int(size),
+                "lobes": int(data["curve_lobes"].values[number]),
+                "words": motion_text(str(data["curve_motion"].values[number]), int(data["curve_lobes"].values[number])),
+                "end_reason": str(data["curve_end_reason"].values[number]),
+                **{name: [float(values.min()), float(values.max())] for name, values in ends.items()},
+            }
+        )
+    return curves
 
 
 MAX_SPECIAL = 40
@@ -140,48 +272,3 @@ def _change(before: int | None, after: int | None) -> str:
     if before == 0 or after == 0:
         return "; stable to one side" if before * after == 0 else ""
     return f"; {before} and {after} unstable directions to its sides"
-
-
-def table(data: Dataset, units: str) -> str:
-    """One row per point as CSV: its branch, motion, coordinates, label in words,
-    multipliers, features, states."""
-    words = {code: label.name for code, label in meanings_of(model_in(data.attrs)).items()}
-    branch_of_point = np.asarray(data["branch_of_point"].values)
-    headings: list[str] = ["point", "branch", "motion", "lobes", "label_words"]
-    columns: list[Sequence[object]] = [
-        list(range(len(branch_of_point))),
-        branch_of_point.tolist(),
-        [str(data["motion"].values[k]) for k in branch_of_point],
-        [int(data["lobes"].values[k]) for k in branch_of_point],
-        [words.get(int(code), str(code)) for code in data["label"].values],
-    ]
-    for name in data.variables:
-        variable = data[name]
-        if "point" not in variable.dims or name in ("point", "branch_of_point"):
-            continue
-        values = variable.values.reshape(len(branch_of_point), -1)
-        last = variable.dims[-1]
-        entries = [""] if variable.ndim == 1 else [f"_{entry}" for entry in data[last].values.tolist()]
-        si = str(variable.attrs.get("units", ""))
-        for column, entry in enumerate(entries):
-            if values.dtype.kind == "f" and si not in ("", "1"):
-                unit = field_unit(name, plain_units(si)) if units == "field" else si
-                headings.append(f"{name}{entry} [{sign(unit)}]")
-                columns.append([repr(from_si(float(v), unit) if unit != si else float(v)) for v in values[:, column]])
-            else:
-                headings.append(f"{name}{entry}")
-                columns.append(values[:, column].tolist())
-    out = io.StringIO()
-    writer = csv.writer(out)
-    writer.writerow(headings)
-    writer.writerows(zip(*columns, strict=True))
-    return out.getvalue()
-
-
-def field_unit(name: str, units: str) -> str:
-    """The field unit of the variable ``name`` with the SI unit ``units``: ft for a
-    depth, in for another length."""
-    if units in ("percent", "1"):
-        return units
-    known = find(name)
-    return known.unit("field") if known and known.units == units else unit_in(units, "field") or units

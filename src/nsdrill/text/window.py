@@ -7,10 +7,9 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from nsdrill.analysis.window import unknown_words
-from nsdrill.app import contrast as app
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.plot.answer import ORDER, Formatter, answer, drilling, in_order, is_hint, limit, percent, warnings, why
-from nsdrill.text.words import aligned, count, label_of, overrides_text, samples_text
+from nsdrill.text.words import count, label_of, overrides_text, samples_text
 
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
@@ -291,39 +290,3 @@ def _over_depth(summary: Answer, fmt: Formatter, table: bool) -> Iterator[str]:
         for a, b in depth["open"]
     )
     yield (f"{sentence}; it reopens at {fmt.value('depth', depth['reopens'])}. Open at {spans} {fmt.unit('depth')}.")
-
-
-def contrast_lines(found: Answer, units: str, names: Sequence[str] = ()) -> Iterator[str]:
-    """The comparison as lines of text, at most :data:`MAX_ROWS` of each table."""
-    for letter, name in zip(("a", "b"), names, strict=False):
-        yield f"{letter}: {name}"
-    yield from textwrap.wrap(app.difference(found), WIDTH)
-    yield ""
-    yield from textwrap.wrap(app.sentence(found, units), WIDTH)
-    for note in app.notes(found, units):
-        yield from textwrap.wrap(note, WIDTH, initial_indent="  ", subsequent_indent="  ")
-    (_, answer_a, answer_b), *table = app.rows(found, units)
-    yield ""
-    yield from textwrap.wrap(f"a: {answer_a}", WIDTH, subsequent_indent="   ")
-    yield from textwrap.wrap(f"b: {answer_b}", WIDTH, subsequent_indent="   ")
-    yield ""
-    yield from aligned([("", "a", "b"), *table])
-    axis = Formatter(units).name(found["windows"][0]["axes"][0])
-    for heading, head, body in (
-        (
-            f"Safe intervals along the {axis}, and how far their ends moved from a to b:",
-            ("", "a", "b", "lower end", "upper end"),
-            app.border_rows(found, units),
-        ),
-        (
-            f"Where along the {axis} a response occurs, where that changed ({app.thresholds(found)}):",
-            ("", "", "", "a", "b"),
-            app.onset_rows(found, units),
-        ),
-    ):
-        if body:
-            yield ""
-            yield from textwrap.wrap(heading, WIDTH)
-            yield from aligned([head, *body[:MAX_ROWS]])
-            if len(body) > MAX_ROWS:
-                yield f"  and {len(body) - MAX_ROWS} more (all with --json)"

@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.contrast import border_rows, contrast, difference, notes, onset_rows, sentence, thresholds
-from nsdrill.app.contrast import rows as contrast_rows
 from nsdrill.app.experiment import own_numbers, study_of
-from nsdrill.app.sensitivity import sensitivity
-from nsdrill.app.window import window_of, with_passed_over
+from nsdrill.app.window import contrast, sensitivity, with_passed_over
+from nsdrill.app.window import window as window_of
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
@@ -35,6 +33,7 @@ from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look
 from nsdrill.plot.saving import svg
+from nsdrill.text.diff import border_rows, difference, notes, onset_rows, sentence, side_by_side, thresholds
 from nsdrill.variables import AXES, SAMPLE
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension
@@ -175,7 +174,7 @@ def comparison(
         found = contrast(results[0], results[1], severity, confidence, names)
     except InputError as error:
         return "", paragraph(f"The two windows are not compared: {error}")
-    body, head = contrast_rows(found, units)[1:], ("", f"a: {names[0]}", f"b: {names[1]}")
+    body, head = side_by_side(found, units)[1:], ("", f"a: {names[0]}", f"b: {names[1]}")
     axis = Formatter(units).name(found["windows"][0]["axes"][0])
     first = "".join(
         [

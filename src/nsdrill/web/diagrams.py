@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
+from nsdrill.analysis.maps import axes_of
 from nsdrill.analysis.probability import outcome, text
-from nsdrill.analysis.window import axes_of
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in

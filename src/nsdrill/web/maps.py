@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.plane import largest_margin
+from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, Classes, axes_of, classes, largest_margin
+from nsdrill.analysis.maps import SAFE as SAFE_STATE
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, outcome, probabilities_of
-from nsdrill.analysis.window import CRITICAL, HISTORY_DEPENDENT, USUAL_CONFIDENCE, Classes, axes_of, classes
-from nsdrill.analysis.window import SAFE as SAFE_STATE
+from nsdrill.analysis.window import USUAL_CONFIDENCE
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsdrill.analysis.probability import outcome
+from nsdrill.app.experiment import unlike
 from nsdrill.app.motions import Motion
-from nsdrill.app.provenance import unlike
 from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
 from nsdrill.models.leaves import words_of

@@ -20,13 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.app.datasets import is_branches, read_any
+from nsdrill.app.datasets import is_branches, is_study, read_any
 from nsdrill.app.experiment import Experiment, prepare, stored_experiment
 from nsdrill.app.motions import Motions
 from nsdrill.data import Answer, Array, Attributes, Results, Trace, frozen_modes, json_text, overrides
 from nsdrill.errors import FileError, InputError, option
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.registry import is_study
 from nsdrill.store import kind_of, variables_in
 from nsdrill.study import load_study
 from nsdrill.study.keys import Leaf

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.words import fma
+from nsdrill.compiler.functions import fma
 from nsdrill.data import Array
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, states_of

@@ -1,36 +1,59 @@
-"""The path of the collar centre; and the collar in the hole, to scale, at one time of a
-trace. An animation is a sequence of such pictures."""
+"""The path of the collar centre; the collar in the hole, to scale, at one time of a
+trace; and films of whirl, sequences of such pictures: MP4 by ffmpeg, or GIF by
+Pillow."""
 
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
 from math import pi
-from typing import Any
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.markers import MarkerStyle
 from matplotlib.patches import Circle
-from matplotlib.path import Path
+from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D
+from PIL import Image
 
-from nsdrill.data import Array, Trace, frozen_modes, resolved_study
-from nsdrill.errors import InputError
+from nsdrill.data import Array, Trace, flat, frozen_modes, resolved_study
+from nsdrill.errors import InputError, NsdrillError, Refusal, option
+from nsdrill.files import CheckedFile, replacing
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.page import has_title, name_panel, new_figure, put_title, set_panel_title
+from nsdrill.plot.look import Look, between
+from nsdrill.plot.page import freeze_layout, has_title, name_panel, put_title, set_panel_title, single_panel
 from nsdrill.plot.panels import WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLACK, BLUE, MANY_MARKERS, REFERENCE, VERMILLION, Properties, font_size, page_width
+from nsdrill.plot.style import (
+    BLACK,
+    BLUE,
+    MANY_MARKERS,
+    REFERENCE,
+    VERMILLION,
+    Properties,
+    Property,
+    font_size,
+    house_style,
+    page_width,
+    using_look,
+    without_glyph_warnings,
+)
 from nsdrill.plot.traces import CONSTANT_TOLERANCE, LAST_SAMPLES, check_length, shown_part, title_of
 
 STEP = 2  # samples between which the direction is taken
 MAX_STEP = 0.1  # of the gap: samples farther apart are joined by a curve
 SUBDIVISIONS = 8  # of such a curve between two samples
 # an arrowhead pointing up
-ARROW = Path([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)], closed=True)
+ARROW = Outline([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)], closed=True)
 ARROW_SAMPLES = 300  # samples before the end over which arrowheads show the direction
 ARROWS, ARROW_DISTANCE = 2, 0.12  # most arrowheads, and their least distance as a part of the greatest radius
 ORBIT_REVOLUTIONS = 5  # of the drive: more of them cover each other
@@ -40,8 +63,7 @@ def square_page(trace: Trace, units: str, height_of_title: float) -> tuple[Figur
     """The figure of one square panel of a trace, with its title."""
     check_length(trace)
     width = page_width(4.0)
-    figure = new_figure(width, width + (height_of_title if has_title() else 0.2))
-    axes = figure.add_subplot()
+    figure, axes = single_panel(width, width + (height_of_title if has_title() else 0.2))
     put_title(figure, title_of(trace, units, width=50))
     return figure, axes
 
@@ -52,7 +74,7 @@ def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
     return figure
 
 
-def cross_section(axes: Axes, half_width: float, x_label: str, y_label: str, **placed: Any) -> None:
+def cross_section(axes: Axes, half_width: float, x_label: str, y_label: str, **placed: Property) -> None:
     """Let a panel show the cross-section of the hole, with a small cross at its axis;
     ``placed`` are properties of the cross, as ``zorder`` or ``gid``."""
     ends = -half_width, half_width
@@ -60,7 +82,7 @@ def cross_section(axes: Axes, half_width: float, x_label: str, y_label: str, **p
     axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none", **placed)
 
 
-def draw_wall(axes: Axes, radius: float, **properties: Any) -> None:
+def draw_wall(axes: Axes, radius: float, **properties: Property) -> None:
     """The wall of the hole as a circle."""
     axes.add_patch(Circle((0, 0), radius, **{"fill": False, "color": REFERENCE, "linewidth": 0.9, **properties}))
 
@@ -153,13 +175,8 @@ def radii_of(trace: Trace) -> tuple[float, float]:
     """The radii of the hole and of the collar [m]; InputError where the attributes of
     the trace and its study lack them. The collar has the value of the axis where it was
     swept, else that of the study."""
-    key, value = drawn_in(trace.attrs).collar, None
-    if key is not None:
-        value = resolved_study(trace.attrs)
-        for part in key.split("."):
-            value = value.get(part) if isinstance(value, dict) else None
-        value = json.loads(str(trace.attrs.get("at") or "{}")).get(key, value)
-    gap = trace.attrs.get("gap")
+    key, gap = drawn_in(trace.attrs).collar, trace.attrs.get("gap")
+    value = {**dict(flat(resolved_study(trace.attrs))), **json.loads(str(trace.attrs.get("at") or "{}"))}.get(key)
     if gap is None or not isinstance(value, int | float):
         raise InputError(
             "trace: found no width of the hole or of the collar; allowed: a trace whose string has them. The kind "
@@ -234,6 +251,150 @@ def draw_hole(trace: Trace, units: str = "si") -> Figure:
     scene.show(float(trace.time[-1]), float(trace.time[part][0]))
     set_panel_title(axes, f"{words or 'path'}; collar and bit at the end")
     return figure
+
+
+SUFFIXES = (".mp4", ".gif")
+FRAME_RATE = 25  # frames per second
+DPI = 120
+FILM_REVOLUTIONS = 5  # of the bit, shown where no time is given
+MAX_FRAMES = 3000
+PALETTE_SIZE = 96  # colours of a GIF: enough for a picture without shading
+KEY_COLOURS = ("#FFFFFF", ROCK, MUD, STEEL, EDGE, BIT, BLUE, VERMILLION)
+
+
+def film_name(path: str | os.PathLike[str]) -> str:
+    """The path of the film to be written: ``path``, with the suffix .gif where ffmpeg
+    is missing for an MP4. InputError where the suffix is neither."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(
+            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of film; allowed: {', '.join(SUFFIXES)}."
+        )
+    if suffix == ".mp4" and shutil.which("ffmpeg") is None:
+        return str(Path(path).with_suffix(".gif"))
+    return os.fspath(path)
+
+
+def animate(
+    trace: Trace,
+    path: str | os.PathLike[str],
+    *,
+    units: str = "si",
+    look: Look | None = None,
+    speed: float = 1.0,
+    overwrite: bool = True,
+) -> tuple[int, float]:
+    """Write the film of a trace to ``path`` (see :func:`film_name`), in one step;
+    returns the number of frames and the time [s] of the trace that it shows.
+
+    The part of the trace is that of ``look.time``, by default the last revolutions of
+    the bit; ``speed`` 2 is twice as fast as in reality. InputError where the trace has
+    no lateral motion, or the film would be too long.
+    """
+    look = look or Look()
+    if not isinstance(trace, Trace) or not has_orbit(trace):
+        raise Refusal("trace", "no collar that moves in the hole", "a trace with lateral motion")
+    check_length(trace)
+    if not 0.01 <= speed <= 100.0:
+        raise Refusal("speed", f"{speed:g}", "0.01 to 100 times as fast as nature")
+    times = _frame_times(trace, look, speed)
+    with using_look(look), house_style(), without_glyph_warnings():
+        frames = _render_frames(trace, units, times)
+        with replacing(Path(path), overwrite=overwrite) as file:
+            if Path(path).suffix.lower() == ".gif":
+                _write_gif(frames, file)
+            else:
+                _write_mp4(frames, file.name)
+    return len(times), float(times[-1] - times[0])
+
+
+def _frame_times(trace: Trace, look: Look, speed: float) -> Array:
+    """The times of the frames [s]."""
+    if look.time is not None:
+        part = between(trace, look.time).time
+        first, last = float(part[0]), float(part[-1])
+    else:
+        last = float(trace.time[-1])
+        revolution = 2 * pi / max(float(np.nanmean(np.abs(trace[drawn_in(trace.attrs).speed]))), 1e-3)
+        first = max(float(trace.time[0]), last - FILM_REVOLUTIONS * revolution)
+    count = int((last - first) / speed * FRAME_RATE + 1e-6) + 1
+    if count > MAX_FRAMES:
+        raise InputError(
+            f"{option('trace')}: found {last - first:.4g} s of a trace, {count} frames; allowed: "
+            f"{MAX_FRAMES}. Choose a part "
+            f"of the trace with {option('time')}, or a higher {option('speed')}."
+        )
+    return first + np.arange(max(count, 2)) * speed / FRAME_RATE
+
+
+def _render_frames(trace: Trace, units: str, times: Array) -> Iterator[Array]:
+    """The pixels of every frame [rows, columns, RGBA]. Static artists are drawn
+    once."""
+    figure, axes = square_page(trace, units, 0.6)
+    figure.set_dpi(DPI)
+    scene = Scene(axes, trace, units)
+    freeze_layout(figure)
+    canvas = figure.canvas
+    assert isinstance(canvas, FigureCanvasAgg)
+    for artist in scene.moving_artists:
+        artist.set_animated(True)
+    canvas.draw()
+    background = canvas.copy_from_bbox(figure.bbox)
+    for time in times:
+        scene.show(min(float(time), float(trace.time[-1])))
+        canvas.restore_region(background)
+        for artist in scene.moving_artists:
+            axes.draw_artist(artist)
+        pixels = np.asarray(canvas.buffer_rgba())
+        # yuv420p requires even numbers of pixels
+        yield pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2].copy()
+
+
+def _write_gif(frames: Iterator[Array], file: CheckedFile) -> None:
+    first_image = Image.fromarray(next(frames)).convert("RGB")
+    sample = first_image.copy()
+    # so that the palette has the colours of small artists too
+    for number, colour in enumerate(KEY_COLOURS):
+        sample.paste(colour, (40 * number, 0, 40 * number + 40, 40))
+    palette = sample.quantize(PALETTE_SIZE, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
+    first_frame = first_image.quantize(palette=palette, dither=Image.Dither.NONE)
+
+    def remaining_frames() -> Iterator[Image.Image]:
+        for frame in frames:
+            yield (Image.fromarray(frame).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE))
+
+    first_frame.save(
+        SimpleNamespace(write=file.write),  # with a descriptor Pillow would write by itself
+        format="GIF",
+        save_all=True,
+        append_images=remaining_frames(),
+        duration=1000 // FRAME_RATE,
+        loop=0,
+        optimize=False,
+    )
+
+
+def _write_mp4(frames: Iterator[Array], path: str | os.PathLike[str]) -> None:
+    first = next(frames)
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    given = ["-f", "rawvideo", "-pix_fmt", "rgba", "-s", size, "-r", str(FRAME_RATE), "-i", "-", "-an"]
+    written = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart", "-f", "mp4", os.fspath(path)]
+    command = ["ffmpeg", "-loglevel", "error", "-y", *given, *written]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        try:
+            process.stdin.write(first.tobytes())
+            for frame in frames:
+                process.stdin.write(frame.tobytes())
+            process.stdin.close()
+        except BrokenPipeError:  # the reason stands on its standard error, read below
+            pass
+        error_lines = process.stderr.read().decode(errors="replace").strip().splitlines()
+        code = process.wait()
+    if code:
+        reason = error_lines[-1] if error_lines else f"exit code {code}"
+        raise NsdrillError(f"ffmpeg could not write the film: {reason}.")
 
 
 KINDS = (

@@ -21,15 +21,7 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import cross_section
 from nsdrill.plot.kinds.hole import draw_wall as draw_wall_around
 from nsdrill.plot.labels import carried, quantity, sweep_title
-from nsdrill.plot.page import (
-    direction_entries,
-    motion_entries,
-    name_panel,
-    new_figure,
-    panels_per_row,
-    put_title,
-    tiles,
-)
+from nsdrill.plot.page import direction_entries, marker_entry, name_panel, new_figure, panels_per_row, put_title, tiles
 from nsdrill.plot.panels import WALL_VISIBLE_FROM, Columns, draw_dots, draw_rotary_speed, draw_wall, outcome_handles
 from nsdrill.plot.registry import RETURNS, TRACE, Kind, fits_columns, is_sweep, longest, needs_returns
 from nsdrill.plot.style import BLUE, MANY_MARKERS, MOTIONS, Properties, page_width
@@ -213,8 +205,9 @@ def draw_along(results: Results, units: str = "si") -> Figure:
         axes.set_yticks(ticks, words)
     wall = draw_wall(results.attrs, page.panels("section_radius"), units)
     references = [*draw_rotary_speed(page.lines, page.panels("section_bit_speed")), *wall]
-    handles = [*motion_entries(present), *direction_entries(page.lines[0].procedures, results.attrs), *references]
-    return page.finish([*handles, *outcome_handles(page.lines, markers=False)])
+    motions = [marker_entry(MOTIONS[code].name, "o", MOTIONS[code].colour, size=4) for code in sorted(present)]
+    directions = direction_entries(page.lines[0].procedures, results.attrs)
+    return page.finish([*motions, *directions, *references, *outcome_handles(page.lines, markers=False)])
 
 
 KINDS = (

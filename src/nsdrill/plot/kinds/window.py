@@ -20,16 +20,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
-from nsdrill.analysis.window import (
-    CRITICAL,
-    HISTORY_DEPENDENT,
-    SAFE,
-    UNKNOWN,
-    axes_of,
-    classes,
-    find_window,
-    unknown_words,
-)
+from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes
+from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Array, Results, evenly_spaced
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
 from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells, draw_equal_rates, hatch, line_variables

@@ -1,23 +1,34 @@
-"""The table of a sweep, or of a trace, as CSV, in SI or in field units."""
+"""Results, traces and branches as files: HDF5, netCDF, and tables in CSV, in SI or in field
+units."""
 
 from __future__ import annotations
 
 import csv
+import io
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import meanings_of
+from nsdrill.app.datasets import variables_of, with_missing_features
 from nsdrill.data import Results, Trace
+from nsdrill.errors import InputError
 from nsdrill.files import replacing
 from nsdrill.models.leaves import words_along
-from nsdrill.models.registry import BY_NAME, IN_TRACE
-from nsdrill.quantity import find
+from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
+from nsdrill.quantity import find, sign, unit_in
+from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
 from nsdrill.store.arrays import trace_variables
 from nsdrill.store.layout import in_words
-from nsdrill.units import CF, rounded_from_si
-from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
+from nsdrill.units import CF, from_si, plain_units, rounded_from_si
+from nsdrill.variables import CHECKS, COORDINATES, COUNTED, INFERRED, OK, POINT, Variable
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 Cell = str | float | bool  # of a row
 _DEFAULT_ROOMS = ("run", "label", "feature", "trust")
@@ -123,3 +134,84 @@ def _field_unit(head: str) -> str | None:
     if found is None or found.unit("field") == found.units:
         return None
     return found.unit("field")
+
+
+def branches_table(data: Dataset, units: str) -> str:
+    """One row per point as CSV: its branch, motion, coordinates, label in words,
+    multipliers, features, states."""
+    words = {code: label.name for code, label in meanings_of(model_in(data.attrs)).items()}
+    branch_of_point = np.asarray(data["branch_of_point"].values)
+    headings: list[str] = ["point", "branch", "motion", "lobes", "label_words"]
+    columns: list[Sequence[object]] = [
+        list(range(len(branch_of_point))),
+        branch_of_point.tolist(),
+        [str(data["motion"].values[k]) for k in branch_of_point],
+        [int(data["lobes"].values[k]) for k in branch_of_point],
+        [words.get(int(code), str(code)) for code in data["label"].values],
+    ]
+    for name in data.variables:
+        variable = data[name]
+        if "point" not in variable.dims or name in ("point", "branch_of_point"):
+            continue
+        values = variable.values.reshape(len(branch_of_point), -1)
+        last = variable.dims[-1]
+        entries = [""] if variable.ndim == 1 else [f"_{entry}" for entry in data[last].values.tolist()]
+        si = str(variable.attrs.get("units", ""))
+        for column, entry in enumerate(entries):
+            if values.dtype.kind == "f" and si not in ("", "1"):
+                unit = field_unit(name, plain_units(si)) if units == "field" else si
+                headings.append(f"{name}{entry} [{sign(unit)}]")
+                columns.append([repr(from_si(float(v), unit) if unit != si else float(v)) for v in values[:, column]])
+            else:
+                headings.append(f"{name}{entry}")
+                columns.append(values[:, column].tolist())
+    out = io.StringIO()
+    writer = csv.writer(out)
+    writer.writerow(headings)
+    writer.writerows(zip(*columns, strict=True))
+    return out.getvalue()
+
+
+def field_unit(name: str, units: str) -> str:
+    """The field unit of the variable ``name`` with the SI unit ``units``: ft for a
+    depth, in for another length."""
+    if units in ("percent", "1"):
+        return units
+    known = find(name)
+    return known.unit("field") if known and known.units == units else unit_in(units, "field") or units
+
+
+ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
+
+
+def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Write ``data`` to ``path``, in one step: HDF5 (``.h5``, ``.hdf5``), which is
+    netCDF-4 (``.nc``) as well, or a table (``.csv``). FileError where the file exists,
+    unless ``overwrite``; InputError where ``data`` is incomplete."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in ENDINGS:
+        raise InputError(f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: {', '.join(ENDINGS)}.")
+    claim_file(path, overwrite)
+    if isinstance(data, Results):
+        data = with_missing_features(data)
+        _check_whole(data)
+    if suffix == ".csv":
+        write_rows(table(data), path, overwrite)
+    elif isinstance(data, Trace):
+        write_trace(path, data, overwrite=overwrite)
+    else:
+        write_results(path, MemoryLog.of(data))
+
+
+def _check_whole(results: Results) -> None:
+    """InputError where a results file with these results would not be valid."""
+    if lacking := [v.name for v in variables_of(results) if v.name not in results.variables]:
+        few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
+        raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
+    for name in results.axes:
+        if not np.all(np.diff(results.coords[name]) > 0):
+            raise InputError(f"the Dataset: found values of {name} that do not ascend; allowed: sorted ones (sortby).")
+    for name in COUNTED:
+        values = results.coords.get(name, np.arange(0))
+        if not np.array_equal(values, np.arange(len(values))):
+            raise InputError(f"the Dataset: found a part of {name}; allowed: all of it, from 0 on.")

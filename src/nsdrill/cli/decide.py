@@ -1,0 +1,172 @@
+"""The commands of the group Decide: answers for the driller."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Annotated
+
+import click
+
+from nsdrill.cli.building import Given, command_of, print_answer, requested_values, say
+from nsdrill.errors import printable
+from nsdrill.late import deferred
+from nsdrill.operations import answers, runs
+from nsdrill.operations.arguments import (
+    Json,
+    Other,
+    Overwrite,
+    Picture,
+    PictureOfFit,
+    Reported,
+    ResultsLike,
+    Severity,
+    StudyPath,
+    Units,
+)
+
+with deferred():
+    from nsdrill import data as forms
+    from nsdrill.analysis import sensitivity as indices
+    from nsdrill.analysis import window as regions
+    from nsdrill.app import pictures
+    from nsdrill.app import window as windows
+    from nsdrill.text import diff as comparison
+    from nsdrill.text import uncertain
+    from nsdrill.text import window as text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from nsdrill.data import Answer
+
+
+@command_of(
+    answers.window,
+    examples=(
+        "window map.h5",
+        "window map.h5 --units field --picture window.png",
+        "window ideal.h5 soft_torque.h5 --units field",
+        "window map.h5 --severity 1",
+        "window uncertain.h5 --confidence 95",
+        "window map.h5 --json | jq .maps[0].recommended",
+    ),
+)
+def window(
+    given: Given,
+    results: ResultsLike,
+    other: Other = None,
+    units: Units = None,
+    json: Annotated[Json, "Print JSON, with every map and region."] = False,
+    picture: Annotated[Picture, "Picture to write as well: .png, .pdf or .svg."] = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Find the operating window: where every run is safe, whatever its history.
+
+    RESULTS is a map over weight on bit, speed or depth, or a sweep along one of them.
+    The answer has the points that are safe in every procedure, their largest region,
+    the point with the largest margin, how far each number may change from there and
+    what stops it, and how the window changes with depth. With uncertain numbers a point
+    is safe if a run is safe with a stated probability.
+
+    With OTHER, results over the same axes, it compares the two windows: points gained
+    and lost, how far every border moved, where the responses begin, and the rate of
+    penetration.
+    """
+    assert units is not None
+    if picture is not None:
+        pictures.claim_picture(picture, overwrite)
+    severity, confidence = given.get("severity"), given.get("confidence")
+    names = [results] if other is None else [results, other]
+    data = [windows.results_for_window(name, severity, confidence) for name in names]
+    found: Answer
+    if other is None:
+        found = regions.find_window(data[0], severity, confidence)
+        title = printable(f"{results}: operating window. {found['title']}".rstrip())
+        lines = [title, *text.lines(found, units)]
+    else:
+        found = windows.contrast(data[0], data[1], severity, confidence, [os.path.basename(name) for name in names])
+        titles = [f"{file}: {one['title']}" for file, one in zip(names, found["windows"], strict=True)]
+        lines = [printable(line) for line in comparison.contrast_lines(found, units, titles)]
+    print_answer(found, lines, units, json)
+    if picture is not None:
+        _save(pictures.draw_windows(data, names, units, severity, confidence), picture, overwrite)
+    return 0
+
+
+@command_of(
+    answers.sensitivity,
+    examples=(
+        "sensitivity uncertain.h5",
+        "sensitivity uncertain.h5 --wob 40kN --rotary-speed 100rpm --picture tornado.png",
+        "sensitivity uncertain.h5 --json | jq .measure_first",
+    ),
+)
+def sensitivity(
+    given: Given,
+    results: ResultsLike,
+    severity: Severity = None,
+    units: Units = None,
+    json: Json = False,
+    picture: Annotated[Picture, "Tornado picture to write as well: .png, .pdf or .svg."] = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Rank the uncertain numbers: which matters most, and which to measure first.
+
+    RESULTS is of a study with the section uncertain. For the safe run, stick-slip,
+    lift-off and wall contact it prints the share of the variance that each unknown
+    causes by itself (first) and together with the others (total), over all operating
+    points or at the chosen ones.
+    """
+    assert units is not None
+    if picture is not None:
+        pictures.claim_picture(picture, overwrite)
+    data = windows.results_for_sensitivity(results, severity, requested_values(given))
+    summary = indices.sensitivity(data, severity)
+    title = printable(f"{results}: sensitivity. {summary['title']}".rstrip())
+    print_answer(summary, [title, *uncertain.sensitivity_lines(summary, units)], units, json)
+    if picture is not None:
+        _save(pictures.draw(data, "tornado", units=units, severity=severity), picture, overwrite)
+    return 0
+
+
+def _save(figure: Figure, picture: str, overwrite: bool) -> None:
+    pictures.save_picture(figure, picture, overwrite)
+    say(f"{picture}: drawn.")
+
+
+Progress = Annotated[Reported, "No progress; the summary, warnings and errors only."]
+
+
+@command_of(
+    runs.fit,
+    examples=(
+        "fit study.yaml --data field.csv",
+        "fit study.yaml --data field.csv -o adjusted.yaml --picture fit.png --units field",
+        "fit study.yaml --data rig.csv --rename 'TQA=surface_torque' --ignore '*' --skip-gaps",
+        "run adjusted.yaml -o out.h5",
+    ),
+)
+def fit(
+    given: Given, path: StudyPath = None, picture: PictureOfFit = None, json: Json = False, progress: Progress = True
+) -> int:
+    """Adjust the unknowns of STUDY, the numbers of its section `uncertain`, to
+    measurements.
+
+    Their distributions are the prior. The model is run at the operating points of the
+    data for many values of the unknowns, and each is weighed by how well its features
+    agree. The summary says which unknowns the data determine and which not; the written
+    study has samples that agree with the data.
+
+    With -o, every round is kept in FILE.part until the study is written. After an
+    interruption --resume gives the same study as an uninterrupted fit.
+    """
+    note, units = runs.fit(**given).note, given["units"]
+    if json:
+        click.echo(forms.json_text(uncertain.fit_in_units(note, units), indent=2))
+    else:
+        click.echo("\n".join(uncertain.fit_lines(note, units)))
+    if picture is not None:
+        say(f"{picture}: drawn.")
+    if path is not None:
+        say(f"{path}: written. Next: nsdrill run {path} -o out.h5")
+    return 0
