@@ -27,7 +27,7 @@ from nsdrill.orbit.special import unstable_beside
 from nsdrill.study.study import Study
 from nsdrill.sweep.work import Variant as Compiled
 from nsdrill.sweep.work import compiled_parts
-from nsdrill.units import CF
+from nsdrill.unit_table import CF
 from nsdrill.variables import OK, dimension_of
 
 if TYPE_CHECKING:

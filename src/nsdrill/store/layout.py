@@ -21,7 +21,7 @@ from nsdrill.errors import FileError, printable
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import IN_TRACE, NAMES
-from nsdrill.units import CF
+from nsdrill.unit_table import CF
 from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, Axis, Unknown, Variable, dimension_of
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
