@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -89,10 +89,22 @@ def assembled(
     return Branch(motion, lobes, marked, ended, parent, parent_point)
 
 
-def to_arrays(branches: Mapping[Key, Branch]) -> tuple[dict[str, Array], list[dict[str, Any]]]:
+class Description(TypedDict):
+    """What is stored of a branch beside its arrays."""
+
+    key: list[int]
+    motion: str
+    lobes: int
+    ended: list[str]
+    parent: int
+    parent_point: int
+    words: list[str]
+
+
+def to_arrays(branches: Mapping[Key, Branch]) -> tuple[dict[str, Array], list[Description]]:
     """The branches as arrays by name, and plain data about each of them."""
     arrays: dict[str, Array] = {}
-    descriptions = []
+    descriptions: list[Description] = []
     for number, (key, branch) in enumerate(branches.items()):
         parts = [part for entry in branch.marked for part in _parts(entry)]
         arrays[f"numbers_{number}"] = np.concatenate([part.ravel() for part in parts])
@@ -140,7 +152,7 @@ def _parts(entry: LabelledPoint) -> list[Array]:
     ]
 
 
-def from_arrays(arrays: Mapping[str, Array], descriptions: list[dict[str, Any]]) -> dict[Key, Branch]:
+def from_arrays(arrays: Mapping[str, Array], descriptions: list[Description]) -> dict[Key, Branch]:
     """The inverse of :func:`to_arrays`. KeyError, ValueError, TypeError or IndexError
     where the arguments are no output of it."""
     branches = {}

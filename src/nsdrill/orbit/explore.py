@@ -13,6 +13,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -39,6 +40,7 @@ from nsdrill.orbit.shooting import Orbit
 from nsdrill.orbit.sides import Known, Side, followed_side
 from nsdrill.orbit.special import LabelledPoint
 
+T = TypeVar("T", Guess, Candidate)
 MAX_WAVES = 40
 STEP_LENGTHS = (0.05, 0.2, 0.01)  # from the bifurcation, in natural scales, in order of trial
 MAX_CYCLE_SEGMENTS = 4 * SEGMENTS  # of a cycle whose doubling is followed
@@ -109,7 +111,7 @@ class Explorer:
         return Found(self.known.branches, outcomes)
 
     @staticmethod
-    def _taken(results: dict[int, Guess | Candidate | str], outcomes: list[str]) -> list:
+    def _taken(results: dict[int, T | str], outcomes: list[str]) -> list[T]:
         """The ``results`` but for reasons, which become the outcomes of their seeds."""
         for number, result in results.items():
             if isinstance(result, str):

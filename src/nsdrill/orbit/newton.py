@@ -12,12 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.orbit.flow import Task
+from nsdrill.orbit.shooting import Orbit
 
 if TYPE_CHECKING:
     from scipy.sparse.linalg import SuperLU
@@ -36,7 +37,7 @@ class Evaluation:
 
     residual: Array
     jacobian: Array
-    solution: Callable[[], Any]
+    solution: Callable[[], Orbit]
 
 
 class Problem(Protocol):
@@ -66,7 +67,7 @@ class Point:
 
     x: Array
     tangent: Array
-    found: Any
+    found: Orbit
     iterations: int
     residual: float
     s: float = 0.0

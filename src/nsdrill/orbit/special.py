@@ -20,7 +20,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -72,7 +71,7 @@ class Stability:
     and the ``margins`` [k, m] of monodromies [k, n, n], of which each is positive for an
     unstable direction, the largest first."""
 
-    monodromy: Callable[[Any], Array]
+    monodromy: Callable[[Orbit], Array]
     margins: Callable[[Array], Array]
 
     def of(self, points: list[Point]) -> Array:
@@ -373,4 +372,8 @@ def stability_of(trivial: int) -> Stability:
         moduli = np.abs(np.take_along_axis(multipliers, order, axis=-1))
         return np.asarray(np.log(np.maximum(-np.sort(-moduli, axis=-1), 1e-300)))
 
-    return Stability(lambda orbit: orbit.monodromy, margins)
+    def monodromy(orbit: Orbit) -> Array:
+        assert orbit.monodromy is not None  # as it is of a circle
+        return orbit.monodromy
+
+    return Stability(monodromy, margins)

@@ -4,11 +4,12 @@ datasets of a file or the variables of a Dataset, which are read and checked ali
 from __future__ import annotations
 
 import os
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import FileError, printable
@@ -24,10 +25,24 @@ from nsdrill.units import plain_units
 from nsdrill.variables import AXES, COUNTED, POINT, PROCEDURES, Axis, Unknown, Variable
 
 PathLike = str | os.PathLike[str]
-Arrays = Mapping[str, Any]  # datasets of a file, or variables of a Dataset, by name
 
 
-def dims_of(array: Any) -> tuple[str, ...]:
+class StoredArray(Protocol):
+    """What is asked of a dataset of a file and of a variable of a Dataset."""
+
+    name: str | None
+    attrs: Attributes
+    dims: Sequence[Any]  # names, or the scales of a file
+    dtype: np.dtype
+    shape: tuple[int, ...] | None  # None of an empty dataset
+
+    def __getitem__(self, key: object) -> ArrayLike: ...
+
+
+Arrays = Mapping[str, StoredArray]
+
+
+def dims_of(array: StoredArray) -> tuple[str, ...]:
     """The dimensions of a dataset of a file, as its scales name them, or of a variable of
     a Dataset."""
     return tuple(
@@ -55,7 +70,7 @@ def coordinate(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Array
     return values
 
 
-def real_values(where: PathLike, array: Any, name: str, remedy: str) -> Array:
+def real_values(where: PathLike, array: StoredArray, name: str, remedy: str) -> Array:
     """The values of a variable of a trace; FileError unless they are finite or NaN."""
     values = np.asarray(array[()])
     if values.dtype.kind != "f" or np.any(np.abs(values) > LARGEST):
@@ -146,7 +161,9 @@ class Points:
         allowed = {*self.kept.grid, *own}
         lengths = tuple(len(self.coords.get(name, ())) if name in self.arrays else 0 for name in dims)
         if not {*varying, *own} <= set(dims) <= allowed or array.shape != lengths:
-            found = ", ".join(f"{name} ({length})" for name, length in zip(dims, array.shape, strict=True)) or "none"
+            found = (
+                ", ".join(f"{name} ({length})" for name, length in zip(dims, array.shape or (), strict=True)) or "none"
+            )
             wanted = ", ".join(f"{name} ({len(self.coords.get(name, ()))})" for name in (*varying, *own)) or "none"
             raise FileError(
                 f"{self.where}: {variable.name} has the dimensions {found}; it should have {wanted}. {self.remedy}"
@@ -180,12 +197,11 @@ def _states(model: Description, arrays: Arrays) -> tuple[str, ...]:
 
 def _axis(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Axis:
     attrs = arrays[name].attrs if name in arrays else {}
-    words = [plain_attribute(attrs, item) for item in ("key", "units", "long_name")]
-    words[1] = words[1] or ("1" if words_along(name) else None)
-    if not all(isinstance(word, str) and word for word in words):
-        raise FileError(f"{where}: the axis {name} is missing or does not say what it is. {remedy}")
-    key, units, long_name = words
-    return Axis(key, plain_units(units), long_name)
+    key, units, long_name = (plain_attribute(attrs, item) for item in ("key", "units", "long_name"))
+    match key, units or ("1" if words_along(name) else None), long_name:
+        case str(of), str(unit), str(words) if of and unit and words:
+            return Axis(of, plain_units(unit), words)
+    raise FileError(f"{where}: the axis {name} is missing or does not say what it is. {remedy}")
 
 
 def check_coordinates(

@@ -16,7 +16,7 @@ import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import h5py
 import numpy as np
@@ -119,7 +119,7 @@ def _attach_scales(file: File, dataset: Dataset, dims: Sequence[str]) -> None:
         dataset.dims[axis].attach_scale(file[name])
 
 
-def _storage(shape: tuple[int, ...], kind: np.dtype, chunk: tuple[int, ...]) -> dict[str, Any]:
+def _storage(shape: tuple[int, ...], kind: np.dtype, chunk: tuple[int, ...]) -> dict[str, object]:
     """Storage options of a dataset: in the object header where it is small, else in
     compressed chunks, with checksums in both cases."""
     if np.prod(shape) * kind.itemsize <= _COMPACT_BYTES:

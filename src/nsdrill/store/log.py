@@ -25,7 +25,16 @@ from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
 from nsdrill.models.kept import Kept
-from nsdrill.store.log_format import first_slot, intact, pack_header, pack_slots, raw_bytes, read_header, slot_dtype
+from nsdrill.store.log_format import (
+    LogHead,
+    first_slot,
+    intact,
+    pack_header,
+    pack_slots,
+    raw_bytes,
+    read_header,
+    slot_dtype,
+)
 from nsdrill.store.points import Header, Sink, check_header, check_write, pending_records, points_in_block
 from nsdrill.variables import PENDING
 
@@ -47,24 +56,12 @@ class RunLog(Sink):
     that it does not outlive an interrupt in an interactive session.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        file: io.FileIO,
-        header: Header,
-        n_points: int,
-        kept: Kept,
-        offset: int,
-        salt: int,
-        *,
-        writable: bool,
-    ) -> None:
-        super().__init__(header, n_points, kept)
+    def __init__(self, path: Path, file: io.FileIO, head: LogHead, *, writable: bool) -> None:
+        super().__init__(head.header, head.n_points, head.kept)
         self.path = path
         self._file = file
         self._fd = file.fileno()
-        self._offset = offset
-        self._salt = salt
+        self._offset, self._salt = head.offset, head.salt
         self._writable = writable
         self._slot = slot_dtype(self.kept)
         self._block = max(1, _BLOCK_BYTES // self._slot.itemsize)
@@ -131,9 +128,8 @@ class RunLog(Sink):
                 end += len(piece)
             os.ftruncate(fd, first_slot(end) + points)
             os.fsync(fd)
-            return temporary, cls(
-                temporary.path, temporary.file, header, n_points, kept, first_slot(end), salt, writable=True
-            )
+            begun = LogHead(header, n_points, kept, first_slot(end), salt)
+            return temporary, cls(temporary.path, temporary.file, begun, writable=True)
         except BaseException:
             if temporary is not None:
                 temporary.remove()
@@ -156,9 +152,7 @@ class RunLog(Sink):
                 raise FileError(f"{path}: the run log cannot be opened: {reason(error)}.") from error
             if writable:
                 lock(file, path)
-            fields, offset, salt = read_header(file.fileno(), path)
-            kept = Kept(**fields["kept"])
-            log = cls(path, file, fields["header"], fields["n_points"], kept, offset, salt, writable=writable)
+            log = cls(path, file, read_header(file.fileno(), path), writable=writable)
             if writable:
                 # A truncated log has lost slots only; with a complete header they run
                 # again.

@@ -17,13 +17,12 @@ import os
 import stat
 import struct
 import zlib
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, option
 from nsdrill.models.kept import Kept
 from nsdrill.store.points import Header, record_dtype
@@ -69,9 +68,20 @@ def first_slot(header_bytes: int) -> int:
     return -(-header_bytes // _PAGE) * _PAGE
 
 
-def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
-    """Fields, offset of the first slot and salt of the open log; FileError if it is not
-    a run log."""
+@dataclass(frozen=True)
+class LogHead:
+    """What the header of a log says: the ``header`` of the run, of how many points, and
+    what is ``kept`` of each; the ``offset`` of the first slot, and the ``salt`` of all."""
+
+    header: Header
+    n_points: int
+    kept: Kept
+    offset: int
+    salt: int
+
+
+def read_header(fd: int, path: Path) -> LogHead:
+    """The header of the open log; FileError if it is not a run log."""
     info = os.fstat(fd)
     if not stat.S_ISREG(info.st_mode):
         raise FileError(f"{path}: not a file, so no run log.")
@@ -95,17 +105,18 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
         )
     end = body.find(b"\n")
     fields = json.loads(body[:end] if end >= 0 else body)
-    if not _is_readable(fields):
+    kept = _readable(fields)
+    if kept is None:
         raise FileError(
             f"{path}: the run log holds other variables than this nsdrill writes. Go on with the "
             f"version of nsdrill "
             f"that began the run, or start anew by {option('overwrite')}."
         )
     coords, position = fields["header"]["coords"], end + 1
-    for name in _binary_axes(Kept(**fields["kept"])) if end >= 0 else ():
+    for name in _binary_axes(kept) if end >= 0 else ():
         coords[name] = np.frombuffer(body, "<f8", coords[name], position)
         position += coords[name].nbytes
-    return fields, first_slot(_PREFIX.size + length), salt
+    return LogHead(fields["header"], fields["n_points"], kept, first_slot(_PREFIX.size + length), salt)
 
 
 def _read(fd: int, length: int, position: int) -> bytes:
@@ -118,12 +129,14 @@ def _read(fd: int, length: int, position: int) -> bytes:
     return b"".join(pieces)
 
 
-def _is_readable(fields: dict[str, Any]) -> bool:
-    """Whether the records of this log have the type that this version writes."""
+def _readable(fields: Attributes) -> Kept | None:
+    """What is kept of each point; None unless the records of this log have the type that
+    this version writes."""
     try:
-        return bool(fields["fields"] == _fields(Kept(**fields["kept"])))
+        kept = Kept(**fields["kept"])
+        return kept if fields["fields"] == _fields(kept) else None
     except (KeyError, TypeError, ValueError):
-        return False
+        return None
 
 
 def _fields(kept: Kept) -> list[list[str]]:
@@ -133,7 +146,7 @@ def _fields(kept: Kept) -> list[list[str]]:
     return [[name, str(kind[name])] for name in kind.names or ()]
 
 
-def _to_plain(value: object) -> Any:
+def _to_plain(value: object) -> object:
     """numpy values in a header as plain ones."""
     if isinstance(value, np.ndarray):
         return value.tolist()

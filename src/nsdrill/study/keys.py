@@ -81,7 +81,7 @@ MEANINGS: dict[str, str] = {
 }
 
 
-Schema = dict[str, Any]  # a part of a JSON Schema
+Schema = Mapping[str, object]  # a part of a JSON Schema
 Value: TypeAlias = Any  # of a key, as its kind says
 Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"  # what YAML has
 

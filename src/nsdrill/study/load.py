@@ -85,7 +85,7 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
     resolved = {"classify": _merged(asdict(thresholds), given.get("classify", {}))}
     if faults := [*faults, *at.faults, *Checker(at, resolved).order("classify")]:
         raise StudyError(option("set"), faults)
-    made: Thresholds = build(Thresholds, resolved["classify"])
+    made = build(Thresholds, resolved["classify"])
     return made
 
 
@@ -313,7 +313,7 @@ def _take_mapping(mapping: Mapping[str, object], above: KeyPath, document: Docum
             _put(document, path, _plain_value(value, path, document.faults), Place())
 
 
-def _plain_value(value: Any, path: KeyPath, faults: list[Fault]) -> Plain:
+def _plain_value(value: object, path: KeyPath, faults: list[Fault]) -> Plain:
     """``value`` as YAML has it; what numpy made becomes Python's own."""
     if hasattr(value, "tolist"):
         value = value.tolist()

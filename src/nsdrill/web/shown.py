@@ -14,7 +14,7 @@ from nsdrill.plot import style
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.style import RESPONSES
 from nsdrill.quantity import find
-from nsdrill.variables import INFERRED, OK, has_failed
+from nsdrill.variables import INFERRED, OK
 
 _DOT = "\u0307"  # over the letter before it
 
@@ -93,7 +93,7 @@ def label_words(values: Mapping[str, float]) -> list[str]:
     status = int(values.get("status", OK))
     if status == INFERRED:
         return [f"{outcome_words(int(values['response']))} (inferred from its neighbours, not run)"]
-    if has_failed(status) or status != OK:
+    if status != OK:
         return [BY_NAME["status"].words(status).replace("_", " ")]
     texts = [outcome_words(int(values["response"]))]
     for name, value in values.items():
