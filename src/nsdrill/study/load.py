@@ -12,7 +12,6 @@ from functools import reduce
 from io import StringIO
 from operator import getitem
 from pathlib import Path
-from typing import Any
 
 from nsdrill.data import Resolved, value_at
 from nsdrill.errors import Fault, StudyError, option
