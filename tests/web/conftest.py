@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from nsdrill.web.server import Explorer
+from nsdrill.web.explorer import Explorer
 from nsdrill.web.session import Session
 
 from .browser import BROWSER
