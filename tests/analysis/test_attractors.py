@@ -14,7 +14,7 @@ from scipy.stats import binomtest
 from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, places, wilson
 from nsdrill.analysis.branches import number
 from nsdrill.models.christoforou_yigit.collar import WEIGHTS, extent, scaled_features
-from nsdrill.models.christoforou_yigit.variables import DISTINGUISHING
+from nsdrill.models.christoforou_yigit.description import DISTINGUISHING
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.variables import CHAOTIC, DIVERGED, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
 

@@ -8,7 +8,7 @@ from model_tables import TRACE_VARIABLES
 
 from nsdrill.analysis.comparison import ROUNDING, common_places, compare_results, compare_traces
 from nsdrill.data import Results, Trace
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.models.responses import STICK_SLIP
 from nsdrill.variables import OK, PENDING, Unknown
 

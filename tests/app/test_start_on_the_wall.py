@@ -8,7 +8,7 @@ import pytest
 
 from nsdrill import StudyError
 from nsdrill.app.run import run_in_memory
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.study import parse_study
 
 # 67 kN buckle the span, so the collar leans on the wall, and at 10 rad/s it rolls all

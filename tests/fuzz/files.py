@@ -32,7 +32,7 @@ import nsdrill
 from nsdrill.app.experiment import prepare, provenance
 from nsdrill.data import Trace
 from nsdrill.errors import NsdrillError
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.models.registry import BY_NAME, described
 from nsdrill.store import MemoryLog, from_dataset, pending_records, write_results, write_trace
 from nsdrill.store.hdf5 import seal, unseal

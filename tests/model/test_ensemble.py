@@ -10,8 +10,8 @@ import pytest
 from main_model import starts
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.models.christoforou_yigit.parameters import Bit, Initial, Parameters
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.starts import hypercube
 
 POINTS = {

@@ -10,8 +10,8 @@ from main_model import MAIN, pack
 from model_tables import FEATURES
 
 from nsdrill.models.christoforou_yigit.columns import Options
+from nsdrill.models.christoforou_yigit.description import COMPARED
 from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, Parameters, Well
-from nsdrill.models.christoforou_yigit.variables import COMPARED
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL, Thresholds, trust_labels
 from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, verdict

@@ -10,7 +10,7 @@ import numpy as np
 from model_tables import TRACE_VARIABLES, VARIABLES
 
 from nsdrill.data import Results, Trace
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.variables import DIVERGED, OK, PENDING, STEP_LIMIT
 

@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 from nsdrill.errors import NsdrillError
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.models.kept import Kept
 from nsdrill.store import (
     MemoryLog,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from model_tables import VARIABLES
 
-from nsdrill.models.christoforou_yigit.variables import DRIVEN_STATE_NAMES
+from nsdrill.models.christoforou_yigit.columns import DRIVEN_STATE_NAMES
 from nsdrill.models.kept import Kept
 from nsdrill.store import MemoryLog, RunLog, collect, columns, pending_records, record_dtype
 from nsdrill.variables import PENDING, POINT

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from nsdrill.models.beam.columns import COMMON, FIRST_MODE, STATE_SETS, as_lumped
 from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, Initial, Parameters, constraints
-from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.description import attributes
 from nsdrill.models.description import Description
@@ -77,7 +76,7 @@ DESCRIPTION = Description(
     derived=LUMPED.derived,
     peaks=LUMPED.peaks,
     section=LUMPED.section,
-    own_trace=(*MODE_VARIABLES, *(variable for variable in variables.TRACE if variable.only is None)),
+    own_trace=(*MODE_VARIABLES, *(variable for variable in LUMPED.own_trace if variable.only is None)),
     shown=LUMPED.shown,
     compared=LUMPED.compared,
     grouped=LUMPED.grouped,

@@ -28,10 +28,9 @@ from nsdrill.models.beam.equations import equations
 from nsdrill.models.beam.observed import declaration_of, names_of
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
-from nsdrill.models.christoforou_yigit.columns import axial_scale, is_used
+from nsdrill.models.christoforou_yigit.columns import STATE_NAMES, axial_scale, is_used
 from nsdrill.models.christoforou_yigit.equations import forces as lumped_forces
 from nsdrill.models.christoforou_yigit.observed import coordinates
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.responses import Thresholds

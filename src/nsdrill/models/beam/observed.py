@@ -19,7 +19,7 @@ import numpy as np
 from nsdrill.compiler.functions import define, fma
 from nsdrill.data import Array
 from nsdrill.models.beam.columns import Options, aux_of, columns_of, lateral, slopes_of, states_of
-from nsdrill.models.christoforou_yigit import variables
+from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
 from nsdrill.models.operation import Numeric
@@ -182,7 +182,7 @@ def declaration_of(options: Options) -> Declaration:
         channels=CHANNELS,
         features=(
             *FEATURES,
-            *measured_by(variables.FEATURES, FEATURES),
+            *measured_by(LUMPED.features, FEATURES),
             Derived("wall_force_max", _wall_force_max(options.hertz)),
         ),
         outputs=Outputs(OUTPUTS, outputs_of(options)),

@@ -25,10 +25,15 @@ from nsdrill.models.christoforou_yigit.coefficients import (
 )
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.variables import DRIVEN_STATE_NAMES, MOTOR_STATE_NAMES, STATE_NAMES
 from nsdrill.models.friction import LAWS, rate_at_rest
 from nsdrill.models.leaves import Values, lane_values, lanes_of
 from nsdrill.models.operation import Numeric
+
+STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
+# with a drive that is not ideal
+DRIVEN_STATE_NAMES = (*STATE_NAMES[:-1], "lag", "drive_speed", STATE_NAMES[-1])
+# with a DC motor
+MOTOR_STATE_NAMES = (*DRIVEN_STATE_NAMES[:-1], "motor_impulse", "motor_torque", STATE_NAMES[-1])
 
 
 class Options(NamedTuple):

@@ -16,6 +16,7 @@ from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_coll
 from nsdrill.models.christoforou_yigit.columns import (
     IGNORED_SCALE,
     PARAMETERS,
+    STATE_NAMES,
     STATES,
     Options,
     axial_scale,
@@ -27,7 +28,6 @@ from nsdrill.models.christoforou_yigit.columns import (
 )
 from nsdrill.models.christoforou_yigit.equations import equations, forces, solved
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.responses import Thresholds

@@ -17,8 +17,8 @@ import numpy as np
 
 from nsdrill.compiler.functions import fma
 from nsdrill.data import Array
-from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, states_of
+from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.friction import LAWS, with_slope, with_slope_from_factors
 from nsdrill.models.operation import Numeric
@@ -268,7 +268,7 @@ def declaration_of(options: Options) -> Declaration:
         compared=None,
     )
     present = {"drive_speed": options.driven, "stabilizers": options.stabilizer, "inclined": options.weight}
-    recorded = measured_by(variables.FEATURES, features, [word for word, is_present in present.items() if is_present])
+    recorded = measured_by(RECORDED, features, [word for word, is_present in present.items() if is_present])
     return Declaration(
         channels=(
             *channels,
