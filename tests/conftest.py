@@ -10,6 +10,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+# The tests have a processor each, and matrices of a few rows: threads of BLAS would
+# only wait for each other, with all processors busy. NumPy reads it when it is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 
 from nsdrill import progress

@@ -6,7 +6,8 @@ import importlib.util
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -28,19 +29,6 @@ def script(name: str) -> ModuleType:
         sys.modules[label] = module
         spec.loader.exec_module(module)
     return sys.modules[label]
-
-
-def run_python(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run a program in ``folder``, in a process of its own, without a screen; a warning
-    of a run is an error."""
-    return subprocess.run(
-        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", text],
-        cwd=folder,
-        env={**os.environ, "MPLBACKEND": "Agg"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 SEVERAL = """\
@@ -80,9 +68,29 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("case", script("verify").CASES)
 
 
-@pytest.fixture(name="run_python")
-def _run_python() -> Callable[[str, Path], subprocess.CompletedProcess[str]]:
-    return run_python
+@pytest.fixture
+def run_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Iterator[Callable[[str], str]]:
+    """Gives what a program prints that is run in an empty folder, without a screen; a
+    warning of a run is an error."""
+    import matplotlib
+    from matplotlib import pyplot
+
+    from nsdrill.errors import RunWarning
+
+    matplotlib.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(pyplot, "show", lambda: None)
+
+    def run(text: str) -> str:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RunWarning)
+            exec(compile(text, "<page>", "exec"), {"__name__": "__main__"})
+        return capsys.readouterr().out
+
+    yield run
+    pyplot.close("all")
 
 
 @pytest.fixture(name="run_commands")

@@ -15,8 +15,7 @@ def test_studies_of_the_page_are_valid(docs: Path) -> None:
     assert [parse_study(block).samples for block in blocks] == [256, 3]
 
 
-def test_python_of_the_page_runs(docs: Path, run_python: Any, tmp_path: Path) -> None:
+def test_python_of_the_page_runs(docs: Path, run_python: Any) -> None:
     text = (docs / "uncertain.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    done = run_python(block, tmp_path)
-    assert done.returncode == 0, done.stderr
+    run_python(block)
