@@ -32,9 +32,9 @@ from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import dimension_of, short_key
 
 with deferred():  # they import matplotlib
-    from nsdrill.plot import animation
     from nsdrill.plot import measured as overlays
     from nsdrill.plot.kinds import charts as chart_kinds
+    from nsdrill.plot.kinds import hole
     from nsdrill.plot.kinds import window as window_kinds
 
 if TYPE_CHECKING:
@@ -184,12 +184,12 @@ class Film:
 
 def film(trace: object, path: str, units: str, looks: Looks, speed: float, overwrite: bool) -> Film:
     """Write the film of a trace, a Dataset or a file, to ``path``."""
-    name = animation.film_name(path)
+    name = hole.film_name(path)
     data = cast("Trace", datasets.outline_in(trace))
     claim_file(name, overwrite)
     look = look_of(**looks)
     with datasets.missing_variable_errors("animate"):
-        return Film(name, *animation.animate(data, name, units=units, look=look, speed=speed, overwrite=overwrite))
+        return Film(name, *hole.animate(data, name, units=units, look=look, speed=speed, overwrite=overwrite))
 
 
 def draw_windows(

@@ -171,14 +171,6 @@ def animate(
     >>> nsdrill.animate(trace, "film.gif", time=("0.8 s", None), width="1.5 in")
     'film.gif'
     """
-<<<<<<< HEAD
-=======
-    from nsdrill.plot import look_of
-    from nsdrill.plot.kinds.hole import animate, film_name
-
-    written = film_name(arguments.name_in(path, "path"))
-    data, units = datasets.outline_in(trace), datasets.units_for(units, trace)
->>>>>>> rooms_plot
     if isinstance(speed, bool) or not isinstance(speed, int | float):
         raise Refusal("speed", repr(speed), "a number")
     looks = {"width": width, "font_size": font_size, "title": title, "style": style, "time": time}

@@ -17,10 +17,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.compiler.functions import define, fma
-from nsdrill.compiler.words import fma
-from nsdrill.generate import define
 from nsdrill.models.beam.columns import Options, aux_of, columns_of, lateral, slopes_of, states_of
-from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
