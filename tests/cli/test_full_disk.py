@@ -133,7 +133,7 @@ def test_what_is_kept_of_unfinished_work_stays(
     Path("rig.csv").write_text(DATA)
     words = ["fit", "study.yaml", "--data", "rig.csv", *OPTIONS]
     if kind == "continue":
-        words = ["continue", "study.yaml"]
+        words = ["continue", "study.yaml", "--set", "continue.points=60"]
     output = folder / "out"
     part = Path(f"{output}.part")
     kept: list[bytes] = []

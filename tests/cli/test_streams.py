@@ -76,21 +76,12 @@ def test_data_come_where_messages_do_not(small: Path) -> None:
         (["check", "/dev/zero"], "/dev/zero: is larger than 1 MB"),
     ],
 )
-def test_inputs_that_are_no_files(
-    tmp_path: Path, shared: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], said: str
-) -> None:
-    monkeypatch.chdir(tmp_path)  # the name of a socket is short
+def test_inputs_that_are_no_files(call: Call, shared: Path, words: list[str], said: str) -> None:
     os.mkfifo("pipe")
     os.mkfifo("old.h5.part")
     with socket.socket(socket.AF_UNIX) as one:
-        one.bind("socket")
-    process = start(*(str(shared / "small.yaml") if word == "STUDY" else word for word in words))
-    try:
-        answer = finish(process)
-    finally:
-        process.kill()
-    assert answer.code == 2
-    assert said in answer.err
+        one.bind("socket")  # a name that is short
+    assert said in call(*(shared / "small.yaml" if word == "STUDY" else word for word in words), code=2).err
     assert sorted(os.listdir()) == ["old.h5.part", "pipe", "socket"]
 
 

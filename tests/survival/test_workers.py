@@ -38,8 +38,10 @@ CHAINS = GRID.replace("points: 60", "points: 20") + "  procedure: up-down\n  alo
 
 
 @pytest.mark.parametrize("text", [GRID, CHAINS], ids=["grid", "chains"])
-def test_dead_workers_cost_time_only(tmp_path: Path, text: str) -> None:
+def test_dead_workers_cost_time_only(tmp_path: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_QUANTUM", 0.1)  # many slices of a short sweep
+    text = text.replace("points: 24", "points: 12")
     study = parse_study(text, "s.yaml")
     run_study(study, tmp_path / "whole.h5", workers=2)
     killed: list[int] = []

@@ -150,7 +150,7 @@ def test_segments_are_short_where_the_results_of_a_run_are_large() -> None:
         procedure="up",
         along="depth",
         depth=np.linspace(1000, 3000, 75),
-        wob=np.linspace(20e3, 40e3, 20),
+        wob=np.linspace(20e3, 40e3, 10),
     )
     few = replace(work, record=replace(work.record, poincare=4000))
     batch = few.new_batch(8, 1024)
