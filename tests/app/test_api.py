@@ -4,7 +4,6 @@ quantity in, Datasets out."""
 from __future__ import annotations
 
 import ast
-import csv
 import re
 import subprocess
 import sys
@@ -257,22 +256,6 @@ def test_results_and_traces_are_saved_as_they_are(
     assert nsdrill.replay(tmp_path / f"results.{ending}", rotary_speed=3.0, procedure="up").attrs["same_bits"] == 1
 
 
-def test_a_trace_as_a_table(trace: xr.Dataset, tmp_path: Path) -> None:
-    nsdrill.save(trace, tmp_path / "trace.csv")
-    rows = list(csv.DictReader((tmp_path / "trace.csv").open()))
-    assert [float(row["time [s]"]) for row in rows] == trace.time.values.tolist()
-    assert [float(row["bit_speed [rad s-1]"]) for row in rows] == trace.bit_speed.values.tolist()
-
-
-def test_results_as_a_table(small: xr.Dataset, tmp_path: Path) -> None:
-    nsdrill.save(small, tmp_path / "out.csv")
-    rows = list(csv.DictReader((tmp_path / "out.csv").open()))
-    assert len(rows) == 16
-    assert float(rows[0]["bit_speed_max [rad s-1]"]) == float(
-        small.bit_speed_max.sel(procedure="up", rotary_speed=1.0).squeeze()
-    )
-
-
 def test_a_part_of_the_results_can_be_saved(small: xr.Dataset, tmp_path: Path) -> None:
     part = small.sel(procedure=["up"]).sel(rotary_speed=[2.0, 3.0])
     nsdrill.save(part, tmp_path / "part.h5")
@@ -308,14 +291,6 @@ def test_what_cannot_be_saved(
     with pytest.raises(nsdrill.InputError, match=words):
         nsdrill.save(change(small), name)
     assert not list(tmp_path.iterdir())
-
-
-def test_what_cannot_be_opened(tmp_path: Path) -> None:
-    with pytest.raises(nsdrill.FileError, match="there is no such file"):
-        nsdrill.open_results(tmp_path / "nothing.h5")
-    (tmp_path / "text.h5").write_text("no")
-    with pytest.raises(nsdrill.FileError):
-        nsdrill.open_results(tmp_path / "text.h5")
 
 
 def test_dask_gives_the_same_bits(small: xr.Dataset, tmp_path: Path) -> None:

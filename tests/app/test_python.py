@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interrupts import Interrupt
 from same_bits import different
 
 import nsdrill
@@ -23,24 +22,6 @@ def test_workers_and_lanes_change_no_bit(shared: Path, tmp_path: Path, name: str
     study = nsdrill.load_study(shared / f"{name}.yaml")
     run_study(study, tmp_path / "out.h5", workers=workers, lanes=1)
     assert not different(tmp_path / "out.h5", shared / f"{name}.h5")
-
-
-@pytest.mark.parametrize("name", ["small", "map"])
-@pytest.mark.parametrize("after", [1, 2])
-def test_interrupt_between_slices(shared: Path, tmp_path: Path, name: str, after: int) -> None:
-    study = nsdrill.load_study(shared / f"{name}.yaml")
-    out = tmp_path / "out.h5"
-    stop = None
-    try:
-        run_study(study, out, workers=1, lanes=1, watch=Interrupt(after))
-    except Interrupted as error:
-        stop = error
-    if stop is not None:  # so few points may all be there before
-        assert not out.exists()
-        assert stop.part == tmp_path / "out.h5.part"
-        assert 0 < stop.done <= stop.total
-        run_study(study, out, resume=True)
-    assert not different(out, shared / f"{name}.h5")
 
 
 def test_interrupt_while_the_results_are_written(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,8 @@ from pathlib import Path
 import click
 import pytest
 
-from nsdrill.cli.main import COMMANDS, group
+from nsdrill.cli.main import group
+from nsdrill.cli.overview import COMMANDS
 
 from .helpers import Call
 

@@ -5,8 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from made_up import make_results, make_trace, spoil
+from matplotlib.figure import Figure
 
 from nsdrill.data import Results, Trace
+
+
+@pytest.fixture
+def laid_out() -> None:
+    """For tests that look where things stand on the page, and that everything can be
+    written there."""
+
+
+@pytest.fixture(autouse=True)
+def unless_laid_out(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To lay out a page takes most of the time of a picture; what is drawn does not
+    depend on it."""
+    if "laid_out" not in request.fixturenames:
+        monkeypatch.setattr(Figure, "draw_without_rendering", lambda figure: None)
 
 
 @pytest.fixture

@@ -70,6 +70,7 @@ def test_unknown_unit_system(speeds: Results) -> None:
         plot.draw(speeds, units="metric")
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize("status", [DIVERGED, PENDING])
 def test_nothing_to_draw_is_still_a_picture(speeds: Results, plane: Results, status: int) -> None:
     for data in (speeds, plane):
@@ -81,6 +82,7 @@ def test_nothing_to_draw_is_still_a_picture(speeds: Results, plane: Results, sta
             plot.draw(data, kind)
 
 
+@pytest.mark.usefixtures("laid_out")
 def test_bytes_as_procedure_names_and_a_title_with_dollars(speeds: Results) -> None:
     speeds.coords["procedure"] = np.array([b"up", b"down"])
     speeds.attrs["title"] = "A $50 rig_1^2 & more"

@@ -151,6 +151,7 @@ def test_markers_of_a_large_sweep_are_rasterised_and_text_is_not() -> None:
     assert not any(line.get_rasterized() for line in artists(plot.draw(make_results()), "axial_peaks:"))
 
 
+@pytest.mark.usefixtures("laid_out")
 def test_words_stay_on_the_paper(speeds: Results) -> None:
     """No label is clipped: all words of the figure lie within it."""
     for figure in (plot.draw(speeds), plot.draw(speeds, "summary", units="field")):

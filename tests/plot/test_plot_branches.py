@@ -35,6 +35,7 @@ def crowd() -> Dataset:
     )
 
 
+@pytest.mark.usefixtures("laid_out")
 def test_special_points_that_lie_on_each_other_are_counted(crowd: Dataset) -> None:
     figure = plot.draw(crowd)
     (axes,) = figure.axes

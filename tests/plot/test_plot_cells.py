@@ -54,6 +54,7 @@ def test_a_map_marks_them(checked: Results, kind: str) -> None:
     assert "checked: numbers differ (3 of 40)" in words
 
 
+@pytest.mark.usefixtures("laid_out")
 def test_a_long_legend_stays_on_the_paper(checked: Results) -> None:
     """Long entries stand below each other rather than beyond the edge."""
     checked.variables["status"][0, 0, 1, :4] = INFERRED
@@ -203,6 +204,7 @@ def test_no_lines_where_nothing_varies_or_none_is_known(rated):
         assert not artists(draw(rated, "map"), "equal")
 
 
+@pytest.mark.usefixtures("laid_out")
 def test_no_label_covers_a_point_that_is_to_be_clear():
     x, y = RATED_SPEEDS, RATED_WEIGHTS / 1e3
     values = np.outer(RATED_WEIGHTS / 1e4, RATED_SPEEDS) / 3600.0

@@ -18,6 +18,7 @@ from nsdrill.plot.style import house_style
 from nsdrill.plot.traces import planes_of
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize(("middle", "swing", "opened"), [(-0.884, 1e-8, True), (0.0, 1e-15, True), (3.0, 1e-3, False)])
 def test_the_last_digits_of_a_value_do_not_fill_a_panel(middle: float, swing: float, opened: bool) -> None:
     with house_style():

@@ -33,6 +33,7 @@ def both_ways() -> Results:
     return make_results(depth=np.linspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize(
     ("data", "kind", "width", "size"),
     [
@@ -59,6 +60,7 @@ def test_a_picture_fits_one_column(
         assert box.x1 < figure.bbox.width + 2, text
 
 
+@pytest.mark.usefixtures("laid_out")
 def test_height_and_size_of_type(speeds: Results) -> None:
     figure = plot.draw(speeds, "summary", look=look_of(height=0.1, font_size="10pt"))
     assert figure.get_figheight() == pytest.approx(0.1 / 0.0254)
@@ -73,6 +75,7 @@ def test_titles(trace: Trace) -> None:
     assert plot.draw(trace, "phase", look=look_of(title="Rolling $x_1$")).get_suptitle() == "Rolling $x_1$"
 
 
+@pytest.mark.usefixtures("laid_out")
 def test_settings_of_the_user_are_respected_and_left_alone(speeds: Results, tmp_path: Path) -> None:
     plain = plot.draw(speeds, "summary")
     with mpl.rc_context({"font.size": 12.0, "axes.labelsize": 5.0, "axes.facecolor": "#ffeecc", "savefig.dpi": 50}):
@@ -189,6 +192,7 @@ def test_an_axis_without_a_unit_is_limited_by_numbers() -> None:
         value_of("xlim", "3 m", "")
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize("size", [8, 12, 16])
 def test_labels_above_each_other_have_room_in_large_type(speeds: Results, size: int) -> None:
     figure = plot.draw(speeds, look=look_of(width="3.3in", font_size=size))

@@ -12,8 +12,8 @@ from matplotlib.text import Text
 from nsdrill import plot
 from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Results, Trace
+from nsdrill.plot import look_of
 from nsdrill.plot.kinds.starts import distinct_colours
-from nsdrill.plot.look import look_of
 from nsdrill.plot.page import panels_of
 from nsdrill.plot.style import REFERENCE, RESPONSES, contrast, lightness_and_hue, luminance
 

@@ -23,6 +23,7 @@ LONG: dict[str, Any] = {
 }
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize(
     ("make", "kind"),
     [

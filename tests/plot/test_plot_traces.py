@@ -60,6 +60,7 @@ def test_histories_keep_every_extreme(name: str) -> None:
     assert np.min(drawn.get_ydata()) * SCALES[name] == pytest.approx(trace[name].min(), rel=1e-12)
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize("name", SCALES)
 @pytest.mark.parametrize("width", [7.0, 3.3])
 def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float) -> None:
@@ -146,12 +147,14 @@ def test_the_part_that_is_shown_is_said(trace: Trace) -> None:
     assert len(line(figure, "phase:twist").get_xdata()) == len(short.time)
 
 
+@pytest.mark.usefixtures("laid_out")
 def test_a_trace_without_attributes_is_drawn(trace: Trace) -> None:
     trace.attrs.clear()
     for kind in ("trace", "phase"):
         plot.draw(trace, kind)
 
 
+@pytest.mark.usefixtures("laid_out")
 def test_a_trace_that_ends_in_nan_is_drawn(trace: Trace) -> None:
     for values in trace.variables.values():
         values[len(trace.time) // 3 :] = np.nan
