@@ -77,6 +77,12 @@ def compiling_is_counted() -> Iterator[None]:
         yield
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What waits for processes and browsers comes first: the last tests are short, so
+    that processes beside each other end together."""
+    items.sort(key=lambda item: item.path.parent.name not in ("docs", "fuzz", "survival", "web"))
+
+
 def pytest_sessionfinish(session: pytest.Session) -> None:
     if hasattr(session.config, "workeroutput"):
         session.config.workeroutput["compiled"] = COMPILED

@@ -51,7 +51,7 @@ def test_resume_refuses_another_version(small: Path, tmp_path: Path, monkeypatch
         patch.setattr("nsdrill.app.run.write_results", lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(Interrupted):
             run_study(study, tmp_path / "out.h5")
-    monkeypatch.setattr("nsdrill.app.experiment.source_digest", lambda: "another")
+    monkeypatch.setattr("nsdrill.abi.source_digest", lambda: "another")
     with pytest.raises(nsdrill.FileError, match=r"other versions.*model digest"):
         run_study(study, tmp_path / "out.h5", resume=True)
 
