@@ -121,7 +121,7 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
     clearance, stabilizer_power = parameters.stabilizer.clearance, {}
     if clearance is not None:
         bent_fraction = np.maximum(radius - clearance, 0.0) / divisor
-        working_speed = omega * stabilizer_radius(parameters) + tangential
+        working_speed = omega * stabilizer_radius(parameters, clearance) + tangential
         stabilizer_power = {"stabilizer": -found["stabilizer_friction"] * working_speed}
     sigma = parameters.mud.swirl * operation.rotary_speed
     ux, uy = vx + sigma * y, vy - sigma * x

@@ -12,8 +12,7 @@ from reference import Case
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import power
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.leaves import values_at, with_values
-from nsdrill.models.operation import describe
+from nsdrill.models.leaves import leaves, values_at, with_values
 from nsdrill.sweep.plan import Plan
 from sweep.runs import collect, finish, run_work, same_bits, work_for
 
@@ -22,9 +21,7 @@ SHORT = Simulation(transient=1.0, observe=2.0)
 
 
 def numbers() -> dict[str, float]:
-    found: dict[str, float] = {}
-    describe(Parameters(), lambda key, value, meta: found.update({key: value}) if isinstance(value, float) else None)
-    return found
+    return {key: value for key, value, _ in leaves(Parameters()) if isinstance(value, float)}
 
 
 @pytest.mark.parametrize("key", list(numbers()))
