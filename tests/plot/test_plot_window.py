@@ -1,5 +1,5 @@
-"""The picture of the operating window: right areas, the point with its bars, panels for
-depths, readable without colour."""
+"""The picture of the operating window, the trade-off of rate and safety, and measurements
+on pictures."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ from matplotlib.colors import to_rgb
 from seen import artists, legend_words, maps
 
 from nsdrill import plot
+from nsdrill.analysis.fitting import Measured
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
+from nsdrill.errors import InputError
 from nsdrill.models.responses import STICK_SLIP, WHIRL
+from nsdrill.plot.kinds.uncertain import pareto_front
 from nsdrill.plot.kinds.window import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE
+from nsdrill.plot.measured import overlay
 from nsdrill.plot.style import GREY, RESPONSES, SAFE_COLOUR
+from nsdrill.variables import SAMPLE
 
 
 @pytest.fixture
@@ -183,3 +188,107 @@ def test_a_point_without_room_is_a_hint(both: Results) -> None:
     hint = artists(figure, "recommended")[0]
     assert hint.get_markerfacecolor() == "white"
     assert "a hint, not a setting, bars to the last safe point" in legend_words(figure)
+
+
+MANY_SPEEDS, MANY_WEIGHTS = np.array([2.0, 4.0, 6.0]), np.array([10e3, 20e3])
+SAFE = np.array([[4, 3, 1], [3, 2, 0]])  # of 4 samples, by weight and speed
+
+
+@pytest.fixture
+def results() -> Results:
+    made = make_results(wob=MANY_WEIGHTS, rotary_speed=MANY_SPEEDS)
+    coords = {**made.coords, SAMPLE: np.arange(4)}
+    shape = (1, 1, 2, 3, 4)
+    response = np.where(np.arange(4) < SAFE[..., None], 0, 2).reshape(shape).astype(np.int8)
+    rate = np.broadcast_to((np.outer(MANY_WEIGHTS / 1e4, MANY_SPEEDS) / 3600.0)[None, None, ..., None], shape)
+    variables = {
+        "status": np.ones(shape, np.int8),
+        "response": response,
+        "rate_of_penetration": rate.copy(),
+        "mechanical_specific_energy": 1e8 / np.maximum(rate, 1e-9),
+    }
+    return Results(coords, variables, made.attrs)
+
+
+def test_the_front_is_what_nothing_beats():
+    rng = np.random.default_rng(2)
+    rate, probability = rng.integers(0, 8, (2, 60)).astype(float)
+    beaten = [
+        any(
+            (r >= rate[i]) & (p >= probability[i]) & ((r > rate[i]) | (p > probability[i]))
+            for r, p in zip(rate, probability, strict=True)
+        )
+        for i in range(60)
+    ]
+    expected = {(rate[i], probability[i]) for i in range(60) if not beaten[i]}
+    found = pareto_front(rate, probability)
+    assert {(rate[i], probability[i]) for i in found} == expected
+    assert np.all(np.diff(probability[found]) > 0)
+
+
+def test_the_points_are_rate_and_probability(results):
+    figure = plot.draw(results, "trade-off")
+    axes = figure.axes[0]
+    [points] = artists(axes, "points")
+    expected = np.column_stack([(25.0 * SAFE).ravel(), np.outer(MANY_WEIGHTS / 1e4, MANY_SPEEDS).ravel()])
+    np.testing.assert_allclose(points.get_offsets(), expected)
+    # 12 m/h is never safe, 8 in half of the samples, 6 in one: beaten; 4 in three, 2 in
+    # all.
+    [line] = artists(axes, "front")
+    np.testing.assert_allclose(np.column_stack(line.get_data()), [[0, 12], [50, 8], [75, 4], [100, 2]])
+    texts = [text.get_text() for text in axes.texts]
+    assert "20 kN, 6 rad/s" in texts
+    assert axes.get_ylabel() == "Rate of penetration [m/h]"
+
+
+def test_an_energy_without_end_is_no_colour(results):
+    results.variables["mechanical_specific_energy"][:] = np.inf
+    axes = plot.draw(results, "trade-off", units="field").axes[0]
+    [points] = artists(axes, "points:no energy")
+    assert len(points.get_offsets()) == 6
+
+
+SPEEDS, WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3, 9)
+
+
+def measured(**more):
+    values = {"stick_slip_index": np.array([50.0, 80.0, 20.0]), "surface_torque_max": np.array([1e3, np.nan, 3e3])}
+    errors = {name: 0.1 * one for name, one in values.items()}
+    at = {"rotary_speed": np.array([2.0, 4.0, 5.0]), "wob": np.array([22e3, 22.5e3, 40e3])}
+    return Measured("field.csv", at | more, values, errors, ("line 2", "line 3", "line 4"))
+
+
+def test_values_lie_along_the_axis():
+    results = make_results(rotary_speed=SPEEDS)
+    figure = plot.draw(results, "stick_slip_index", units="field")
+    assert overlay(figure, results, measured(), "field") == 2  # the third is at another weight
+    [marks] = [line for axes in figure.axes for line in axes.lines if line.get_marker() == "D"]
+    np.testing.assert_allclose(marks.get_xdata(), np.array([2.0, 4.0]) * 30 / np.pi)
+    assert marks.get_ydata().tolist() == [50.0, 80.0]
+    figure = plot.draw(results, "surface_torque_max")
+    assert overlay(figure, results, measured(), "si") == 1
+    [marks] = [line for axes in figure.axes for line in axes.lines if line.get_marker() == "D"]
+    assert marks.get_ydata().tolist() == [1.0]  # kN m
+
+
+def test_settings_are_crosses_on_a_map():
+    results = make_results(rotary_speed=SPEEDS, wob=WEIGHTS, procedures=("up", "down"))
+    for kind, panels in (("map", 3), ("window", 1)):
+        figure = plot.draw(results, kind)
+        assert overlay(figure, results, measured(), "si") == 3
+        marks = artists(figure, "measured")
+        assert 1 <= len(marks) <= panels
+        np.testing.assert_allclose(marks[0].get_data(), [[2.0, 4.0, 5.0], [22.0, 22.5, 40.0]])
+
+
+def test_what_has_no_place_is_told():
+    along, plane = make_results(rotary_speed=SPEEDS), make_results(rotary_speed=SPEEDS, wob=WEIGHTS)
+    far = measured(depth=np.full(3, 100.0))
+    for results, kind, one, said in (
+        (along, "stick_slip_index", far, "no measurement that has a place"),
+        (along, "radius_max", measured(), "no measurement that has a place"),
+        (plane, "map", far, "no measurement that has a place"),
+        (make_results(depth=[1e3, 2e3, 3e3]), "stick_slip_index", measured(), "found no depth, which the sweep varies"),
+    ):
+        with pytest.raises(InputError, match=said):
+            overlay(plot.draw(results, kind), results, one, "si")

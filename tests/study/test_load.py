@@ -1,5 +1,9 @@
-"""From text to a study: values, and every fault with its line, key, what was found and
-what is allowed."""
+"""From text to a study: values, and every fault with its line, key, what was found and what
+is allowed."""
+
+from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +12,7 @@ from nsdrill.errors import Fault, StudyError, naming_options
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters, Well
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Friction, Pipe
-from nsdrill.study import change_thresholds, parse_study
+from nsdrill.study import change_thresholds, load_study, parse_study
 
 SWEEP = "sweep: {depth: [1000 m, 2000 m]}\n"
 
@@ -256,3 +260,19 @@ def test_thresholds_of_a_finished_file() -> None:
     for override in refused:
         with pytest.raises(StudyError):
             change_thresholds(Thresholds(), [override])
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("drive: {kind: soft_torqe, matching: 5, a: 0.3}\ninitial: {lag: 1 rad}", "drive.kind"),
+        ("sweep: {drive.matching: [1, 2]}\ndrive: {kind: soft}", "drive.kind"),
+        ("bit: {friction: {law: rationall, b0: 20 mm}}", "bit.friction.law"),
+        ("modes: {lateral: frozn, axial: frozen}\ndrive: {kind: stiff}\ninitial: {z: 1 mm}", "modes.lateral"),
+    ],
+)
+def test_the_choice_alone_is_blamed(tmp_path: Path, text: str, key: str) -> None:
+    (tmp_path / "study.yaml").write_text(text)
+    with pytest.raises(StudyError) as caught:
+        load_study(tmp_path / "study.yaml")
+    assert [fault.key for fault in caught.value.faults] == [key]
