@@ -1,7 +1,5 @@
 """What the commands say of further axes, several starts, ramps and uncertain numbers."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path
@@ -16,8 +14,6 @@ from nsdrill.plot.traces import title_of
 from nsdrill.store import read_results, read_trace
 from nsdrill.study import parse_study
 
-from .helpers import Call
-
 SWEEP = """\
 operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}
 sweep:
@@ -28,26 +24,26 @@ simulation: {transient: 0.1 s, observe: 0.1 s}
 
 
 @pytest.fixture(scope="module")
-def rock(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def rock(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rock")
     nsdrill.run(parse_study(SWEEP), folder / "rock.h5", workers=1)
     return folder / "rock.h5"
 
 
-def test_a_refined_sweep_is_shown(call: Call, rock: Path) -> None:
+def test_a_refined_sweep_is_shown(call, rock):
     answer = call("show", rock)
     assert "bit rock stiffness 10 MN/m to 40 MN/m, 3 values" in answer.out
     assert "borders known to 20 MN/m" in answer.out
 
 
-def test_a_table_has_the_axis_with_its_units(call: Call, rock: Path) -> None:
+def test_a_table_has_the_axis_with_its_units(call, rock):
     call("export", rock, "-o", "rock.csv")
     with open("rock.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["bit_rock_stiffness [N m-1]"]) for row in rows] == pytest.approx([10e6, 20e6, 40e6])
 
 
-def test_a_replay_tells_its_value_of_the_axis(call: Call, rock: Path) -> None:
+def test_a_replay_tells_its_value_of_the_axis(call, rock):
     call("replay", rock, "--at", "bit.rock_stiffness=40 MN/m", "-o", "trace.h5")
     assert "bit rock stiffness 40 MN/m" in call("show", "trace.h5").out
     assert json.loads(call("show", "trace.h5", "--json").out)["at"] == {"bit.rock_stiffness": 40e6}
@@ -61,16 +57,16 @@ def test_a_replay_tells_its_value_of_the_axis(call: Call, rock: Path) -> None:
         ["--at", "bit.rock_stiffness=10 MN/m", "--at", "bit.rock_stiffness=40 MN/m"],
     ],
 )
-def test_a_second_value_of_an_axis_is_refused(call: Call, rock: Path, words: list[str]) -> None:
+def test_a_second_value_of_an_axis_is_refused(call, rock, words):
     assert "found a second value of" in call("replay", rock, *words, "-o", "trace.h5", code=2).err
 
 
-def test_a_study_without_a_sweep_is_told_in_full(call: Call) -> None:
+def test_a_study_without_a_sweep_is_told_in_full(call):
     Path("one.yaml").write_text("operation: {depth: 3000 m}\n")
     assert "\n1 point: every point from the same initial state.\n" in call("check", "one.yaml").out
 
 
-def test_pictures_name_what_is_held(tmp_path: Path) -> None:
+def test_pictures_name_what_is_held(tmp_path):
     head = (
         "operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}\nsimulation: {transient: 0 s, observe: 0.1 s}\n"
     )
@@ -86,7 +82,7 @@ def test_pictures_name_what_is_held(tmp_path: Path) -> None:
         assert any(title.startswith(named) for title in titles)
 
 
-def test_the_window_over_three_axes_has_rows_in_field_units(call: Call, tmp_path: Path) -> None:
+def test_the_window_over_three_axes_has_rows_in_field_units(call, tmp_path):
     text = """
 sweep: {rotary_speed: [5 rad/s, 6 rad/s], well.friction.dynamic: [0.1, 0.2], bit.rock_stiffness: [10 MN/m, 80 MN/m]}
 simulation: {transient: 0.1 s, observe: 0.1 s}
@@ -110,7 +106,7 @@ record: {peaks: 3}
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory):
     from nsdrill.app.run import run_study
     from nsdrill.study import parse_study
 
@@ -119,13 +115,13 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_check_counts_the_starts(call: Call) -> None:
+def test_check_counts_the_starts(call):
     Path("s.yaml").write_text(TEXT)
     answer = call("check", "s.yaml")
     assert "14 points: depth 2000 m to 3000 m (2 values); every operating point from 7 states, an" in answer.out
 
 
-def test_show(call: Call, made: Path) -> None:
+def test_show(call, made):
     answer = call("show", made)
     assert "7 of every operating point, drawn at random" in answer.out
     assert "Attractors, by their share of the starts (95 % interval):" in answer.out
@@ -136,19 +132,19 @@ def test_show(call: Call, made: Path) -> None:
     assert "Along the sweep" not in answer.out, "one start has intervals, several have shares"
 
 
-def test_show_for_programs(call: Call, made: Path) -> None:
+def test_show_for_programs(call, made):
     summary = json.loads(call("show", made, "--json").out)
     assert summary["starts"] == 7
     shares = [one["share"] for point in summary["operating_points"] for one in point["attractors"]]
     assert sum(shares) == pytest.approx(2.0)
 
 
-def test_a_long_table_is_cut(call: Call, made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_long_table_is_cut(call, made, monkeypatch):
     monkeypatch.setattr("nsdrill.text.show.MAX_ROWS", 1)
     assert "more lines (all with --json)" in call("show", made).out
 
 
-def test_replay_wants_the_start(call: Call, made: Path) -> None:
+def test_replay_wants_the_start(call, made):
     answer = call("replay", made, "--depth", "2 km", "-o", "t.h5", code=2)
     assert "has 7 starts. Say which one with --start, 0 to 6." in answer.err
     answer = call("replay", made, "--depth", "2 km", "--start", 5, "-o", "t.h5")
@@ -156,7 +152,7 @@ def test_replay_wants_the_start(call: Call, made: Path) -> None:
     assert "bit for bit" in answer.err
 
 
-def test_plot(call: Call, made: Path) -> None:
+def test_plot(call, made):
     for kind in ("shares", "attractors"):
         call("plot", made, "--kind", kind, "-o", f"{kind}.png")
     call("plot", made, "--depth", "2 km", "--states", "x,vx", "-o", "basin.png")
@@ -165,7 +161,7 @@ def test_plot(call: Call, made: Path) -> None:
     assert not Path("two.png").exists()
 
 
-def test_classify(call: Call, made: Path) -> None:
+def test_classify(call, made):
     Path("copy.h5").write_bytes(made.read_bytes())
     assert "attractor: " in call("classify", "copy.h5", "--set", "classify.attractors.tolerance=100").err
     assert read_results("copy.h5")["attractor"].max() <= read_results(made)["attractor"].max()
@@ -181,12 +177,12 @@ operation:
 
 
 @pytest.fixture
-def ramp(tmp_path: Path) -> Path:
+def ramp(tmp_path):
     (tmp_path / "ramp.yaml").write_text(RAMP)
     return tmp_path / "ramp.yaml"
 
 
-def test_check_says_what_moves(call: Call, ramp: Path) -> None:
+def test_check_says_what_moves(call, ramp):
     answer = call("check", ramp)
     assert "Ramp, for nsdrill simulate: speed 3 rad/s at 0 s, 5 rad/s at 2 s" in answer.out
     assert "At the start of the ramp: 2000 m, 22.24 kN (5 klbf), 3 rad/s" in answer.out
@@ -195,11 +191,11 @@ def test_check_says_what_moves(call: Call, ramp: Path) -> None:
     assert data["points"] == 0
 
 
-def test_check_looks_at_the_whole_ramp(call: Call, ramp: Path) -> None:
+def test_check_looks_at_the_whole_ramp(call, ramp):
     assert "Buckled: at 2000 kN" in call("check", ramp, "--set", "operation.wob={ramp: [[0 s, 0 N], [9 s, 2 MN]]}").err
 
 
-def test_simulate_follows_the_ramp_to_its_last_knot(call: Call, ramp: Path) -> None:
+def test_simulate_follows_the_ramp_to_its_last_knot(call, ramp):
     answer = call("simulate", ramp, "-o", "t.h5", "--units", "field")
     assert "speed 28.6479 rpm at 0 s, 47.7465 rpm at 2 s" in answer.err
     with h5py.File("t.h5") as file:
@@ -212,7 +208,7 @@ def test_simulate_follows_the_ramp_to_its_last_knot(call: Call, ramp: Path) -> N
     assert json.loads(call("show", "t.h5", "--json").out)["ramps"]["rotary_speed"]["time"][-1] == 4.0
 
 
-def test_options_replace_the_ramp_and_the_duration(call: Call, ramp: Path) -> None:
+def test_options_replace_the_ramp_and_the_duration(call, ramp):
     call("simulate", ramp, "-o", "a.h5", "--duration", "1 s")
     call("simulate", ramp, "-o", "b.h5", "--duration", "5 s", "--rotary-speed", "6 rad/s")
     with h5py.File("a.h5") as short, h5py.File("b.h5") as constant:
@@ -222,7 +218,7 @@ def test_options_replace_the_ramp_and_the_duration(call: Call, ramp: Path) -> No
         assert "ramps" not in constant.attrs
 
 
-def test_run_refuses_a_ramp(call: Call, ramp: Path) -> None:
+def test_run_refuses_a_ramp(call, ramp):
     answer = call("run", ramp, "-o", "out.h5", code=2)
     assert "found no sweep, only a ramp in operation.rotary_speed" in answer.err
     assert "nsdrill simulate" in answer.err
@@ -232,7 +228,7 @@ def test_run_refuses_a_ramp(call: Call, ramp: Path) -> None:
     assert not Path("out.h5.part").exists()
 
 
-def test_a_sweep_replaces_the_ramp_of_its_axis(call: Call, ramp: Path) -> None:
+def test_a_sweep_replaces_the_ramp_of_its_axis(call, ramp):
     words = (
         "--set",
         "sweep={rotary_speed: [3 rad/s, 4 rad/s]}",
@@ -247,7 +243,7 @@ def test_a_sweep_replaces_the_ramp_of_its_axis(call: Call, ramp: Path) -> None:
     assert "ramp: 3 rad/s" in call("show", "t.h5").out
 
 
-def test_pictures_of_a_ramp(call: Call, ramp: Path) -> None:
+def test_pictures_of_a_ramp(call, ramp):
     call("simulate", ramp, "-o", "t.h5")
     call("simulate", ramp, "-o", "plain.h5", "--rotary-speed", "3 rad/s")
     assert "ramp  " in call("plot", "t.h5", "--kind", "list").out
@@ -283,13 +279,13 @@ record: {peaks: 0}
 
 
 @pytest.fixture
-def results(call: Call, tmp_path: Path) -> Path:
+def results(call, tmp_path):
     (tmp_path / "study.yaml").write_text(UNCERTAIN)
     call("run", str(tmp_path / "study.yaml"), "-o", str(tmp_path / "out.h5"), "--quiet")
     return tmp_path / "out.h5"
 
 
-def test_from_the_study_to_the_answers(call: Call, results: Path, tmp_path: Path) -> None:
+def test_from_the_study_to_the_answers(call, results, tmp_path):
     study = str(tmp_path / "study.yaml")
     assert "16 samples of weight on bit, bit rock stiffness" in call("check", study).out
     shown = call("show", str(results)).out
@@ -316,7 +312,7 @@ def test_from_the_study_to_the_answers(call: Call, results: Path, tmp_path: Path
     call("plot", str(results), "--at", "sample=3", "--kind", "summary", "-o", str(tmp_path / "s.png"))
 
 
-def test_one_sample_is_replayed(call: Call, results: Path, tmp_path: Path) -> None:
+def test_one_sample_is_replayed(call, results, tmp_path):
     done = call("replay", str(results), "--rotary-speed", "8rad/s", "--at", "sample=5", "-o", str(tmp_path / "t.h5"))
     assert "sample 5" in done.err
     assert "bit for bit" in done.err
@@ -343,16 +339,14 @@ def test_one_sample_is_replayed(call: Call, results: Path, tmp_path: Path) -> No
         (("combine", "OUT", "OUT", "-o", "NEW"), "found the same study"),
     ],
 )
-def test_what_is_wrong_is_said_and_writes_nothing(
-    call: Call, results: Path, tmp_path: Path, words: tuple[str, ...], message: str
-) -> None:
+def test_what_is_wrong_is_said_and_writes_nothing(call, results, tmp_path, words, message):
     names = {"OUT": str(results), "NEW": str(tmp_path / "new.png" if words[0] == "plot" else tmp_path / "new.h5")}
     before = sorted(path.name for path in tmp_path.iterdir())
     assert message in call(*(names.get(word, word) for word in words), code=2).err
     assert sorted(path.name for path in tmp_path.iterdir()) == before
 
 
-def test_files_become_one(call: Call, tmp_path: Path) -> None:
+def test_files_become_one(call, tmp_path):
     (tmp_path / "study.yaml").write_text(UNCERTAIN)
     for wob in ("10 MN/m", "20 MN/m"):
         name = str(tmp_path / f"{wob[:2]}.h5")

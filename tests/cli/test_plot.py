@@ -1,10 +1,7 @@
 """nsdrill plot: charts of a study, options for the look, films, and what is read for it."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 import pytest
@@ -19,13 +16,11 @@ from nsdrill.plot import draw, kinds_for, needed
 from nsdrill.plot.registry import all_kinds
 from nsdrill.store import read_results
 
-from .helpers import Call
-
 KINDS = ("critical-speeds", "buckling", "drive-card", "drive-tuning")
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_is_drawn(call: Call, small: Path, tmp_path: Path, kind: str) -> None:
+def test_every_kind_is_drawn(call, small, tmp_path, kind):
     answer = call("plot", small, "--kind", kind, "-o", "chart.png", "--units", "field")
     assert (answer.out, answer.err) == ("", "chart.png: drawn.\n")
     assert (tmp_path / "chart.png").read_bytes().startswith(b"\x89PNG")
@@ -33,12 +28,12 @@ def test_every_kind_is_drawn(call: Call, small: Path, tmp_path: Path, kind: str)
     call("plot", small, "--kind", kind.replace("-", "_"), "-o", "other.png")
 
 
-def test_kinds_of_a_study_are_listed(call: Call, small: Path) -> None:
+def test_kinds_of_a_study_are_listed(call, small):
     answer = call("plot", small, "--kind", "list")
     assert [line.split()[0] for line in answer.out.splitlines()] == sorted(KINDS)
 
 
-def test_along_an_axis_of_the_study(call: Call, small: Path) -> None:
+def test_along_an_axis_of_the_study(call, small):
     call("plot", small, "--kind", "critical-speeds", "--along", "rotary_speed", "-o", "a.svg")
     call(
         f"plot {small} --kind buckling --along drillstring.collar.span --set "
@@ -66,12 +61,12 @@ def test_along_an_axis_of_the_study(call: Call, small: Path) -> None:
         (["--kind", "critical-speeds", "--set", "sweep={depth: [3000 m]}"], "found one value of depth in the sweep"),
     ],
 )
-def test_what_does_not_fit_is_told(call: Call, small: Path, tmp_path: Path, words: list[str], said: str) -> None:
+def test_what_does_not_fit_is_told(call, small, tmp_path, words, said):
     assert said in call("plot", small, *words, "-o", "chart.png", code=2).err
     assert not (tmp_path / "chart.png").exists()
 
 
-def test_results_and_studies_are_kept_apart(call: Call, small: Path, shared: Path) -> None:
+def test_results_and_studies_are_kept_apart(call, small, shared):
     results = shared / "small.h5"
     answer = call("plot", results, "--kind", "buckling", "-o", "a.png", code=2)
     assert "allowed: with a study, a YAML file" in answer.err
@@ -86,13 +81,13 @@ def size(path: Path) -> tuple[int, int]:
         return image.size
 
 
-def test_a_picture_is_as_large_as_asked(call: Any, shared: Path, tmp_path: Path) -> None:
+def test_a_picture_is_as_large_as_asked(call, shared, tmp_path):
     path = tmp_path / "a.png"
     call("plot", shared / "small.h5", "-o", path, "--width", "3.3in", "--height", "60mm", "--no-title")
     assert size(path) == pytest.approx((3.3 * 300, 60 / 25.4 * 300), abs=1)
 
 
-def test_a_style_file_sets_the_resolution(call: Any, shared: Path, tmp_path: Path) -> None:
+def test_a_style_file_sets_the_resolution(call, shared, tmp_path):
     (tmp_path / "a.mplstyle").write_text("savefig.dpi: 100\n")
     call("plot", shared / "small.h5", "-o", tmp_path / "a.png", "--style", tmp_path / "a.mplstyle")
     assert size(tmp_path / "a.png")[0] == 700
@@ -109,19 +104,17 @@ def test_a_style_file_sets_the_resolution(call: Any, shared: Path, tmp_path: Pat
         (("--animate",), "found '.png' as the kind of film; allowed: .mp4, .gif"),
     ],
 )
-def test_wrong_options_leave_no_file(
-    call: Any, shared: Path, tmp_path: Path, options: tuple[str, ...], message: str
-) -> None:
+def test_wrong_options_leave_no_file(call, shared, tmp_path, options, message):
     assert message in call("plot", shared / "small.h5", "-o", tmp_path / "a.png", *options, code=2).err
     assert not list(tmp_path.iterdir())
 
 
-def test_results_are_no_film(call: Any, shared: Path, tmp_path: Path) -> None:
+def test_results_are_no_film(call, shared, tmp_path):
     answer = call("plot", shared / "small.h5", "-o", tmp_path / "a.gif", "--animate", code=2)
     assert "--animate: found no collar that moves in the hole; allowed: a trace" in answer.err
 
 
-def test_a_film_from_both_sides(call: Any, shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_film_from_both_sides(call, shared, tmp_path, monkeypatch):
     """The command and the function give the same bytes; without ffmpeg both say that it
     is a GIF."""
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -141,7 +134,7 @@ def test_a_film_from_both_sides(call: Any, shared: Path, tmp_path: Path, monkeyp
         nsdrill.animate(shared / "small.h5", tmp_path / "c.gif")
 
 
-def test_python_takes_the_same_and_tells_in_its_words(shared: Path) -> None:
+def test_python_takes_the_same_and_tells_in_its_words(shared):
     figure = nsdrill.plot(shared / "small.h5", "summary", width="3.3 in", style={"font.size": 6.0})
     assert figure.get_figwidth() == pytest.approx(3.3)
     assert mpl.rcParams["font.size"] != 6.0
@@ -153,7 +146,7 @@ def test_python_takes_the_same_and_tells_in_its_words(shared: Path) -> None:
         nsdrill.plot(shared / "small.h5", title="\U0001fae8")
 
 
-def test_the_list_of_kinds_is_short_and_all_names_are_taken(call: Call, shared: Path, tmp_path: Path) -> None:
+def test_the_list_of_kinds_is_short_and_all_names_are_taken(call, shared, tmp_path):
     """A line for each kind; those that are panels of others stand below."""
     listed = call("plot", shared / "small.h5", "--list")
     kinds = [line.split()[0] for line in listed.out.splitlines() if "--panel:" not in line]
@@ -167,7 +160,7 @@ def test_the_list_of_kinds_is_short_and_all_names_are_taken(call: Call, shared: 
     assert (tmp_path / "p.png").read_bytes() == (tmp_path / "w.png").read_bytes()
 
 
-def test_a_panel_and_limits_on_the_command_line(call: Call, shared: Path, tmp_path: Path) -> None:
+def test_a_panel_and_limits_on_the_command_line(call, shared, tmp_path):
     options = ("--panel", "radius", "--ylim", "0 mm", "40 mm", "--units", "field")
     call("plot", shared / "small.h5", *options, "-o", tmp_path / "r.png")
     wrong = call("plot", shared / "small.h5", "--panel", "orbit", "-o", tmp_path / "o.png", code=2)
@@ -178,7 +171,7 @@ WIDE = ("bifurcation", "summary", "map", "whirl_kind", "stick_slip_index", "lift
 
 
 @pytest.mark.parametrize("name", ["small", "map"])
-def test_every_kind_can_be_drawn_from_the_variables_it_needs(shared: Path, name: str) -> None:
+def test_every_kind_can_be_drawn_from_the_variables_it_needs(shared, name):
     path = str(shared / f"{name}.h5")
     whole, seen = read(path), outline(path)
     assert isinstance(seen, Results)
@@ -192,7 +185,7 @@ def test_every_kind_can_be_drawn_from_the_variables_it_needs(shared: Path, name:
         draw(data, kind)
 
 
-def test_a_cut_decides_what_is_needed(shared: Path) -> None:
+def test_a_cut_decides_what_is_needed(shared):
     seen = outline(str(shared / "map.h5"))
     assert isinstance(seen, Results)
     assert "axial_peaks" not in needed(seen)

@@ -1,8 +1,6 @@
 """Standard streams, odd file names and inputs that are no files: what stands between
 nsdrill and other programs."""
 
-from __future__ import annotations
-
 import io
 import json
 import os
@@ -18,7 +16,7 @@ from same_bits import different
 from nsdrill.cache import cache_directory
 from nsdrill.study import json_schema, short_text
 
-from .helpers import SCRIPT, Answer, Call, finish, start
+from .helpers import SCRIPT, Answer, finish, start
 
 
 def shell(text: str, cwd: Path) -> Answer:
@@ -50,18 +48,18 @@ def shell(text: str, cwd: Path) -> Answer:
         ("$N nothing 2>&-", 2, ""),
     ],
 )
-def test_output_that_reaches_nobody(tmp_path: Path, command: str, code: int, said: str) -> None:
+def test_output_that_reaches_nobody(tmp_path, command, code, said):
     assert shell(command, tmp_path) == Answer(code, "", said)
 
 
 @pytest.mark.parametrize("streams", [">&- 2>&- <&-", "2> /dev/full"])
-def test_a_run_that_nobody_listens_to(small: Path, shared: Path, streams: str) -> None:
+def test_a_run_that_nobody_listens_to(small, shared, streams):
     """The file is whole, without a word of a library in it, and that is what counts."""
     assert shell(f"$N run {small} -o out.h5 {streams}", small.parent).code == 0
     assert not different(small.parent / "out.h5", shared / "small.h5")
 
 
-def test_data_come_where_messages_do_not(small: Path) -> None:
+def test_data_come_where_messages_do_not(small):
     answer = shell(f"$N check {small} 2>/dev/full <&-", small.parent)
     assert answer.code == 0
     assert "valid. Small" in answer.out
@@ -80,7 +78,7 @@ def test_data_come_where_messages_do_not(small: Path) -> None:
         (["check", "/dev/zero"], "/dev/zero: is larger than 1 MB"),
     ],
 )
-def test_inputs_that_are_no_files(call: Call, shared: Path, words: list[str], said: str) -> None:
+def test_inputs_that_are_no_files(call, shared, words, said):
     os.mkfifo("pipe")
     os.mkfifo("old.h5.part")
     with socket.socket(socket.AF_UNIX) as one:
@@ -89,24 +87,24 @@ def test_inputs_that_are_no_files(call: Call, shared: Path, words: list[str], sa
     assert sorted(os.listdir()) == ["old.h5.part", "pipe", "socket"]
 
 
-def test_a_study_from_a_pipe(small: Path) -> None:
+def test_a_study_from_a_pipe(small):
     answer = shell(f"$N check <(sleep 0.2; cat {small})", small.parent)
     assert answer.code == 0
     assert "valid. Small" in answer.out
 
 
-def test_the_end_of_a_file_is_no_interrupt(call: Call, small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_end_of_a_file_is_no_interrupt(call, small, monkeypatch):
     """click takes EOFError for one: code 130, with which a job script would go on for
     ever."""
 
-    def ends(*args: object) -> None:
+    def ends(*args):
         raise EOFError("Ran out of input")
 
     monkeypatch.setattr("nsdrill.app.check.check", ends)
     assert "Ran out of input" in call("check", small, code=1).err
 
 
-def test_a_damaged_cache_is_told_once(shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_damaged_cache_is_told_once(shared, tmp_path, monkeypatch):
     """Empty files, as a power cut leaves them; one small function, to be quick."""
     study, whole = shared / "small.yaml", shared / "small.h5"  # whose functions are in the cache
     folder = Path(shutil.copytree(cache_directory(), tmp_path / "compiled"))
@@ -131,23 +129,23 @@ def piped(text: str, *words: object, cwd: Path) -> Answer:
     return Answer(done.returncode, done.stdout, done.stderr)
 
 
-def test_new_writes_to_standard_output(call: Call) -> None:
+def test_new_writes_to_standard_output(call):
     assert call("new", "-o", "-").out == call("new").out == short_text()
     assert not list(Path().iterdir())
 
 
 @pytest.fixture
-def fed(call: Call, monkeypatch: pytest.MonkeyPatch) -> Call:
+def fed(call, monkeypatch):
     """Gives a command with this text on standard input."""
 
-    def give(text: str, *words: object, code: int = 0) -> Answer:
+    def give(text, *words, code=0):
         monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
         return call(*words, code=code)
 
     return give
 
 
-def test_a_study_on_standard_input(shared: Path, tmp_path: Path, fed: Call) -> None:
+def test_a_study_on_standard_input(shared, tmp_path, fed):
     text = (shared / "small.yaml").read_text()
     assert fed(text, "check", "-").out.startswith("standard input: valid. Small\n16 points: ")
     assert piped(text, "run", "-", "-o", "out.h5", "--quiet", cwd=tmp_path).code == 0
@@ -164,7 +162,7 @@ def test_a_study_on_standard_input(shared: Path, tmp_path: Path, fed: Call) -> N
         ("x" * 1_000_001, "standard input: is larger than 1 MB"),
     ],
 )
-def test_faults_on_standard_input(tmp_path: Path, text: str, said: str, fed: Call) -> None:
+def test_faults_on_standard_input(tmp_path, text, said, fed):
     answer = fed(text, "run", "-", "-o", "out.h5", code=2)
     assert answer.out == ""
     assert said in answer.err
@@ -186,7 +184,7 @@ def test_faults_on_standard_input(tmp_path: Path, text: str, said: str, fed: Cal
         ["plot", "out.h5", "-o", "-"],
     ],
 )
-def test_results_and_pictures_are_files(call: Call, words: list[str]) -> None:
+def test_results_and_pictures_are_files(call, words):
     answer = call(*words, code=2)
     assert answer.out == ""
     assert "found '-'; allowed: the name of a file" in answer.err
@@ -194,7 +192,7 @@ def test_results_and_pictures_are_files(call: Call, words: list[str]) -> None:
 
 
 @pytest.mark.parametrize("units", ["si", "field"])
-def test_csv_on_standard_output(call: Call, shared: Path, units: str) -> None:
+def test_csv_on_standard_output(call, shared, units):
     more = ["--units", units, "--peaks"]
     answer = call("export", shared / "map.h5", "-o", "-", *more)
     assert answer.err == ""
@@ -203,7 +201,7 @@ def test_csv_on_standard_output(call: Call, shared: Path, units: str) -> None:
     assert [path.name for path in Path().iterdir()] == ["table.csv"]
 
 
-def test_a_full_standard_output(shared: Path) -> None:
+def test_a_full_standard_output(shared):
     with open("/dev/full", "w") as full:
         done = subprocess.run(
             [SCRIPT, "export", shared / "map.h5", "-o", "-"],
@@ -216,7 +214,7 @@ def test_a_full_standard_output(shared: Path) -> None:
     assert "standard output: cannot be written" in done.stderr
 
 
-def test_the_schema_as_a_file(call: Call) -> None:
+def test_the_schema_as_a_file(call):
     assert call("schema").out == call("schema", "-o", "-").out
     assert "# yaml-language-server: $schema=study.schema.json" in call("schema", "-o", "study.schema.json").err
     assert json.loads(Path("study.schema.json").read_text()) == json_schema()
@@ -233,7 +231,7 @@ def test_the_schema_as_a_file(call: Call) -> None:
         ("nsdrill plot -o pi", "file,pi"),
     ],
 )
-def test_completion(words: str, found: str, call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_completion(words, found, call, monkeypatch):
     monkeypatch.setenv("_NSDRILL_COMPLETE", "bash_complete")
     monkeypatch.setenv("COMP_WORDS", words)
     monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
@@ -244,7 +242,7 @@ NAMES = [b"\xff\xfe", b"two\nlines", "日本".encode()]
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_odd_names(call: Call, small: Path, shared: Path, tmp_path: Path, name: bytes) -> None:
+def test_odd_names(call, small, shared, tmp_path, name):
     odd = tmp_path / os.fsdecode(name)
     study, results = f"{odd}.yaml", f"{odd}.h5"
     shutil.copyfile(small, study)
@@ -265,7 +263,7 @@ def test_odd_names(call: Call, small: Path, shared: Path, tmp_path: Path, name: 
     assert told.isascii() or name == NAMES[2]
 
 
-def test_a_run_under_an_odd_name(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_under_an_odd_name(small, tmp_path, monkeypatch):
     """In a process of its own, whose output knows Latin letters only."""
     monkeypatch.setenv("PYTHONIOENCODING", "latin-1")
     odd = os.fsdecode(bytes(tmp_path) + b"/\xff\n")
@@ -276,7 +274,7 @@ def test_a_run_under_an_odd_name(small: Path, tmp_path: Path, monkeypatch: pytes
     assert shown.out.splitlines()[0].endswith("\\xff\\n.h5: results of a sweep. \\u65e5")
 
 
-def test_an_example_is_written_as_it_is(call: Call) -> None:
+def test_an_example_is_written_as_it_is(call):
     """Every study that comes with the package loads; a wrong name lists all with their
     titles."""
     from nsdrill.study import load_study

@@ -1,13 +1,10 @@
 """The pages, and the scripts of the documentation as modules."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import subprocess
 import sys
 import warnings
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -69,9 +66,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 @pytest.fixture
-def run_python(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Iterator[Callable[[str], str]]:
+def run_python(tmp_path, monkeypatch, capsys):
     """Gives what a program prints that is run in an empty folder, without a screen; a
     warning of a run is an error."""
     import matplotlib
@@ -83,7 +78,7 @@ def run_python(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(pyplot, "show", lambda: None)
 
-    def run(text: str) -> str:
+    def run(text):
         with warnings.catch_warnings():
             warnings.simplefilter("error", RunWarning)
             exec(compile(text, "<page>", "exec"), {"__name__": "__main__"})
@@ -94,30 +89,30 @@ def run_python(
 
 
 @pytest.fixture(name="run_commands")
-def _run_commands() -> Callable[..., list[str]]:
+def _run_commands():
     return run_commands
 
 
 @pytest.fixture
-def docs() -> Path:
+def docs():
     return DOCS
 
 
 @pytest.fixture
-def root() -> Path:
+def root():
     return ROOT
 
 
 @pytest.fixture
-def tables() -> ModuleType:
+def tables():
     return script("make_tables")
 
 
 @pytest.fixture
-def verify() -> ModuleType:
+def verify():
     return script("verify")
 
 
 @pytest.fixture(scope="session")
-def make_site() -> ModuleType:
+def make_site():
     return script("make_site")

@@ -1,7 +1,5 @@
 """What the fuzzer needs: the command line in this process, and finite JSON."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import math

@@ -6,8 +6,6 @@ datasets are deleted, replaced, filled and linked. Each batch runs in a process 
 own, so that a crash of the HDF5 library is seen.
 """
 
-from __future__ import annotations
-
 import collections
 import gc
 import json

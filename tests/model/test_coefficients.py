@@ -1,11 +1,8 @@
 """The lumped coefficients and the forces of given states: check numbers of the theory
 page, published ones, and the reference."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields
-from typing import Any
 
 import numpy as np
 import pytest
@@ -36,13 +33,13 @@ CHECK = {
 
 
 @pytest.mark.parametrize("name", CHECK)
-def test_coefficients_have_the_check_numbers(name: str) -> None:
+def test_coefficients_have_the_check_numbers(name):
     k = derive(Parameters(), 2000.0, 22240.0, 3.0)
     # half a unit in the tenth digit
     assert getattr(k, name) == pytest.approx(CHECK[name], rel=5e-10)
 
 
-def test_inertia_and_stiffness_of_jansen_and_van_den_steen() -> None:
+def test_inertia_and_stiffness_of_jansen_and_van_den_steen():
     """Jansen & van den Steen 1995: 2000 m of 5 in pipe over 150 m of 9 in collar: J 374
     kg m2, k 473 N m/rad."""
     k = derive(Parameters(Drillstring(Collar(length=150.0))), 2150.0, 0.0, 1.0)
@@ -51,7 +48,7 @@ def test_inertia_and_stiffness_of_jansen_and_van_den_steen() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_coefficients_equal_the_reference(seed: int) -> None:
+def test_coefficients_equal_the_reference(seed):
     c = random_case(np.random.default_rng(seed))
     k = derive(parameters_of(c), c.depth, c.wob, c.speed)
     for name in (
@@ -75,14 +72,14 @@ def test_coefficients_equal_the_reference(seed: int) -> None:
     assert k.m_f == pytest.approx(c.m_l - c.m_c, rel=1e-11, abs=1e-9)
 
 
-def test_buckling_load_is_eulers() -> None:
+def test_buckling_load_is_eulers():
     """pi^2 E I / l^2; there the static bending stiffness k_bend - W pi^2/(2 l)
     vanishes."""
     k = derive(Parameters(), 2000.0, 22240.0, 3.0)
     assert k.buckling_load * math.pi**2 / (2 * Collar().span) == pytest.approx(k.k_bend, rel=1e-14)
 
 
-def test_arrays_give_the_bits_of_scalars() -> None:
+def test_arrays_give_the_bits_of_scalars():
     rng = np.random.default_rng(5)
     depth, wob, speed = (rng.uniform(300, 9000, 50), rng.uniform(0, 1e5, 50), rng.uniform(0.1, 20, 50))
     many = derive(Parameters(), depth, wob, speed)
@@ -92,21 +89,21 @@ def test_arrays_give_the_bits_of_scalars() -> None:
 
 
 @pytest.mark.parametrize("depth", [200.0, 199.9, 0.0, -5.0])
-def test_a_depth_within_the_collars_is_refused(depth: float) -> None:
+def test_a_depth_within_the_collars_is_refused(depth):
     with pytest.raises(ValueError, match="more than the collar length, 200 m"):
         derive(Parameters(), np.array([3000.0, depth]), 1e4, 3.0)
 
 
 @given(st.floats(300, 9000), st.floats(0, 2e5), st.floats(0.01, 50))
 @settings(max_examples=100, deadline=None)
-def test_depth_of_cut_is_never_negative(depth: float, wob: float, speed: float) -> None:
+def test_depth_of_cut_is_never_negative(depth, wob, speed):
     """The printed law of the rate of penetration is negative at low weight."""
     k = derive(Parameters(), depth, wob, speed)
     assert k.depth_of_cut >= 0
     assert (k.depth_of_cut == 0) == (1.35e-8 * wob * math.sqrt(speed) <= 1.9e-4)
 
 
-def test_deeper_is_softer_and_heavier() -> None:
+def test_deeper_is_softer_and_heavier():
     shallow, deep = derive(Parameters(), 1000.0, 1e4, 3.0), derive(Parameters(), 8000.0, 1e4, 3.0)
     assert deep.k_a < shallow.k_a
     assert deep.k_t < shallow.k_t
@@ -115,11 +112,11 @@ def test_deeper_is_softer_and_heavier() -> None:
     assert deep.k_bend == shallow.k_bend
 
 
-def test_every_coefficient_says_its_unit() -> None:
+def test_every_coefficient_says_its_unit():
     assert all(item.metadata["units"] for item in fields(Coefficients))
 
 
-def test_steel_alone_is_eccentric_where_the_user_says_so() -> None:
+def test_steel_alone_is_eccentric_where_the_user_says_so():
     case = Case(eccentric_mass="steel")
     k = derive(parameters_of(case), 2000.0, 1e4, 3.0)
     assert k.m_e == k.m_c < k.m_l
@@ -136,7 +133,7 @@ def drawn(seed: int, **fixed: object) -> tuple[Case, np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_forces_equal_the_reference(seed: int) -> None:
+def test_forces_equal_the_reference(seed):
     c, states, t = drawn(seed)
     mine = forces(parameters_of(c), operation_of(c), as_state(states, c.speed * t))
     theirs = contacts(c, t, states.T)
@@ -154,7 +151,7 @@ def test_forces_equal_the_reference(seed: int) -> None:
 
 
 @pytest.mark.parametrize("law", ["linear", "hertz"])
-def test_forces_add_up_to_the_compiled_accelerations(law: str) -> None:
+def test_forces_add_up_to_the_compiled_accelerations(law):
     """Without eccentricity and softening each acceleration is a sum of the reported
     forces."""
     c, states, t = drawn(21, wall_law=law, lobes=3, eccentricity=0.0, softening="none")
@@ -174,12 +171,12 @@ def test_forces_add_up_to_the_compiled_accelerations(law: str) -> None:
     assert c.J * a[:, 7] == pytest.approx(moment, rel=1e-9, abs=1e-12 * np.max(np.abs(moment)))
 
 
-def test_friction_opposes_and_falls_from_static_to_dynamic() -> None:
+def test_friction_opposes_and_falls_from_static_to_dynamic():
     """f(v) = (2/pi) atan(eps v) [(mu_s - mu_d)/(1 + tau |v|) + mu_d], theory page."""
     law = BitFriction()
     numbers = stribeck(law)
 
-    def friction(v: Any) -> Any:
+    def friction(v):
         return values(hyperbolic, "coefficient", v, numbers)
 
     v = np.linspace(-20, 20, 4001)
@@ -191,7 +188,7 @@ def test_friction_opposes_and_falls_from_static_to_dynamic() -> None:
     assert friction(1.0) == pytest.approx(2 / np.pi * np.arctan(500) * (0.3 / 4 + 0.2), rel=1e-14)
 
 
-def test_cutting_torque_does_not_drive_a_stuck_bit() -> None:
+def test_cutting_torque_does_not_drive_a_stuck_bit():
     """The paper's cutting torque does not depend on the direction of rotation; gated by
     g(omega) it only resists."""
     c = Case()
@@ -202,7 +199,7 @@ def test_cutting_torque_does_not_drive_a_stuck_bit() -> None:
     assert f["bit_torque"][20] == 0
 
 
-def test_whirl_angle_is_unwrapped() -> None:
+def test_whirl_angle_is_unwrapped():
     c = Case()
     angle = np.linspace(0, 20, 400)
     states = np.zeros((400, 8))
@@ -211,7 +208,7 @@ def test_whirl_angle_is_unwrapped() -> None:
     assert f["whirl_angle"] == pytest.approx(angle, abs=1e-13)
 
 
-def test_at_the_centre_of_the_hole_nothing_is_infinite() -> None:
+def test_at_the_centre_of_the_hole_nothing_is_infinite():
     c = Case()
     f = forces(parameters_of(c), operation_of(c), as_state(np.zeros((3, 8)), np.zeros(3)))
     assert all(np.all(np.isfinite(values)) for values in f.values())

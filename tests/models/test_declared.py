@@ -1,8 +1,6 @@
 """What a model declares once and what follows from it; friction laws and drilling rates by
 themselves."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -24,7 +22,7 @@ from nsdrill.variables import OK, feature
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_numbers_are_lane_parameters_under_the_names_they_declare(name: str) -> None:
+def test_numbers_are_lane_parameters_under_the_names_they_declare(name):
     model = described(name)
     parameters, operation = model.parameters(), model.operation()
     dynamics, names = model.dynamics, model.dynamics.names(model.dynamics.variant(parameters)).parameters
@@ -34,7 +32,7 @@ def test_numbers_are_lane_parameters_under_the_names_they_declare(name: str) -> 
     assert lane_values(parameters) == {one: row[names.index(one)] for one in lanes_of(model.parameters)}
 
 
-def test_every_response_has_its_threshold_bounds_and_variables() -> None:
+def test_every_response_has_its_threshold_bounds_and_variables():
     assert [response.bit for response in RESPONSES.values()] == [1, 2, 4]  # as in files of every version
     for response in RESPONSES.values():
         section = getattr(Thresholds(), response.name)
@@ -45,7 +43,7 @@ def test_every_response_has_its_threshold_bounds_and_variables() -> None:
         assert {response.feature, response.graded, response.severity.name} <= set(BY_NAME)
 
 
-def test_a_record_is_measured_unless_a_feature_of_that_name_is_declared() -> None:
+def test_a_record_is_measured_unless_a_feature_of_that_name_is_declared():
     records = [
         feature("mean_a", "m", "mean of a", measure=Mean("a")),
         feature("mean_b", "m", "mean of b", measure=Mean("b")),
@@ -57,7 +55,7 @@ def test_a_record_is_measured_unless_a_feature_of_that_name_is_declared() -> Non
     assert measured_by(records, own, ("option",)) == [Mean("a", "mean_a"), TimeAbove("c", "above_c")]
 
 
-def test_a_study_from_before_a_number_keeps_its_digest() -> None:
+def test_a_study_from_before_a_number_keeps_its_digest():
     """``mud.swirl`` was not there at first; 0, its default, changes nothing."""
     now = parse_study("title: now\n")
     assert value_of(now.parameters, "mud.swirl") == 0.0
@@ -71,7 +69,7 @@ def test_a_study_from_before_a_number_keeps_its_digest() -> None:
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_no_slip_falls_more_steeply_than_the_law_says(name: str) -> None:
+def test_no_slip_falls_more_steeply_than_the_law_says(name):
     """And one falls as steeply: a scan of the slips without smoothing."""
     numbers = {"smoothing": 1e12, "decay": 3.0, "rise": 0.7, "dynamic": 0.2}
     slips = np.concatenate([[1e-9], np.linspace(1e-3, 10.0, 200_001)])

@@ -1,8 +1,6 @@
 """Deviations and implicit friction of several masses, against neighbouring runs and
 differences."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +9,7 @@ import pytest
 from deviations import followed_and_quotient
 
 import nsdrill
-from nsdrill.abi import RATES, Rows
+from nsdrill.abi import RATES
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.models.leaves import Values
@@ -54,7 +52,7 @@ IDEAL = SEGMENTS + "drive: {kind: ideal}\n"
     ],
     ids=["stabilizers", "along", "touch", "segments", "ideal"],
 )
-def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float, rtol: str, within: float) -> None:
+def test_the_deviation_is_the_derivative_of_the_motion(text, seconds, rtol, within):
     study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: {rtol}}}\n")
     followed, quotient = followed_and_quotient(work_of(prepare(study)), 1e-11)
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
@@ -63,7 +61,7 @@ def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float
 @pytest.mark.parametrize("cut", ["c2: -0.00019", "c2: 0.001", "speed: mean"])
 @pytest.mark.parametrize("drive", ["dc_motor", "soft_torque"])
 @pytest.mark.parametrize("implicit", [False, True])
-def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut: str, drive: str, implicit: bool) -> None:
+def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut, drive, implicit):
     """At random states, on the rock and off it, after the rock's side at the start of a
     step: slopes, pushes and moved velocities, against differences of fourth order."""
     study = parse_study(
@@ -84,7 +82,7 @@ def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut: str, dri
     deviation = rng.normal(size=size.shape) * size
     phase, time = rng.uniform(0.0, 6.0, lanes), rng.uniform(0.0, 3.0, lanes)
 
-    def buffer(of: Rows, states: np.ndarray) -> np.ndarray:
+    def buffer(of, states):
         b = np.zeros((of.total, lanes))
         b[of.parameter : of.parameter + of.parameters] = table.T
         b[of.phase], b[of.stage_time], b[: of.own] = phase, time, states
@@ -92,7 +90,7 @@ def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut: str, dri
             b[of.relax] = 1e-4
         return b
 
-    def slopes(shift: float) -> np.ndarray:
+    def slopes(shift):
         b = buffer(plain, state + shift * step * deviation)
         model.right_hand_side(lanes, variant)(b.ravel())
         own, push = plain.own, len(plain.pushed)
@@ -116,7 +114,7 @@ def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut: str, dri
 
 
 @pytest.mark.parametrize("text", [STABILIZERS, SEGMENTS], ids=["stabilizers", "segments"])
-def test_a_run_has_the_same_bits_with_its_exponent(text: str) -> None:
+def test_a_run_has_the_same_bits_with_its_exponent(text):
     study = f"{text}sweep: {{wob: [40 kN, 60 kN, 90 kN]}}\nsimulation: {{transient: 0.5 s, observe: 1 s}}\n"
     plain, told = (nsdrill.run(study, set={"record.exponent": switch}) for switch in (False, True))
     for name in plain.data_vars:
@@ -125,7 +123,7 @@ def test_a_run_has_the_same_bits_with_its_exponent(text: str) -> None:
     assert from_dataset(told).variables["lyapunov_error"].shape[-1] > 0
 
 
-def test_steady_rotation_of_segments_decays_as_its_slowest_eigenvalue() -> None:
+def test_steady_rotation_of_segments_decays_as_its_slowest_eigenvalue():
     """On low lobes and without pulsation a string that begins a little slower swings
     about steady drilling and comes to rest; its deviations decay with the slowest
     eigenvalue of the string on flat rock, linear about steady drilling."""
@@ -148,7 +146,7 @@ record: {exponent: true}
     n, names = work.state_count, model.states(fixed)
     free = [i for i, name in enumerate(names) if name not in ("lag", "drive_speed", "current")]
 
-    def rates(state: np.ndarray) -> np.ndarray:
+    def rates(state):
         lanes = np.zeros((rows.total, 8))
         lanes[:n] = state[:, None]
         lanes[rows.parameter : rows.parameter + rows.parameters] = runs.parameters[0][:, None]
@@ -230,7 +228,7 @@ def slopes_of(b: np.ndarray, rows: Any) -> np.ndarray:
 
 @pytest.mark.parametrize("smoothing", ["500", "1e5"])
 @pytest.mark.parametrize("case", CASES)
-def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: str, smoothing: str) -> None:
+def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case, smoothing):
     found = []
     for implicit in (False, True):
         b, rows, function = buffer_of(CASES[case].replace("EPS", smoothing), implicit, 3)
@@ -241,7 +239,7 @@ def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: str, smo
 
 @pytest.mark.parametrize("smoothing", ["500", "1e5"])
 @pytest.mark.parametrize("case", CASES)
-def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: str) -> None:
+def test_the_velocities_of_a_stage_agree_with_its_loads(case, smoothing):
     """They have moved by ``relax`` times the push, and at these velocities the ordinary
     slopes are those found, but for what Newton's method leaves of the greatest push."""
     text = CASES[case].replace("EPS", smoothing)
@@ -266,7 +264,7 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: st
 
 
 @pytest.mark.parametrize("case", MIXED)
-def test_the_bits_of_a_lane_do_not_depend_on_its_neighbours(case: str) -> None:
+def test_the_bits_of_a_lane_do_not_depend_on_its_neighbours(case):
     """Lanes with and without contact, and each of them among copies of itself. Where
     the bit is about to stick, the number of iterations would differ."""
     for seed in range(20):
@@ -287,7 +285,7 @@ def test_the_bits_of_a_lane_do_not_depend_on_its_neighbours(case: str) -> None:
 
 @pytest.mark.parametrize("implicit", [False, True])
 @pytest.mark.parametrize("case", ["beam", "beam, few modes", "beam, one station"])
-def test_the_deviation_is_the_derivative(case: str, implicit: bool) -> None:
+def test_the_deviation_is_the_derivative(case, implicit):
     """Of an elastic collar: moved velocities, slopes and pushes of the deviation, against
     a difference of eighth order. That of a stage is as exact as its loads, in the worst
     of lanes; of explicit slopes to 1e-10."""

@@ -1,8 +1,6 @@
 """Maps: right cells, right colours, panels for procedures and for a third axis; what lies on
 the cells."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from made_up import covered, make_results, spoil
@@ -26,7 +24,7 @@ def cells(axes: Axes) -> QuadMesh:
     return artists(axes, "cells")[0]
 
 
-def test_cells_have_the_colour_of_their_response(plane: Results) -> None:
+def test_cells_have_the_colour_of_their_response(plane):
     figure = plot.draw(plane)
     [axes] = maps(figure)
     mesh = cells(axes)
@@ -37,7 +35,7 @@ def test_cells_have_the_colour_of_their_response(plane: Results) -> None:
     assert words == [RESPONSES[code].name for code in np.unique(plane["response"])]
 
 
-def test_cells_reach_half_way_to_unequal_neighbours(plane: Results) -> None:
+def test_cells_reach_half_way_to_unequal_neighbours(plane):
     """Depths of equal ratios are drawn on a logarithmic scale, and half way is meant on
     it; other depths to scale."""
     axes = maps(plot.draw(plane))[0]
@@ -51,7 +49,7 @@ def test_cells_reach_half_way_to_unequal_neighbours(plane: Results) -> None:
     np.testing.assert_allclose(cells(axes).get_coordinates()[1:-1, 0, 1], 0.5 * (depth[1:] + depth[:-1]))
 
 
-def test_depth_goes_down(plane: Results) -> None:
+def test_depth_goes_down(plane):
     bottom, top = maps(plot.draw(plane))[0].get_ylim()
     assert bottom > top
 
@@ -65,13 +63,13 @@ def test_depth_goes_down(plane: Results) -> None:
         ("bit_torque_max", "bit_torque_max", 1e-3, "Greatest torque on the bit [kN m]"),
     ],
 )
-def test_value_maps(plane: Results, kind: str, variable: str, scale: float, label: str) -> None:
+def test_value_maps(plane, kind, variable, scale, label):
     figure = plot.draw(plane, kind)
     np.testing.assert_allclose(cells(maps(figure)[0]).get_array(), plane[variable][0, :, 0, :] * scale)
     assert label in [axes.get_ylabel() for axes in figure.axes]
 
 
-def test_failed_cells_are_crossed_and_pending_cells_blank(plane: Results) -> None:
+def test_failed_cells_are_crossed_and_pending_cells_blank(plane):
     figure = plot.draw(spoil(plane, diverged=3, step_limit=2, pending=4))
     [axes] = maps(figure)
     crossed = artists(axes, "failed")[0]
@@ -83,7 +81,7 @@ def test_failed_cells_are_crossed_and_pending_cells_blank(plane: Results) -> Non
     assert {"failed (5 of 135)", "not run yet (4 of 135)"} <= set(words)
 
 
-def test_up_and_down_are_compared_in_a_third_panel() -> None:
+def test_up_and_down_are_compared_in_a_third_panel():
     data = make_results(depth=np.linspace(1e3, 5e3, 5), rotary_speed=np.linspace(1, 8, 12), procedures=("up", "down"))
     data["status"][0, 0, 0, 0] = PENDING
     figure = plot.draw(data)
@@ -95,7 +93,7 @@ def test_up_and_down_are_compared_in_a_third_panel() -> None:
     np.testing.assert_array_equal(covered(hatched, data["rotary_speed"], data["depth"]), differs)
 
 
-def test_a_third_axis_gives_small_multiples() -> None:
+def test_a_third_axis_gives_small_multiples():
     data = make_results(
         depth=np.linspace(1e3, 5e3, 6), wob=(1e4, 2e4, 3e4, 4e4, 5e4), rotary_speed=np.linspace(1, 8, 7)
     )
@@ -105,7 +103,7 @@ def test_a_third_axis_gives_small_multiples() -> None:
         np.testing.assert_array_equal(cells(axes).get_array(), data["response"][0, :, number, :])
 
 
-def test_too_many_panels_says_what_to_select() -> None:
+def test_too_many_panels_says_what_to_select():
     data = make_results(
         depth=np.linspace(1e3, 5e3, 14), wob=np.linspace(1e4, 5e4, 13), rotary_speed=np.linspace(1, 8, 15)
     )
@@ -114,18 +112,18 @@ def test_too_many_panels_says_what_to_select() -> None:
     assert len(maps(plot.draw(data, at={"wob": 1e4}))) == 1
 
 
-def test_severity_lines_only_where_the_data_cross_them(plane: Results) -> None:
+def test_severity_lines_only_where_the_data_cross_them(plane):
     assert artists(plot.draw(plane, "stick_slip_index"), "severity")
     plane["stick_slip_index"][:] = 10.0
     assert not artists(plot.draw(plane, "stick_slip_index"), "severity")
 
 
-def test_whirl_kinds_have_names(plane: Results) -> None:
+def test_whirl_kinds_have_names(plane):
     words = legend_words(plot.draw(plane, "whirl_kind"))
     assert words == ["no whirl", "backward rolling", "irregular"]
 
 
-def test_values_of_up_and_down_are_subtracted() -> None:
+def test_values_of_up_and_down_are_subtracted():
     """The third panel of a map of values shows that value, not the response, and its
     sign by two colours."""
     data = make_results(depth=np.linspace(1e3, 5e3, 5), rotary_speed=np.linspace(1, 8, 12), procedures=("up", "down"))
@@ -141,7 +139,7 @@ def test_values_of_up_and_down_are_subtracted() -> None:
     assert "down less up [%]" in [axes.get_ylabel() for axes in figure.axes]
 
 
-def test_values_of_both_signs_are_white_at_zero(plane: Results) -> None:
+def test_values_of_both_signs_are_white_at_zero(plane):
     shown = cells(maps(plot.draw(plane, "whirl_ratio"))[0])
     assert plane["whirl_ratio"].min() < 0 < plane["whirl_ratio"].max()
     assert shown.norm.vmin == -shown.norm.vmax
@@ -149,12 +147,12 @@ def test_values_of_both_signs_are_white_at_zero(plane: Results) -> None:
     assert cells(maps(plot.draw(plane, "lift_off"))[0]).norm.vmin == 0.0
 
 
-def test_kinds_of_whirl_have_colours_of_their_own() -> None:
+def test_kinds_of_whirl_have_colours_of_their_own():
     others = {style.colour for style in (*RESPONSES, *MOTIONS)}
     assert not others & {*KIND_COLOURS}
 
 
-def test_no_cell_reaches_below_zero_where_no_value_does() -> None:
+def test_no_cell_reaches_below_zero_where_no_value_does():
     figure = plot.draw(make_results(rotary_speed=(1.0, 9.0)))
     assert figure.axes[1].get_xlim()[0] == 0.0
     figure = plot.draw(make_results(depth=(500.0, 9000.0), rotary_speed=np.linspace(1, 9, 5)), "map")
@@ -165,7 +163,7 @@ WEIGHTS = np.linspace(1e4, 1e5, 5)
 
 
 @pytest.fixture
-def checked() -> Results:
+def checked():
     """Of forty points two change response in one of the checks, three change their
     features only, the others agree."""
     coords = {
@@ -184,7 +182,7 @@ def checked() -> Results:
 
 
 @pytest.mark.parametrize("kind", ["map", "stick_slip_index"])
-def test_a_map_marks_them(checked: Results, kind: str) -> None:
+def test_a_map_marks_them(checked, kind):
     figure = draw(checked, kind)
     axes = figure.axes[0]
     [dots] = artists(axes, "response_differs")
@@ -199,7 +197,7 @@ def test_a_map_marks_them(checked: Results, kind: str) -> None:
 
 
 @pytest.mark.usefixtures("laid_out")
-def test_a_long_legend_stays_on_the_paper(checked: Results) -> None:
+def test_a_long_legend_stays_on_the_paper(checked):
     """Long entries stand below each other rather than beyond the edge."""
     checked.variables["status"][0, 0, 1, :4] = INFERRED
     checked.variables["motion"][:] = np.arange(8) % 2
@@ -210,14 +208,14 @@ def test_a_long_legend_stays_on_the_paper(checked: Results) -> None:
         assert box.x1 <= figure.bbox.width, kind
 
 
-def test_a_strip_marks_them(checked: Results) -> None:
+def test_a_strip_marks_them(checked):
     figure = draw(checked, "summary", at={"wob": WEIGHTS[0]})
     [dots] = artists(figure.axes[0], "response_differs")
     assert np.asarray(dots.get_xdata()).tolist() == [1.0, 2.0]
     assert not artists(figure.axes[0], "features_differ")
 
 
-def test_what_was_not_checked_is_not_marked(checked: Results) -> None:
+def test_what_was_not_checked_is_not_marked(checked):
     for name in ("tight_status", "long_status"):
         checked.variables[name][:] = 0
     figure = draw(checked, "map")
@@ -226,7 +224,7 @@ def test_what_was_not_checked_is_not_marked(checked: Results) -> None:
 
 
 @pytest.fixture
-def refined() -> Results:
+def refined():
     """Five weights by nine speeds, of which every other was run; all points bounce and
     whirl forward."""
     coords = {
@@ -251,7 +249,7 @@ def refined() -> Results:
     return Results(coords, variables, {"title": ""})
 
 
-def test_a_map_shows_inferred_responses_and_says_so(refined: Results) -> None:
+def test_a_map_shows_inferred_responses_and_says_so(refined):
     figure = draw(refined, "map")
     cells = artists(figure, "cells")[0]
     assert np.all(np.asarray(cells.get_array()) == 5)
@@ -265,7 +263,7 @@ def test_a_map_shows_inferred_responses_and_says_so(refined: Results) -> None:
 @pytest.mark.parametrize(
     ("kind", "said"), [("whirl_kind", "paler: inferred"), ("stick_slip_index", "interpolated between runs")]
 )
-def test_other_maps_fill_them_from_the_points_around_and_say_so(refined: Results, kind: str, said: str) -> None:
+def test_other_maps_fill_them_from_the_points_around_and_say_so(refined, kind, said):
     figure = draw(refined, kind)
     cells = artists(figure, "cells")[0]
     assert np.all(np.asarray(cells.get_array()) == (1 if kind == "whirl_kind" else 30.0))
@@ -275,7 +273,7 @@ def test_other_maps_fill_them_from_the_points_around_and_say_so(refined: Results
     assert not any(c.get_hatch() for c in figure.axes[0].collections)
 
 
-def test_between_points_values_are_linear(refined: Results) -> None:
+def test_between_points_values_are_linear(refined):
     """A plane through the points that were run is met at all others, wherever they lie
     between."""
     x, y = np.meshgrid(refined["rotary_speed"], refined["wob"])
@@ -287,7 +285,7 @@ def test_between_points_values_are_linear(refined: Results) -> None:
 
 
 @pytest.mark.parametrize("kind", ["summary", "bifurcation"])
-def test_along_one_axis_the_strip_is_whole_and_curves_pass_over_them(refined: Results, kind: str) -> None:
+def test_along_one_axis_the_strip_is_whole_and_curves_pass_over_them(refined, kind):
     figure = draw(refined, kind, at={"wob": WEIGHTS[0]})
     strip = artists(figure, "strip")[0]
     assert np.ma.count(np.ma.asarray(strip.get_array())) == 9
@@ -302,7 +300,7 @@ RATED_SPEEDS, RATED_WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3,
 
 
 @pytest.fixture
-def rated() -> Results:
+def rated():
     """The rate [m/h] is the speed times the weight in 10 kN."""
     made = make_results(wob=RATED_WEIGHTS, rotary_speed=RATED_SPEEDS, procedures=("up", "down"))
     made.variables["rate_of_penetration"] = np.broadcast_to(

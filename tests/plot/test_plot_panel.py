@@ -1,8 +1,6 @@
 """One panel of a picture alone, limits of its y axis; what is left out: frozen motions,
 rounding that is no signal."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any
@@ -32,7 +30,7 @@ def labels(figure: Figure) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", ["bifurcation", "summary"])
-def test_a_panel_along_an_axis_is_the_same_alone(speeds: Results, kind: str) -> None:
+def test_a_panel_along_an_axis_is_the_same_alone(speeds, kind):
     whole = plot.draw(speeds, kind)
     for axes in whole.axes[1:]:
         name = str(axes.get_label())
@@ -46,13 +44,13 @@ def test_a_panel_along_an_axis_is_the_same_alone(speeds: Results, kind: str) -> 
             assert np.array_equal(one.get_xydata(), other.get_xydata(), equal_nan=True)
 
 
-def test_a_name_may_be_shortened_where_it_is_clear(speeds: Results) -> None:
+def test_a_name_may_be_shortened_where_it_is_clear(speeds):
     assert labels(plot.draw(speeds, "bifurcation", panel="radius")) == ["Radial peaks $r$ [mm]"]
     with pytest.raises(nsdrill.InputError, match="found 'peaks'; allowed here: 'axial_peaks', 'bit_speed_peaks'"):
         plot.draw(speeds, panel="peaks")
 
 
-def test_panels_of_maps_are_named_by_the_way_the_state_was_carried() -> None:
+def test_panels_of_maps_are_named_by_the_way_the_state_was_carried():
     data = make_results(wob=np.linspace(1e4, 6e4, 5), rotary_speed=np.linspace(1, 8, 9), procedures=("up", "down"))
     whole = plot.draw(data, "map")
     for number, name in enumerate(("up", "down", "compared")):
@@ -67,7 +65,7 @@ def test_panels_of_maps_are_named_by_the_way_the_state_was_carried() -> None:
 @pytest.mark.parametrize(
     ("panel", "kind"), [("orbit", None), ("phase", "trace"), ("section", None), ("wall_force", "trace")]
 )
-def test_panels_of_a_trace(trace: Trace, panel: str, kind: str | None) -> None:
+def test_panels_of_a_trace(trace, panel, kind):
     """Those that were kinds of their own are drawn as they were."""
     figure = plot.draw(trace, kind, panel=panel)
     if panel in all_kinds():
@@ -78,7 +76,7 @@ def test_panels_of_a_trace(trace: Trace, panel: str, kind: str | None) -> None:
         assert labels(figure) == ["Wall force [kN]"]
 
 
-def test_every_panel_in_axes_of_a_user(speeds: Results, trace: Trace) -> None:
+def test_every_panel_in_axes_of_a_user(speeds, trace):
     """Also where the user's panels share their axes."""
     figure = Figure()
     left, right = figure.subplots(1, 2, sharex=True)
@@ -97,8 +95,8 @@ def test_every_panel_in_axes_of_a_user(speeds: Results, trace: Trace) -> None:
     assert axes.get_xlabel() == "Time [s]"
 
 
-def test_limits_of_the_y_axis_with_units(speeds: Results) -> None:
-    def shown(**look: Any) -> list[tuple[float, float]]:
+def test_limits_of_the_y_axis_with_units(speeds):
+    def shown(**look):
         return [axes.get_ylim() for axes in plot.draw(speeds, look=look_of(**look)).axes]
 
     usual, limited = shown(), shown(ylim=("0 rpm", "60 rpm"))
@@ -112,7 +110,7 @@ def test_limits_of_the_y_axis_with_units(speeds: Results) -> None:
     assert not [one for one in figure.axes[1].lines if "beyond" in str(one.get_gid())]
 
 
-def test_limits_of_an_axis_of_the_sweep_along_y() -> None:
+def test_limits_of_an_axis_of_the_sweep_along_y():
     data = make_results(wob=np.linspace(1e4, 6e4, 6), rotary_speed=np.linspace(1, 8, 9))
     for kind in ("map", "stick_slip_index", "window"):
         figure = plot.draw(data, kind, look=look_of(ylim=("20 kN", "40 kN")))
@@ -127,7 +125,7 @@ def test_limits_of_an_axis_of_the_sweep_along_y() -> None:
         (("60 rpm", "0 rpm"), "ylim: found 6.28319 to 0 rad/s; allowed: the lower end first"),
     ],
 )
-def test_limits_that_do_not_fit(speeds: Results, ends: tuple[str, str], words: str) -> None:
+def test_limits_that_do_not_fit(speeds, ends, words):
     with pytest.raises(nsdrill.InputError, match=words):
         plot.draw(speeds, look=look_of(ylim=ends))
 
@@ -152,7 +150,7 @@ def returns(*modes: str) -> Results:
 
 
 @pytest.fixture(scope="module")
-def frozen_trace() -> Trace:
+def frozen_trace():
     return make_trace()
 
 
@@ -169,7 +167,7 @@ def frozen_trace() -> Trace:
         ("lateral", "trace", ["$z$", "Bit speed", "Bit force", "Bit torque", "$\\dot z$", "Bit speed"]),
     ],
 )
-def test_of_a_trace(frozen_trace: Trace, mode: str, kind: str, shown: list[str]) -> None:
+def test_of_a_trace(frozen_trace, mode, kind, shown):
     figure = plot.draw(Trace(frozen_trace.time, frozen_trace.variables, frozen_trace.attrs | frozen(mode)), kind)
     assert words_of(figure) == shown
 
@@ -184,25 +182,25 @@ def test_of_a_trace(frozen_trace: Trace, mode: str, kind: str, shown: list[str])
         (("axial",), "poincare", ["$r$", "Whirl angle from bit", "Bit speed"]),
     ],
 )
-def test_of_a_sweep(modes: tuple[str, ...], kind: str, shown: list[str]) -> None:
+def test_of_a_sweep(modes, kind, shown):
     assert words_of(plot.draw(returns(*modes), kind)) == shown
 
 
-def test_of_a_ramp() -> None:
+def test_of_a_ramp():
     frozen_trace = make_trace()
     frozen_trace.variables["drive_speed"] = frozen_trace.time / 20.0
     frozen_trace.attrs |= frozen("torsional")
     assert words_of(plot.draw(frozen_trace, "ramp")) == ["Axial peaks $z$", "Radial peaks $r$"]
 
 
-def test_the_orbit_of_a_string_without_lateral_motion_is_refused(frozen_trace: Trace) -> None:
+def test_the_orbit_of_a_string_without_lateral_motion_is_refused(frozen_trace):
     alone = Trace(frozen_trace.time, frozen_trace.variables, frozen_trace.attrs | frozen("lateral"))
     assert "orbit" not in plot.kinds_for(alone)
     with pytest.raises(InputError, match=r"'orbit', which does not fit a frozen_trace \(the lateral motion is frozen"):
         plot.draw(alone, "orbit")
 
 
-def test_every_variable_that_is_drawn_has_a_mode_or_moves_with_several() -> None:
+def test_every_variable_that_is_drawn_has_a_mode_or_moves_with_several():
     drawn = described("christoforou_yigit").drawn
     names = {*drawn.histories, *sum(drawn.planes, ()), *drawn.section, *sum(drawn.section_planes, ()), *drawn.summary}
     names |= {one[1] for one in drawn.attractors}
@@ -213,7 +211,7 @@ def test_every_variable_that_is_drawn_has_a_mode_or_moves_with_several() -> None
 
 @pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize(("middle", "swing", "opened"), [(-0.884, 1e-8, True), (0.0, 1e-15, True), (3.0, 1e-3, False)])
-def test_the_last_digits_of_a_value_do_not_fill_a_panel(middle: float, swing: float, opened: bool) -> None:
+def test_the_last_digits_of_a_value_do_not_fill_a_panel(middle, swing, opened):
     with house_style():
         figure = new_figure(3.0, 3.0)
         axes = figure.add_subplot()
@@ -226,7 +224,7 @@ def test_the_last_digits_of_a_value_do_not_fill_a_panel(middle: float, swing: fl
     assert max(len(label.get_text()) for label in axes.get_yticklabels()) <= 7
 
 
-def test_a_plane_of_rounding_is_left_out() -> None:
+def test_a_plane_of_rounding_is_left_out():
     trace = make_trace()
     noise = 1e-15 * np.sin(np.arange(len(trace.time)))
     still = replace(trace, variables={**trace.variables, "z": -8.8e-4 + noise * 1e-3, "vz": noise})
@@ -235,7 +233,7 @@ def test_a_plane_of_rounding_is_left_out() -> None:
 
 
 @pytest.mark.parametrize(("part", "wall"), [(0.05, False), (0.9, True)])
-def test_an_orbit_fills_its_panel_and_the_wall_is_there_where_it_is_near(part: float, wall: bool) -> None:
+def test_an_orbit_fills_its_panel_and_the_wall_is_there_where_it_is_near(part, wall):
     trace = make_trace()
     gap, angle = float(trace.attrs["gap"]), 3.0 * trace.time
     x, y = part * gap * np.cos(angle), part * gap * np.sin(angle)
@@ -247,7 +245,7 @@ def test_an_orbit_fills_its_panel_and_the_wall_is_there_where_it_is_near(part: f
     assert ("wall at" in axes.get_title()) != wall
 
 
-def test_a_turn_along_the_wall_is_no_polygon() -> None:
+def test_a_turn_along_the_wall_is_no_polygon():
     trace = make_trace()
     gap, time = float(trace.attrs["gap"]), np.arange(0.0, 2.0, 0.02)
     angle = -30.0 * time
@@ -268,7 +266,7 @@ def test_a_turn_along_the_wall_is_no_polygon() -> None:
     assert np.hypot(*chords.T).min() > 0.998e3 * gap
 
 
-def test_without_a_title_there_is_no_strip_for_it() -> None:
+def test_without_a_title_there_is_no_strip_for_it():
     trace = make_trace()
     plain, bare = (plot.draw(trace, "orbit", look=look_of(title=title)) for title in (None, False))
     assert bare.get_figheight() < plain.get_figheight() - 0.25
@@ -276,11 +274,11 @@ def test_without_a_title_there_is_no_strip_for_it() -> None:
     assert plot.draw(trace, "orbit", look=look_of(title=False, height="5in")).get_figheight() == pytest.approx(5.0)
 
 
-def test_strings_that_differ_are_told_by_their_keys() -> None:
-    def study(**bit: float) -> str:
+def test_strings_that_differ_are_told_by_their_keys():
+    def study(**bit):
         return json.dumps({"title": "any", "bit": {"lobes": 3, **bit}, "simulation": {"rtol": bit.get("friction", 1)}})
 
-    def sweep(text: str):
+    def sweep(text):
         results = make_results(rotary_speed=np.linspace(1, 8, 5))
         return replace(results, attrs={**results.attrs, "study_resolved": text})
 

@@ -1,8 +1,6 @@
 """The picture of the operating window, the trade-off of rate and safety, and measurements
 on pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from made_up import covered, make_results, spoil
@@ -23,11 +21,11 @@ from nsdrill.variables import SAMPLE
 
 
 @pytest.fixture
-def both() -> Results:
+def both():
     return make_results(wob=np.linspace(10e3, 50e3, 7), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
 
 
-def test_areas_are_those_of_the_note(both: Results) -> None:
+def test_areas_are_those_of_the_note(both):
     figure = plot.draw(both, "window")
     [axes] = maps(figure)
     cells = artists(axes, "cells")[0].get_array()
@@ -47,7 +45,7 @@ def test_areas_are_those_of_the_note(both: Results) -> None:
 
 
 @pytest.mark.parametrize(("units", "speed", "weight"), [("si", 1.0, 1e3), ("field", np.pi / 30, 4448.2216152605)])
-def test_the_recommended_point_and_its_bars(both: Results, units: str, speed: float, weight: float) -> None:
+def test_the_recommended_point_and_its_bars(both, units, speed, weight):
     [axes] = maps(plot.draw(both, "window", units=units))
     best = find_window(both)["maps"][0]["recommended"]
     [point] = artists(axes, "recommended")
@@ -58,8 +56,8 @@ def test_the_recommended_point_and_its_bars(both: Results, units: str, speed: fl
     np.testing.assert_allclose(bars[1][:, 1] * weight, ends["wob"])
 
 
-def test_a_panel_for_every_depth_up_to_a_dozen() -> None:
-    def titles(depths: int) -> list[str]:
+def test_a_panel_for_every_depth_up_to_a_dozen():
+    def titles(depths):
         data = make_results(
             depth=np.linspace(1e3, 3e3, depths),
             wob=np.linspace(1e4, 5e4, 20),
@@ -74,7 +72,7 @@ def test_a_panel_for_every_depth_up_to_a_dozen() -> None:
     assert (many[0], many[-1]) == ("1000 m", "3000 m")
 
 
-def test_one_axis_is_a_strip() -> None:
+def test_one_axis_is_a_strip():
     data = make_results(rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
     assert "window" in plot.kinds_for(data)
     [axes] = maps(plot.draw(data, "window"))
@@ -82,7 +80,7 @@ def test_one_axis_is_a_strip() -> None:
     assert "window" not in plot.kinds_for(make_results())
 
 
-def test_failed_points_and_one_procedure_are_told(both: Results) -> None:
+def test_failed_points_and_one_procedure_are_told(both):
     spoiled = spoil(both, diverged=3, step_limit=0)
     figure = plot.draw(spoiled, "window")
     assert "unknown (3 failed)" in legend_words(figure)
@@ -99,13 +97,13 @@ def test_failed_points_and_one_procedure_are_told(both: Results) -> None:
     assert not any("history-dependent" in word for word in legend_words(plot.draw(alone, "window")))
 
 
-def test_nothing_safe_is_still_a_picture(both: Results) -> None:
+def test_nothing_safe_is_still_a_picture(both):
     both["response"][:] = WHIRL
     [axes] = maps(plot.draw(both, "window"))
     assert not axes.get_lines()
 
 
-def test_by_severity(both: Results) -> None:
+def test_by_severity(both):
     both["whirl_severity"][:] = 2
     assert find_window(both, 1)["safe"] == 0
     [axes] = maps(plot.draw(both, "window", severity=2))
@@ -119,7 +117,7 @@ def luminance(colour: str) -> float:
     return float(np.dot((0.2126, 0.7152, 0.0722), linear))
 
 
-def test_one_colour_for_safe_and_grey_for_what_is_not_known() -> None:
+def test_one_colour_for_safe_and_grey_for_what_is_not_known():
     """Safe is the lightest area, that of the map too; a critical one has the colour of
     its response; grey is neither."""
     assert RESPONSES[0].colour == SAFE_COLOUR
@@ -128,7 +126,7 @@ def test_one_colour_for_safe_and_grey_for_what_is_not_known() -> None:
     assert GREY not in {SAFE_COLOUR, *CRITICAL_COLOURS}
 
 
-def test_every_area_is_named(both: Results) -> None:
+def test_every_area_is_named(both):
     """By its response or by letters, with a question mark where the history decides, so
     that the picture is read without colour."""
     both["response"][:] = 0
@@ -143,7 +141,7 @@ def test_every_area_is_named(both: Results) -> None:
     assert any("W whirl" in word and "by the history" in word for word in legend_words(figure))
 
 
-def test_the_answer_and_its_warnings_are_in_the_picture(both: Results) -> None:
+def test_the_answer_and_its_warnings_are_in_the_picture(both):
     """What the text of the window says in capitals stands in the picture that is
     sent."""
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
@@ -170,13 +168,13 @@ def test_the_answer_and_its_warnings_are_in_the_picture(both: Results) -> None:
     assert "HISTORY DECIDES at" in sent.legends[0].get_title().get_text()
 
 
-def test_the_cells_of_failed_runs_are_grey(both: Results) -> None:
+def test_the_cells_of_failed_runs_are_grey(both):
     [axes] = maps(plot.draw(spoil(both, diverged=3, step_limit=0), "window"))
     cells = artists(axes, "cells")[0].get_array()
     assert (np.asarray(cells) == UNKNOWN_CODE).sum() == 3
 
 
-def test_a_point_without_room_is_a_hint(both: Results) -> None:
+def test_a_point_without_room_is_a_hint(both):
     """One safe cell alone: its marker is open and the legend says why; with room it is
     filled, if its motion settled."""
     both["settled"][:] = 1
@@ -195,7 +193,7 @@ SAFE = np.array([[4, 3, 1], [3, 2, 0]])  # of 4 samples, by weight and speed
 
 
 @pytest.fixture
-def results() -> Results:
+def results():
     made = make_results(wob=MANY_WEIGHTS, rotary_speed=MANY_SPEEDS)
     coords = {**made.coords, SAMPLE: np.arange(4)}
     shape = (1, 1, 2, 3, 4)

@@ -1,7 +1,5 @@
 """The string of segments along ramps, and a bit that creeps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -45,7 +43,7 @@ def lanes_of(states: np.ndarray, relax: float | None, **keys: Any) -> tuple[np.n
 @pytest.mark.parametrize("relax", [1e-5, 1e-4, 4e-4])
 @pytest.mark.parametrize("fastest", [0.1, 1.0, 20.0])
 @pytest.mark.parametrize("smoothing", [50.0, 1e4])
-def test_the_speed_of_a_stage_agrees_with_its_torque(relax: float, fastest: float, smoothing: float) -> None:
+def test_the_speed_of_a_stage_agrees_with_its_torque(relax, fastest, smoothing):
     """Stages of up to 4 ms, on the rock with up to three times the weight on bit, of
     bits of both directions: they have moved by ``relax`` times the push, and there the
     ordinary slopes are those found, to 1e-7 of the greatest push."""
@@ -72,12 +70,12 @@ def test_the_speed_of_a_stage_agrees_with_its_torque(relax: float, fastest: floa
 
 
 @pytest.mark.parametrize("method", ["explicit", "implicit"])
-def test_a_bit_from_rest_creeps_as_scipy_has_it(method: str) -> None:
+def test_a_bit_from_rest_creeps_as_scipy_has_it(method):
     """A twisted string whose bit stands still, 0.3 s: the bit begins to creep and the
     string holds it. DOP853 on the plain equations at 1e-10."""
     parameters = string(**FEW)
     initial = Initial(twist=-9.0, bit_speed=0.0)
-    done = run(parameters, Simulation(0.0, 0.3, rtol=1e-10, method=method, max_steps=10**7), initial)  # type: ignore[arg-type]
+    done = run(parameters, Simulation(0.0, 0.3, rtol=1e-10, method=method, max_steps=10**7), initial)
     plain, n = Plain(pipes=2, collars=2), 4
     start = plain_of(done["initial_state"][0, :-1], n)
     absolute = 1e-10 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 10.0], [n + 1] * 4 + [1])
@@ -87,7 +85,7 @@ def test_a_bit_from_rest_creeps_as_scipy_has_it(method: str) -> None:
     assert np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < 2e-6
 
 
-def test_both_methods_find_one_stick_slip() -> None:
+def test_both_methods_find_one_stick_slip():
     """Features of a minute, and the implicit method takes two thirds of the steps."""
     head = "model: segments\nsegments: {pipe: 2, collar: 2}\ninitial: {start: rest}\n"
     work = work_of(prepare(parse_study(f"{head}simulation: {{transient: 20 s, observe: 20 s}}\n")))
@@ -102,7 +100,7 @@ def test_both_methods_find_one_stick_slip() -> None:
     assert two["steps"][0] < 0.7 * one["steps"][0]
 
 
-def test_the_default_study_is_implicit() -> None:
+def test_the_default_study_is_implicit():
     """`auto` follows the load: a bit creeps steeply where the depth of cut is great at
     a low speed."""
     study = parse_study("model: segments\n")
@@ -145,12 +143,12 @@ class Turned(Plain):
     ],
     ids=["motor", "regulated", "ideal"],
 )
-def test_a_ramp_is_the_motion_of_moving_numbers(drive: str, keys: dict) -> None:
+def test_a_ramp_is_the_motion_of_moving_numbers(drive, keys):
     """The drive, the mud's pulsation and the moment at which control begins go by the
     time of the run."""
     found = nsdrill.simulate(STUDY.format(drive), sample=0.1)
 
-    def rates(t: float, y: np.ndarray) -> np.ndarray:
+    def rates(t, y):
         speed, load = 13.0 + 4.0 * t, 100e3 - 20e3 / 1.5 * t
         moment = Turned(pipes=2, collars=2, speed=speed, wob=load, angle=13.0 * t + 2.0 * t * t, **keys)
         made = np.array(moment.rates(t, y))

@@ -1,7 +1,5 @@
 """YAML as text and back: what is read, the resolved study, the template and the schema."""
 
-from __future__ import annotations
-
 import copy
 import json
 import math
@@ -35,7 +33,7 @@ BOMB = "a: &a [x,x,x,x,x,x,x,x,x,x]\n" + "".join(
 )
 
 
-def test_scalars_follow_yaml_1_2() -> None:
+def test_scalars_follow_yaml_1_2():
     text = "[1, 010, 0x10, 0o17, 1_000, 1e4, 1.0e-6, .5, -3, no, yes, true, null, ~, '3', .inf, '', 1:30, 2020-01-01]"
     assert parse(text, "s").data == [
         1,
@@ -61,7 +59,7 @@ def test_scalars_follow_yaml_1_2() -> None:
     assert math.isnan(parse(".nan", "s").data)
 
 
-def test_places_are_those_of_the_file() -> None:
+def test_places_are_those_of_the_file():
     document = parse("sweep:\n  depth: [1 m,\n    2 m]\nmud:\n", "s")
     assert document.place(("sweep", "depth", 1)).line == 3
     assert document.place(("sweep", "depth", 1)).column == 5
@@ -70,7 +68,7 @@ def test_places_are_those_of_the_file() -> None:
     assert document.place(("mud", "drag")).line == 4  # not there: what is around it
 
 
-def test_aliases_serve_within_bounds() -> None:
+def test_aliases_serve_within_bounds():
     study = parse_study("sweep: {wob: &w [1 kN, 2 kN], rotary_speed: [1 rad/s]}\noperation: {depth: &d 900 m}\n")
     assert study.operation.depth == 900.0
     assert parse("a: &a [1, 2]\nb: *a\nc: &s 3\nd: *s", "s").data == {"a": [1, 2], "b": [1, 2], "c": 3, "d": 3}
@@ -99,7 +97,7 @@ def test_aliases_serve_within_bounds() -> None:
         ("a: |\n  x\n b\n", 3, "allowed"),
     ],
 )
-def test_broken_documents(text: str, line: int, says: str) -> None:
+def test_broken_documents(text, line, says):
     start = time.process_time()
     with pytest.raises(StudyError) as caught:
         parse_study(text, "s.yaml")
@@ -109,19 +107,19 @@ def test_broken_documents(text: str, line: int, says: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "\n", "# nothing\n", "---\n", "null", "{}"])
-def test_an_empty_file_is_no_study(text: str) -> None:
+def test_an_empty_file_is_no_study(text):
     with pytest.raises(StudyError, match="found an empty document; allowed: a study"):
         parse_study(text)
 
 
-def test_byte_order_mark_is_accepted(tmp_path: Path) -> None:
+def test_byte_order_mark_is_accepted(tmp_path):
     path = tmp_path / "s.yaml"
     path.write_bytes(b"\xef\xbb\xbfsweep: {wob: [1 kN]}\r\ntitle: M\xc3\xbcll\r\n")
     assert load_study(path).title == "Müll"
     assert load_study(str(path)).axes["wob"].tolist() == [1000.0]
 
 
-def test_files_that_are_no_text(tmp_path: Path) -> None:
+def test_files_that_are_no_text(tmp_path):
     path = tmp_path / "s.yaml"
     with pytest.raises(FileError, match=r"no such file. `nsdrill new"):
         load_study(path)
@@ -146,7 +144,7 @@ def test_files_that_are_no_text(tmp_path: Path) -> None:
 SWEEP = "sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}\n"
 
 
-def test_from_resolved_is_the_same_study() -> None:
+def test_from_resolved_is_the_same_study():
     overrides = ["sweep.wob=[1 lbf, 3.3 kN]", "sweep.procedure=up", "sweep.along=wob"]
     study = parse_study(template_text(), overrides=overrides)
     again = study_from_resolved(json.loads(json.dumps(study.resolved)), study.text, study.source, study.overrides)
@@ -165,7 +163,7 @@ def test_from_resolved_is_the_same_study() -> None:
     st.sampled_from(["m", "ft", "in"]),
 )
 @settings(max_examples=30, deadline=None)
-def test_any_study_is_rebuilt_bit_for_bit(depths: list[float], wob: float, unit: str) -> None:
+def test_any_study_is_rebuilt_bit_for_bit(depths, wob, unit):
     listed = ", ".join(f"{from_si(depth, unit)!r} {unit}" for depth in depths)
     study = parse_study(f"sweep: {{depth: [{listed}]}}\noperation: {{wob: {wob!r} N}}")
     again = study_from_resolved(json.loads(json.dumps(study.resolved)))
@@ -174,13 +172,13 @@ def test_any_study_is_rebuilt_bit_for_bit(depths: list[float], wob: float, unit:
     np.testing.assert_allclose(study.axes["depth"], sorted(depths), rtol=1e-12)
 
 
-def test_a_long_axis_stays_short() -> None:
+def test_a_long_axis_stays_short():
     study = parse_study("sweep: {wob: {from: 0 N, to: 1 MN, points: 1000000}}")
     assert study.resolved["sweep"]["wob"] == {"from": 0.0, "to": 1e6, "points": 1_000_000}
     assert len(study.axes["wob"]) == 1_000_000
 
 
-def test_the_digest_knows_what_matters() -> None:
+def test_the_digest_knows_what_matters():
     base = parse_study(SWEEP + "mud: {density: 1500 kg/m^3, drag: 1}\noperation: {wob: 10 kN}")
     same = (
         "operation: {wob: 10000 N}\nmud: {drag: 1.0, density: 1.5 g/cm^3}\n" + SWEEP,
@@ -194,7 +192,7 @@ def test_the_digest_knows_what_matters() -> None:
         assert parse_study(text).sha256 != base.sha256
 
 
-def test_differences_name_the_keys() -> None:
+def test_differences_name_the_keys():
     a = parse_study(SWEEP).resolved
     b = parse_study("sweep: {depth: [1 km]}\nmud: {drag: 2}\n").resolved
     assert differences(a, a) == []
@@ -207,7 +205,7 @@ def test_differences_name_the_keys() -> None:
     ]
 
 
-def test_a_study_of_an_older_version_has_defaults_for_what_that_did_not_know() -> None:
+def test_a_study_of_an_older_version_has_defaults_for_what_that_did_not_know():
     study = parse_study(SWEEP)
     old = copy.deepcopy(study.resolved)
     del (old["sweep"]["refine"], old["record"]["poincare"], old["classify"]["motion"], old["initial"]["ensemble"])
@@ -218,7 +216,7 @@ def test_a_study_of_an_older_version_has_defaults_for_what_that_did_not_know() -
 
 
 @pytest.mark.parametrize("path", [("mud",), ("mud", "drag"), ("sweep",), ("sweep", "along")])
-def test_a_damaged_resolved_study_is_a_file_error(path: tuple[str, ...]) -> None:
+def test_a_damaged_resolved_study_is_a_file_error(path):
     resolved = copy.deepcopy(parse_study(SWEEP).resolved)
     inside = resolved
     for part in path[:-1]:
@@ -252,7 +250,7 @@ STUDIES = {
     [*STUDIES.values(), *(path.read_text() for path in CONFIGS)],
     ids=[*STUDIES, *(path.stem for path in CONFIGS)],
 )
-def test_it_reads_back_the_same(text: str) -> None:
+def test_it_reads_back_the_same(text):
     study = parse_study(text)
     again = parse_study(study_text(study.resolved))
     assert again.resolved == study.resolved
@@ -260,25 +258,25 @@ def test_it_reads_back_the_same(text: str) -> None:
 
 
 @pytest.mark.parametrize("title", ["", "a: b # c", "- a", "null", '"q" \\ \'', "x\ny\t\u2028", "é 漢 \U0001f600"])
-def test_any_title(title: str) -> None:
+def test_any_title(title):
     resolved = {**parse_study("sweep: {depth: 2 km}").resolved, "title": title}
     assert parse_study(study_text(resolved)).title == title
 
 
-def test_the_head_is_comments() -> None:
+def test_the_head_is_comments():
     study = parse_study("sweep: {depth: 2 km}")
     text = study_text(study.resolved, ["one", "sweep: {wob: 1 kN}\n- two \x00 three"])
     assert text.startswith("# one\n# sweep: {wob: 1 kN} - two three\ntitle: ")
     assert parse_study(text).sha256 == study.sha256
 
 
-def test_a_key_that_an_older_version_did_not_have_is_left_out() -> None:
+def test_a_key_that_an_older_version_did_not_have_is_left_out():
     resolved = parse_study("sweep: {depth: 2 km}").resolved
     del resolved["simulation"]["verify"]
     assert "verify" not in study_text(resolved)
 
 
-def test_changes_name_keys_and_units_as_a_study_has_them() -> None:
+def test_changes_name_keys_and_units_as_a_study_has_them():
     a = load_study(CONFIGS[0]).resolved
     b = load_study(CONFIGS[0], ["operation.wob=5 klbf", "bit.lobes=1", "sweep.rotary_speed=[60 rpm, 6 rad/s]"]).resolved
     found = dict((key, new) for key, _, new in changes(a, b))
@@ -290,7 +288,7 @@ def test_changes_name_keys_and_units_as_a_study_has_them() -> None:
 SWEEP_KEYS = {f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along", "refine")}
 
 
-def test_the_template_is_the_defaults() -> None:
+def test_the_template_is_the_defaults():
     study = parse_study(template_text())
     assert study.parameters == Parameters()
     assert study.operation == Operation()
@@ -301,7 +299,7 @@ def test_the_template_is_the_defaults() -> None:
     assert study.sha256 == parse_study("sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}").sha256
 
 
-def test_the_template_has_every_key_with_its_meaning() -> None:
+def test_the_template_has_every_key_with_its_meaning():
     text = template_text()
     lines = {".".join(map(str, path)): place.line for path, place in parse(text, "t").keys.items()}
     assert set(keys_named().leaves) <= set(lines)
@@ -312,7 +310,7 @@ def test_the_template_has_every_key_with_its_meaning() -> None:
     assert max(map(len, text.splitlines())) < 140
 
 
-def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
+def test_every_key_has_a_meaning_and_every_meaning_a_key():
     groups = {key.rpartition(".")[0] for key in keys_named().leaves}
     groups = (groups | {group.rpartition(".")[0] for group in groups}) - {""}
     sections = set(keys_named().sections)
@@ -329,17 +327,17 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     assert every == {key for key, words in keys_named().meanings.items() if words} - own
 
 
-def test_defaults_as_text_read_back_exactly() -> None:
+def test_defaults_as_text_read_back_exactly():
     for leaf in keys_named().leaves.values():
         raw = parse(leaf.default_text, "t").data
         assert leaf.read(raw) == leaf.default, leaf.key
 
 
-def objects(schema: dict) -> list[dict]:  # type: ignore[type-arg]
+def objects(schema: dict) -> list[dict]:
     return [schema, *schema["$defs"].values()]
 
 
-def test_the_json_schema() -> None:
+def test_the_json_schema():
     schema = json.loads(json.dumps(json_schema(), allow_nan=False))
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert "required" not in schema  # without a sweep a study is one operating point
@@ -364,7 +362,7 @@ def test_the_json_schema() -> None:
     assert set(schema["$defs"]["Range_depth"]["required"]) == {"from", "to", "points"}
 
 
-def test_the_template_meets_the_json_schema() -> None:
+def test_the_template_meets_the_json_schema():
     jsonschema = pytest.importorskip("jsonschema")
     jsonschema.Draft202012Validator.check_schema(json_schema())
     jsonschema.Draft202012Validator(json_schema()).validate(parse(template_text(), "t").data)

@@ -5,8 +5,6 @@ run.
 moments.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import random
@@ -14,7 +12,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -64,11 +61,11 @@ def start(study: Path, out: Path, *more: str) -> subprocess.Popen[bytes]:
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+def undisturbed(tmp_path_factory):
     """The results of a study that nothing has disturbed, run once."""
     folder, made = tmp_path_factory.mktemp("undisturbed"), dict[str, Path]()
 
-    def results(text: str) -> Path:
+    def results(text):
         if text not in made:
             made[text] = folder / f"{len(made)}.h5"
             run_study(parse_study(text), made[text], workers=2)
@@ -113,9 +110,7 @@ def kill_all(process: subprocess.Popen[bytes]) -> None:
         ),
     ],
 )
-def test_a_killed_sweep_ends_with_the_same_bits(
-    tmp_path: Path, undisturbed: Callable[[str], Path], text: str, more: tuple[str, ...]
-) -> None:
+def test_a_killed_sweep_ends_with_the_same_bits(tmp_path, undisturbed, text, more):
     study, out = tmp_path / "study.yaml", tmp_path / "out.h5"
     study.write_text(text)
     whole = undisturbed(text)

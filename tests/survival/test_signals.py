@@ -1,8 +1,6 @@
 """SIGINT, SIGTERM and SIGHUP at any moment: exit code 130 and one sentence, and
 --resume gives the undisturbed file."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import signal
@@ -51,7 +49,7 @@ def await_heard(process: subprocess.Popen[str]) -> None:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("signals")
     (folder / "study.yaml").write_text(STUDY)
     run_study(load_study(folder / "study.yaml"), folder / "whole.h5")
@@ -66,9 +64,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.param(signal.SIGTERM, named(".out.h5.tmp-"), id="SIGTERM, file"),
     ],
 )
-def test_a_signal_ends_the_run_in_one_sentence(
-    folder: Path, number: signal.Signals, moment: Callable[[Path], bool]
-) -> None:
+def test_a_signal_ends_the_run_in_one_sentence(folder, number, moment):
     (folder / "out.h5").unlink(missing_ok=True)
     process = start(folder, "out.h5")
     await_heard(process)
@@ -88,7 +84,7 @@ def test_a_signal_ends_the_run_in_one_sentence(
 
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
-def test_no_word_of_dask_where_a_cluster_that_starts_is_interrupted(folder: Path) -> None:
+def test_no_word_of_dask_where_a_cluster_that_starts_is_interrupted(folder):
     """A terminal sends Ctrl-C to the workers as well."""
     process = start(folder, "dask.h5", "--engine", "dask", "--workers", "2", "--set", "simulation.transient=500s")
     await_heard(process)
@@ -168,6 +164,6 @@ ACTED_ON = {
 
 
 @pytest.mark.parametrize(("code", "ends", "said"), ACTED_ON.values(), ids=ACTED_ON)
-def test_when_a_signal_is_acted_on(code: str, ends: int, said: str) -> None:
+def test_when_a_signal_is_acted_on(code, ends, said):
     done = subprocess.run([sys.executable, "-c", ASK + code], capture_output=True, text=True, timeout=15, check=False)
     assert (done.returncode, done.stderr) == (ends, said)
