@@ -23,9 +23,9 @@ from nsdrill.app.experiment import model_digest, unlike, versions
 from nsdrill.app.run import Interrupted, run_study
 from nsdrill.app.trajectory import replay
 from nsdrill.errors import FileError, NsdrillError
-from nsdrill.kernel import controller
-from nsdrill.kernel.steppers import STEPPERS, Stepper
-from nsdrill.kernel.tableau import TSITOURAS
+from nsdrill.kernel import steppers
+from nsdrill.kernel.pairs import TSITOURAS
+from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.store import RunLog, part_path, read_attributes, read_results
 
 HERE = ".".join(platform.python_version_tuple()[:2])
@@ -36,10 +36,10 @@ HERE = ".".join(platform.python_version_tuple()[:2])
 CONSTANTS = """
 import ast, importlib.util, math, sys
 src, *paths = sys.argv[1:]
-spec = importlib.util.spec_from_file_location("tableau", src + "/nsdrill/kernel/tableau.py")
-tableau = sys.modules["tableau"] = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(tableau)
-pair = tableau.TSITOURAS
+spec = importlib.util.spec_from_file_location("pairs", src + "/nsdrill/kernel/pairs.py")
+pairs = sys.modules["pairs"] = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(pairs)
+pair = pairs.TSITOURAS
 for row in (pair.nodes, *pair.matrix, pair.error, *pair.positions, pair.position_error[0]):
     print("tableau", *map(float.hex, row))
 
@@ -89,7 +89,7 @@ def test_the_weights_are_exact_products_rounded_once():
         positions = [[float(square[i, j]) for j in range(i - 1)] for i in range(2, 7)]
         assert [list(row) for row in TSITOURAS.positions] == [[], *positions]
         assert list(TSITOURAS.position_error[0]) == [float(error[0, j]) for j in range(6)]
-        assert float(mpmath.log(0.9, 2)) == controller.SAFETY
+        assert float(mpmath.log(0.9, 2)) == steppers.SAFETY
 
 
 def test_every_python_computes_the_same_constants():
@@ -243,7 +243,7 @@ def test_the_digest_holds_the_constants(monkeypatch):
     last_bit = np.nextafter(TSITOURAS.matrix[4][0], 9.0)
     row = (float(last_bit), *TSITOURAS.matrix[4][1:])
     changed = replace(TSITOURAS, matrix=(*TSITOURAS.matrix[:4], row, TSITOURAS.matrix[5]))
-    monkeypatch.setitem(STEPPERS, "tsitouras", Stepper(changed))
+    monkeypatch.setitem(STEPPERS, "tsitouras", changed)
     assert model_digest() != before
 
 

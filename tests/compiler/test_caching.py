@@ -167,11 +167,11 @@ sys.path.insert(0, {folder!r})
 import toy
 from nsdrill.compiler import functions
 from nsdrill.models.registry import model_named
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
 model = model_named("torsion")
-rows = STEPPERS["tsitouras"].rows(model.rows((), model.observed))
+rows = with_step(STEPPERS["tsitouras"], model.rows((), model.observed))
 for function in (toy.scaled, toy.alone, model.right_hand_side(8, ()), *model.observer(8, ()),
-                 STEPPERS["tsitouras"].make(8, rows)):
+                 make_step(STEPPERS["tsitouras"], 8, rows)):
     print(functions._key(function))
 """
 

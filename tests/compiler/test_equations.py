@@ -182,7 +182,7 @@ def test_conditions_loops_and_powers_have_the_values_of_python():
 def test_another_law_is_another_function():
     """What a part refers to, and what a law is made of, is a part of what names the
     compiled code."""
-    from nsdrill.equations.contacts import SteepLaw, friction
+    from nsdrill.equations.library import SteepLaw, friction
 
     def equations_with(begin):
         law = SteepLaw(lambda v, n: direction(v), lambda x, free, n: (x, direction(x)), begin, lambda n: 0.0)

@@ -8,8 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from nsdrill.abi import RATES, Rows
-from nsdrill.equations.contacts import touching
-from nsdrill.equations.library import direction, sincos, tanh
+from nsdrill.equations.library import direction, sincos, tanh, touching
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs, unobserved
 from nsdrill.kernel.settings import Simulation

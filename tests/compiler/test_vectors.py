@@ -9,7 +9,7 @@ import pytest
 from machine_code import instructions, packed_and_single, text_of
 from main_model import MAIN
 
-from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
 from nsdrill.models.beam.columns import Options as Beam
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.registry import model_named
@@ -20,7 +20,7 @@ SPLIT = Options(implicit=1)
 
 
 def step(name: str, lanes: int, rows: Any) -> Any:
-    return STEPPERS[name].make(lanes, STEPPERS[name].rows(rows))
+    return make_step(STEPPERS[name], lanes, with_step(STEPPERS[name], rows))
 
 
 def slopes(model: str, *variant: int) -> Any:
@@ -40,7 +40,7 @@ FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
     "slips held": (lambda: MAIN.right_hand_side(8, SPLIT._replace(stabilizer=1)), 300),
     "slips along": (lambda: MAIN.right_hand_side(8, SPLIT._replace(axial_friction=1)), 300),
     "slips held along": (lambda: MAIN.right_hand_side(8, SPLIT._replace(stabilizer=1, axial_friction=1)), 300),
-    "implicit step": (lambda: step(IMPLICIT, 16, MAIN.rows(SPLIT)), 300),
+    "implicit step": (lambda: step("kennedy_carpenter", 16, MAIN.rows(SPLIT)), 300),
     **{f"step {name}": (lambda name=name: step(name, 8, ROWS), 300) for name in STEPPERS},
     "torsion": (lambda: slopes("torsion"), 20),
     **{

@@ -7,7 +7,7 @@ from machine_code import of_numbers
 
 from nsdrill.abi import LIMIT, NONFINITE, NOTHING, UNDERFLOW
 from nsdrill.compiler.functions import inlined
-from nsdrill.kernel.controller import decide
+from nsdrill.kernel.steppers import decide
 
 PROPORTIONAL, PER_ORDER = 0.17, 0.2
 

@@ -10,7 +10,6 @@ from sweep.runs import run_from, work_for
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.kernel.tableau import Tableau
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 
@@ -52,7 +51,7 @@ def conditions(a: np.ndarray, c: np.ndarray) -> dict[int, list[tuple[np.ndarray,
     }
 
 
-PAIRS = {name: stepper.tableau for name, stepper in STEPPERS.items() if isinstance(stepper.tableau, Tableau)}
+PAIRS = {name: pair for name, pair in STEPPERS.items() if not pair.implicit}
 
 
 @pytest.mark.parametrize("name", PAIRS)

@@ -11,12 +11,12 @@ from nsdrill.compiler.functions import BUFFER, compiled, inlined
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.observe.exponent import GROWTH, GROWTH_COLUMNS, growth_header, make_growth, seed_deviation
-from nsdrill.observe.interpolant import crossing, quintic, value
+from nsdrill.observe.inside import crossing, quintic, value
 
 # Three states of first order and as many tangent states; three parameters.
-ROWS = STEPPERS["tsitouras"].rows(Rows(6, 0, 3, len(GROWTH), 3, singles=3))
+ROWS = with_step(STEPPERS["tsitouras"], Rows(6, 0, 3, len(GROWTH), 3, singles=3))
 
 
 @inlined

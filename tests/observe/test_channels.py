@@ -22,7 +22,7 @@ from nsdrill.compiler.language import LanguageError
 from nsdrill.equations.library import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import (
     Channel,
@@ -706,7 +706,7 @@ MANY = Declaration(
 @pytest.mark.parametrize("declaration", [SWINGING, TURNING, MANY], ids=["swinging", "turning", "many"])
 def test_what_happens_in_every_step_works_on_all_lanes(declaration):
     model = TORSION if declaration is TURNING else SWING
-    rows = STEPPERS["tsitouras"].rows(model.rows(declaration))
+    rows = with_step(STEPPERS["tsitouras"], model.rows(declaration))
     text = text_of(make_observer(8, rows, model.names, declaration)[0])
     # What attends to the events of one lane is a function of its own.
     packed, single = packed_and_single(text.partition("i64 @entry(")[2])

@@ -8,8 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from machine_code import of_numbers
 
-from nsdrill.observe.inside import crossings, has_extremum
-from nsdrill.observe.interpolant import above, extreme, lowered, quintic, value
+from nsdrill.observe.inside import above, crossings, extreme, has_extremum, lowered, quintic, value
 
 
 def time_above(g0: float, d0: float, c0: float, g1: float, d1: float, c1: float, level: float) -> float:

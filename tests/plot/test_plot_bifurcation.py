@@ -14,7 +14,7 @@ from seen import artists, legend_words
 from nsdrill import plot
 from nsdrill.data import Results
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds.sweep import with_greatest
+from nsdrill.plot.kinds.bifurcation import with_greatest
 from nsdrill.plot.slices import edges, robust_limits
 from nsdrill.plot.style import MANY_MARKERS, RESPONSES
 from nsdrill.variables import DIVERGED, OK

@@ -12,7 +12,7 @@ from seen import artists
 from nsdrill import plot
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds.trace import local_maxima
+from nsdrill.plot.kinds.bifurcation import local_maxima
 
 
 def ramped(name: str = "rotary_speed", values: tuple[float, ...] = (3.0, 8.0, 8.0, 3.0), trace: Trace | None = None):

@@ -14,8 +14,8 @@ from nsdrill.analysis.attractors import wilson
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, WHIRL
+from nsdrill.plot.kinds.bifurcation import with_greatest
 from nsdrill.plot.kinds.starts import marker_diameter as size
-from nsdrill.plot.kinds.sweep import with_greatest
 from nsdrill.plot.style import RESPONSES
 from nsdrill.variables import OK, STEP_LIMIT
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from nsdrill.web.server import Explorer
+from nsdrill.web.explorer import Explorer
 from nsdrill.web.session import Session
 
 from .browser import BROWSER

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nsdrill.study import parse_study
-from nsdrill.web.server import Explorer
+from nsdrill.web.explorer import Explorer
 from nsdrill.web.session import Session
 
 from .browser import WAIT, WIDTHS, clicked, head_of, opened, place

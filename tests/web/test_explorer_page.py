@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from nsdrill.cli.main import group
-from nsdrill.web.server import Explorer
+from nsdrill.web.explorer import Explorer
 from nsdrill.web.session import Session
 
 from .browser import WAIT, clicked, head_of, opened, place

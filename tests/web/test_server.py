@@ -21,7 +21,8 @@ from cli.helpers import call_here
 
 from nsdrill.errors import InputError
 from nsdrill.web import server
-from nsdrill.web.server import ADDRESS, CLOSE_DELAY, MAX_REQUEST, TOKEN_HEADER, Explorer
+from nsdrill.web.explorer import CLOSE_DELAY, Explorer
+from nsdrill.web.server import ADDRESS, MAX_REQUEST, TOKEN_HEADER
 from nsdrill.web.session import Session
 
 PATIENCE = 120  # s that a client waits: the machine of the tests may be busy

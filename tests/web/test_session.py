@@ -12,7 +12,6 @@ from nsdrill.errors import FileError, InputError
 from nsdrill.web.asked import packed
 from nsdrill.web.session import Session
 from nsdrill.web.shown import label_words, plain
-from nsdrill.web.sliders import start_state
 
 
 def test_a_diagram_has_the_peaks_of_the_file(session):
@@ -54,7 +53,7 @@ def test_another_drive_goes_on_from_the_state_that_there_is(session):
     told, _ = session.replay({"place": [0, 0, 0, 3], "seconds": 1.0})
     asked = {"place": [0, 0, 0, 3], "state": told["state"].tolist(), "states": told["states"], "seconds": 1.0}
     study = session.motions.at(session.motions.values([0, 0, 0, 3]), {"drive.kind": "stiff"})
-    state = start_state(session, asked, study)
+    state = session.start_state(asked, study)
     names = session.motions.states(study)
     assert set(told["states"]) < set(names)
     fitted = dict(zip(names, state, strict=True))

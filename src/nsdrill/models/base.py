@@ -30,7 +30,7 @@ from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
 from nsdrill.observe.declared import make_observer
 from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
-from nsdrill.observe.labels import motions
+from nsdrill.observe.motion import motions
 from nsdrill.observe.thresholds import Record
 from nsdrill.variables import OK
 

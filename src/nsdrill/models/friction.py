@@ -38,10 +38,9 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
-from nsdrill.equations.contacts import Law
-from nsdrill.equations.derivative import Tangents
-from nsdrill.equations.graph import Graph, Node
-from nsdrill.equations.library import direction, expm1, flat, slip_factors, tanh
+from nsdrill.equations.graph import Graph, Node, Number
+from nsdrill.equations.library import Law, direction, expm1, flat, slip_factors, tanh
+from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values
@@ -95,29 +94,29 @@ class KeyedLaw(Law):
     at_rest: Callable[[Any, Numeric, Numeric], Numeric] = lambda section, arm, cutting: arm * section.static + cutting
 
 
-def _hyperbolic(v: Node, numbers: Named) -> tuple[Node, Node]:
+def _hyperbolic(v: Number, numbers: Named) -> tuple[Number, Number]:
     return slip_factors(v, numbers.smoothing, numbers.decay)
 
 
 @part
-def _linear(v: Node, numbers: Named) -> tuple[Node, Node]:
+def _linear(v: Number, numbers: Named) -> tuple[Number, Number]:
     return direction(numbers.smoothing * v), max(1.0 - numbers.decay * abs(v), 0.0)
 
 
-def _exponential(v: Node, numbers: Named) -> tuple[Node, Node]:
+def _exponential(v: Number, numbers: Named) -> tuple[Number, Number]:
     return direction(numbers.smoothing * v), 1.0 + expm1(-(numbers.decay * abs(v)))
 
 
-def _rational(v: Node, numbers: Named) -> tuple[Node, Node]:
+def _rational(v: Number, numbers: Named) -> tuple[Number, Number]:
     return tanh(numbers.smoothing * v), 1.0 / (1.0 + numbers.decay * v * v)
 
 
-def _falling(v: Node, factors: tuple[Node, Node], numbers: Named) -> Node:
+def _falling(v: Number, factors: tuple[Number, Number], numbers: Named) -> Number:
     direction, weakened = factors
     return direction * (numbers.rise * weakened + numbers.dynamic)
 
 
-def _humped(v: Node, factors: tuple[Node, Node], numbers: Named) -> Node:
+def _humped(v: Number, factors: tuple[Number, Number], numbers: Named) -> Number:
     bounded, weakened = factors
     return numbers.dynamic * bounded + numbers.rise * v * weakened
 
@@ -127,7 +126,7 @@ def _without_hump(numbers: Named) -> Named:
     return Named(smoothing=numbers.smoothing, decay=0.0, rise=0.0, dynamic=numbers.dynamic)
 
 
-def _fall(numbers: Named) -> Node:
+def _fall(numbers: Named) -> Number:
     """Without smoothing."""
     return numbers.rise * numbers.decay
 

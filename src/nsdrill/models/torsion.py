@@ -18,8 +18,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.equations.contacts import friction
 from nsdrill.equations.graph import Node
+from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order

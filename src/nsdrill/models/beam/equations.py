@@ -24,9 +24,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from nsdrill.equations.contacts import friction, touching
 from nsdrill.equations.graph import Number
-from nsdrill.equations.library import sqrt
+from nsdrill.equations.library import friction, sqrt, touching
 from nsdrill.equations.trace import Named
 from nsdrill.models.beam.columns import Options
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock

@@ -49,10 +49,9 @@ from functools import lru_cache
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.equations.contacts import Law, friction, friction_along, touching
-from nsdrill.equations.derivative import Tangents
 from nsdrill.equations.graph import Graph, Node, Number
-from nsdrill.equations.library import sincos, sqrt
+from nsdrill.equations.library import Law, friction, friction_along, sincos, sqrt, touching
+from nsdrill.equations.passes import Tangents
 from nsdrill.equations.plain import values, written_out
 from nsdrill.equations.stage import Stage
 from nsdrill.equations.trace import Named, traced

@@ -53,9 +53,8 @@ so Newton's method meets no square root.
 
 from __future__ import annotations
 
-from nsdrill.equations.contacts import SteepLaw, friction, touching
 from nsdrill.equations.graph import Node, Number
-from nsdrill.equations.library import bounded_root, direction, sincos, sqrt, tanh
+from nsdrill.equations.library import SteepLaw, bounded_root, direction, friction, sincos, sqrt, tanh, touching
 from nsdrill.equations.stage import first_slip
 from nsdrill.equations.trace import Named, part
 from nsdrill.models.segments.columns import Options, nodes_of
