@@ -1,8 +1,6 @@
 """Energies of the main model and the powers that change them: the balance that the
 equations and the integration are tested by."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

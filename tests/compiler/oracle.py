@@ -5,8 +5,6 @@ program with ``NSDRILL_COMPILER=numba`` it is the oracle for the native one.
 beside it the results of a run, all with the functions that are compiled once.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path

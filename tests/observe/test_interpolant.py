@@ -1,7 +1,5 @@
 """Two-point Hermite polynomials: against numpy's roots, on steps of smooth motions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -60,9 +58,7 @@ def exact_share(ends: tuple[float, ...], level: float) -> float:
 # the turn is just before the step
 @example(step=1.0, phase=math.pi / 2 + 1e-6, overtone=0.0, height=0.9999)
 @example(step=1.0, phase=math.pi / 2 - 1 - 1e-6, overtone=0.0, height=0.9999)  # just after
-def test_time_above_a_level_is_that_of_the_polynomials_roots(
-    step: float, phase: float, overtone: float, height: float
-) -> None:
+def test_time_above_a_level_is_that_of_the_polynomials_roots(step, phase, overtone, height):
     angles = np.array([phase, phase + step])
     g = np.sin(angles) + overtone * np.sin(2 * angles)
     d = step * (np.cos(angles) + 2 * overtone * np.cos(2 * angles))

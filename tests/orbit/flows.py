@@ -1,7 +1,5 @@
 """Systems with published periodic orbits, through the same code as drill strings."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from nsdrill.abi import Rows
