@@ -14,7 +14,8 @@ import nsdrill
 from nsdrill.app.check import check
 from nsdrill.errors import InputError, StudyError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.segments.checks import fall_of_torque, growth_at_rest, slope_held, torsional_matrix
+from nsdrill.models.drives import growing
+from nsdrill.models.segments.checks import fall_of_torque, slope_held, torsional_matrix
 from nsdrill.models.segments.parameters import Initial
 from nsdrill.models.segments.string import steady_of, string_of
 from nsdrill.study.load import parse_study
@@ -246,9 +247,8 @@ def test_gains_that_swing_the_string_are_told():
     text = "model: segments\nsegments: {{pipe: 2, collar: 2}}\n{}\nsimulation: {{observe: 100 s}}\n"
     warnings = " ".join(check(parse_study(text.format(bad))).warnings)
     assert "Unstable" in warnings
-    root = growth_at_rest(
-        parse_study(text.format(bad)).parameters, string_of(parse_study(text.format(bad)).parameters, DEPTH)
-    )
+    parameters = parse_study(text.format(bad)).parameters
+    root = growing(torsional_matrix(parameters, string_of(parameters, DEPTH)))
     assert root is not None
     assert f"{root.real:.4g}" in warnings
     assert "Unstable" not in " ".join(check(parse_study(text.format("drive: {kind: pi}"))).warnings)

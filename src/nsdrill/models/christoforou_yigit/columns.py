@@ -96,9 +96,6 @@ def is_used(value: Numeric) -> int:
     return int(np.ndim(value) > 0 or value != 0.0)
 
 
-# The steepness of the friction of bit, wall and stabilisers.
-
-
 def friction_rates(points: Values) -> dict[str, Numeric]:
     """The rates [1/s] at which friction at rest decelerates a slip, of bit, wall and
     stabilisers, by the keys of their smoothing: (2/pi) eps mu N over the effective mass
@@ -140,11 +137,6 @@ def stabilizer_radius(parameters: Parameters, clearance: Numeric) -> Numeric:
     return parameters.well.diameter / 2 - clearance
 
 
-def rate_of_penetration(k: Coefficients, rotary_speed: Numeric) -> Numeric:
-    """ROP [m/s], from the depth of cut."""
-    return k.depth_of_cut * rotary_speed / (2 * math.pi)
-
-
 def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Numeric) -> dict[str, Numeric]:
     """The lane parameters of all options by their names, also of options that are off.
     ``rotary_speed`` is in rad/s. Where the lateral mode is frozen, the eccentric weight
@@ -159,7 +151,7 @@ def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Numer
         "swirl_momentum": k.m_f * rate,
         "weight": across,
         "eccentric_weight": steel * eccentricity,
-        "penetration_rate": rate_of_penetration(k, rotary_speed),
+        "penetration_rate": k.depth_of_cut * rotary_speed / (2 * math.pi),
         **friction.stribeck(parameters.stabilizer.friction).columns("stabilizer"),
     }
     clearance = parameters.stabilizer.clearance

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import fields
 from typing import Any
 
 from nsdrill.errors import Fault
@@ -54,20 +53,6 @@ OFF: dict[str, dict[str, Any]] = {
     "torsional": {},
     "lateral": {"mud.swirl": 0.0, "well.inclination": 0.0, "well.axial_friction": False, "stabilizer.clearance": None},
 }
-
-
-def unread(parameters: Any) -> frozenset[str]:
-    """The keys that a string with these :class:`.parameters.Parameters` does not read,
-    including those of its initial state."""
-    keys = DRIVE.unread(parameters) | LAW.unread(parameters)
-    if parameters.drive.kind == "ideal":
-        keys |= {"initial.lag", "initial.drive_speed"}
-    for mode, keys_of_mode in FROZEN.items():
-        if getattr(parameters.modes, mode) == "frozen":
-            keys |= {*keys_of_mode, *OFF[mode]}
-    if parameters.stabilizer.clearance is None:
-        keys |= {f"stabilizer.friction.{item.name}" for item in fields(parameters.stabilizer.friction)}
-    return frozenset(keys)
 
 
 ORDERS = (

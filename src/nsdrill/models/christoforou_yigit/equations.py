@@ -59,7 +59,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import Options, columns_of, options_of, states_of, values_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
-from nsdrill.models.operation import History, Operation
+from nsdrill.models.operation import OperatingPoint
 
 
 @lru_cache
@@ -241,7 +241,7 @@ def _named(options: Options) -> dict[str, Node]:
 
 
 def loads(
-    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array], *names: str
+    parameters: Parameters, operation: OperatingPoint, state: Mapping[str, Array], *names: str
 ) -> dict[str, Array]:
     """The quantities that the equations call by these ``names``, at a state; 0 those
     that equations without an option do not have."""
@@ -256,7 +256,7 @@ def loads(
     return {name: found.get(name, 0.0) + zero for name in names}
 
 
-def forces(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
+def forces(parameters: Parameters, operation: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
     """Contact forces and derived variables of a state.
 
     ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and

@@ -8,10 +8,10 @@ the others, so its figures can be reproduced in kind, not to the digit.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.constraints import DRIVE, unread
+from nsdrill.models.christoforou_yigit.constraints import DRIVE, FROZEN, LAW, OFF
 from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
 from nsdrill.models.operation import ModelParameters
@@ -273,7 +273,15 @@ class Parameters(ModelParameters):
     @property
     def unread(self) -> frozenset[str]:
         """The keys of a study that a string with these parameters does not read."""
-        return unread(self)
+        keys = DRIVE.unread(self) | LAW.unread(self)
+        if self.drive.kind == "ideal":
+            keys |= {"initial.lag", "initial.drive_speed"}
+        for mode, keys_of_mode in FROZEN.items():
+            if getattr(self.modes, mode) == "frozen":
+                keys |= {*keys_of_mode, *OFF[mode]}
+        if self.stabilizer.clearance is None:
+            keys |= {f"stabilizer.friction.{item.name}" for item in fields(self.stabilizer.friction)}
+        return frozenset(keys)
 
     def __post_init__(self) -> None:
         collar = self.drillstring.collar.outer_diameter

@@ -38,6 +38,8 @@ from nsdrill.models.segments.string import String, bit_torque, steady_of, string
 from nsdrill.ranges import computed, meanings_of
 
 SPEEDS = np.geomspace(0.05, 1000.0, 400)  # rad/s, searched for the onset
+MODES = 3  # modes of string and drive among the derived quantities
+WAVES = 4  # standing waves in the chart of the drives
 STEP = 1e-5  # of the bit speed, in the slope of the torque
 
 
@@ -112,12 +114,6 @@ def axial_free(parameters: Parameters, string: String) -> float:
     return first_frequency((parameters.segments.top.stiffness, *string.axial_stiffnesses), masses)
 
 
-def growth_at_rest(parameters: Parameters, string: String) -> complex | None:
-    """The eigenvalue [1/s] of string and drive, without friction at the bit, that grows
-    fastest; None where none grows."""
-    return growing(torsional_matrix(parameters, string))
-
-
 def slope_held(parameters: Parameters, string: String) -> float:
     """The steepest fall of the bit's torque with its speed [N m s/rad] with which
     steady drilling is stable; negative where the drive itself makes the string
@@ -171,9 +167,6 @@ def drive_impedance(parameters: Parameters, string: String) -> tuple[Gains, Circ
     )
     inertia = string.drive_inertia - string.pipe.inertia / 2
     return Gains(float(inertia), 0.0, float(drive.table_damping)), circuit
-
-
-MODES = 3  # modes of string and drive among the derived quantities
 
 
 @dataclass(frozen=True)
@@ -237,7 +230,9 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
     lowest = min(float(torsional_frequencies(_string(corner), 1)[0]) for corner in corners)
     return [
         overloaded(corners, _steady_torque, format_value),
-        swinging(study, corners, lambda corner: growth_at_rest(corner.parameters, _string(corner)), format_value),
+        swinging(
+            study, corners, lambda corner: growing(torsional_matrix(corner.parameters, _string(corner))), format_value
+        ),
         few_periods(study, 2 * math.pi / lowest),
     ]
 
@@ -249,9 +244,6 @@ def _string(corner: Values) -> String:
 def _steady_torque(corner: Values) -> float:
     _, wob, speed = corner.operation
     return float(steady_of(corner.parameters, _string(corner), wob, speed).table_torque)
-
-
-WAVES = 4
 
 
 def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:

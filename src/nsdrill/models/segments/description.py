@@ -92,7 +92,8 @@ LEAST_LOAD = 1e3
 def constraints(check: Any) -> Iterator[Fault]:
     """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _load(check)
-    yield from _drive(check)
+    if check.sound("drive"):
+        yield from DRIVE.faults(check)
     yield from _gains(check)
     yield from _torque(check)
 
@@ -133,12 +134,6 @@ def _torque(check: Any) -> Iterator[Fault]:
     if sweep.get("procedure", "same") != "same" and check.value("drive.on_at") > 0.0:
         found = f"{check.text('drive.on_at')} with a sweep that carries the state, in which the drive is on"
         yield check.fault("drive.on_at", found, "0 s, or sweep.procedure: same")
-
-
-def _drive(check: Any) -> Iterator[Fault]:
-    """There is no value and no axis that the kind of drive does not read."""
-    if check.sound("drive"):
-        yield from DRIVE.faults(check)
 
 
 DESCRIPTION = Description(
