@@ -288,16 +288,17 @@ def with_values(tree: Tree, values: Mapping[str, object]) -> Tree:
     The values are not checked here: the caller has done so. AttributeError for a key
     that does not exist.
     """
-    for key, value in values.items():
-        tree = _with_value(tree, key, value)
-    return tree
-
-
-def _with_value(tree: Tree, key: str, value: object) -> Tree:
-    name, _, rest = key.partition(".")
-    part = getattr(tree, name)
     changed = copy.copy(tree)
-    object.__setattr__(changed, name, _with_value(part, rest, value) if rest else value)
+    of_parts: dict[str, tuple[object, dict[str, object]]] = {}
+    for key, value in values.items():
+        name, _, rest = key.partition(".")
+        part = getattr(tree, name)
+        if rest:
+            of_parts.setdefault(name, (part, {}))[1][rest] = value
+        else:
+            object.__setattr__(changed, name, value)
+    for name, (part, of_part) in of_parts.items():
+        object.__setattr__(changed, name, with_values(part, of_part))
     return changed
 
 
