@@ -110,11 +110,11 @@ def outputs_of(options: Options) -> Callable[..., Any]:
     return define("outputs", "\n".join(lines) + "\n", **helpers)
 
 
-def _angle(twist, drive_speed, time, phase):  # type: ignore[no-untyped-def]
+def _angle(twist, drive_speed, time, phase):
     return twist + fma(drive_speed, time, phase)
 
 
-def _square(az):  # type: ignore[no-untyped-def]
+def _square(az):
     return az * az
 
 

@@ -66,7 +66,7 @@ def names_of(options: Options) -> Names:
 def _outputs(lobes: int, friction: int) -> Callable[..., Any]:
     multiple, slope = lobed(lobes), with_slope_from_factors(list(LAWS.values())[friction])
 
-    def outputs(  # type: ignore[no-untyped-def]
+    def outputs(
         cosine_now, sine_now, direction_now, decay_now, radius_now,
         x, vx, y, vy, z, vz, az, bit_speed, alpha, surface_amplitude, rock_stiffness,
         bit_smoothing, bit_decay, bit_rise, bit_dynamic,
@@ -96,9 +96,7 @@ def _outputs(lobes: int, friction: int) -> Callable[..., Any]:
 def _torque_inside(friction: int) -> Callable[..., Any]:
     law = with_slope(list(LAWS.values())[friction])
 
-    def torque(  # type: ignore[no-untyped-def]
-        u, du, omega, alpha, rock_stiffness, bit_smoothing, bit_decay, bit_rise, bit_dynamic
-    ):
+    def torque(u, du, omega, alpha, rock_stiffness, bit_smoothing, bit_decay, bit_rise, bit_dynamic):
         arm, darm = law(omega, bit_smoothing, bit_decay, bit_rise, bit_dynamic)
         force = rock_stiffness * max(u, 0.0)
         dforce = rock_stiffness * (du if u > 0.0 else max(du, 0.0))
@@ -107,49 +105,49 @@ def _torque_inside(friction: int) -> Callable[..., Any]:
     return torque
 
 
-def _hold(bb_now, slope_now):  # type: ignore[no-untyped-def]
+def _hold(bb_now, slope_now):
     return bb_now * slope_now - LEAST_HOLD
 
 
-def _slowness(bit_smoothing, bit_speed):  # type: ignore[no-untyped-def]
+def _slowness(bit_smoothing, bit_speed):
     return CREEP_RANGE - abs(bit_smoothing * bit_speed)
 
 
-def _bit_angle(twist, set_speed, time, phase):  # type: ignore[no-untyped-def]
+def _bit_angle(twist, set_speed, time, phase):
     return twist + fma(set_speed, time, phase)
 
 
-def _square(x, y):  # type: ignore[no-untyped-def]
+def _square(x, y):
     return fma(x, x, y * y)
 
 
-def _square_slope(x, vx, y, vy):  # type: ignore[no-untyped-def]
+def _square_slope(x, vx, y, vy):
     return 2.0 * fma(x, vx, y * vy)
 
 
-def _square_curvature(x, vx, ax, y, vy, ay):  # type: ignore[no-untyped-def]
+def _square_curvature(x, vx, ax, y, vy, ay):
     return 2.0 * fma(vx, vx, fma(vy, vy, fma(x, ax, y * ay)))
 
 
-def _rolling(x, vx, y, vy, per_r):  # type: ignore[no-untyped-def]
+def _rolling(x, vx, y, vy, per_r):
     """The tangential speed of the collar's centre around the hole [m/s]."""
     return fma(x, vy, -(y * vx)) * per_r
 
 
-def _rolling_rate(x, vx, ax, y, vy, ay, per_r, r_rate):  # type: ignore[no-untyped-def]
+def _rolling_rate(x, vx, ax, y, vy, ay, per_r, r_rate):
     speed = fma(x, vy, -(y * vx)) * per_r
     return fma(-speed, r_rate, fma(x, ay, -(y * ax))) * per_r
 
 
-def _pipe_twist(twist, lag):  # type: ignore[no-untyped-def]
+def _pipe_twist(twist, lag):
     return twist - lag
 
 
-def _pipe_rate(bit_speed, drive_speed):  # type: ignore[no-untyped-def]
+def _pipe_rate(bit_speed, drive_speed):
     return bit_speed - drive_speed
 
 
-def _pipe_curvature(alpha, drive_acceleration):  # type: ignore[no-untyped-def]
+def _pipe_curvature(alpha, drive_acceleration):
     return alpha - drive_acceleration
 
 

@@ -8,7 +8,7 @@ from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
 
 
-def _bit(  # type: ignore[no-untyped-def]
+def _bit(
     sine_,
     cosine_,
     interference_,
@@ -34,19 +34,17 @@ def _bit(  # type: ignore[no-untyped-def]
     return interference_, closing_, closing_rate, force_, force_rate if force_ > 0.0 else 0.0
 
 
-def _surface_torque(  # type: ignore[no-untyped-def]
-    lag, drive_speed, angle_1, speed_1, surface_stiffness, torsional_time
-):
+def _surface_torque(lag, drive_speed, angle_1, speed_1, surface_stiffness, torsional_time):
     return surface_stiffness * (lag - angle_1 + torsional_time * (drive_speed - speed_1))
 
 
-def _surface_torque_rate(  # type: ignore[no-untyped-def]
+def _surface_torque_rate(
     drive_speed, speed_1, drive_acceleration, angular_acceleration_1, surface_stiffness, torsional_time
 ):
     return surface_stiffness * (drive_speed - speed_1 + torsional_time * (drive_acceleration - angular_acceleration_1))
 
 
-def _motor_torque(  # type: ignore[no-untyped-def]
+def _motor_torque(
     lag,
     drive_speed,
     twist,
@@ -76,7 +74,7 @@ def _motor_torque(  # type: ignore[no-untyped-def]
     return min(max(-law, torque_least), torque_most) if time >= on_at else holding_torque
 
 
-def _motor_torque_rate(  # type: ignore[no-untyped-def]
+def _motor_torque_rate(
     lag,
     drive_speed,
     twist,
