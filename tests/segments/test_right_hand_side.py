@@ -8,9 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.segments.drive import regulator
 from nsdrill.models.segments.parameters import Initial
-from nsdrill.models.segments.string import string_of
+from nsdrill.models.segments.string import regulator, string_of
 from segments.lanes import DEPTH, MODEL, QUIET, RINGING, Slopes, frequencies, run, string
 from segments.plain import Plain, ours, plain_of
 

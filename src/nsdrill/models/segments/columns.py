@@ -13,9 +13,18 @@ import numpy as np
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
-from nsdrill.models.segments.string import Steady, String, creep_parameters, steady_of, string_of
+from nsdrill.models.segments.string import (
+    NEVER,
+    UNLIMITED,
+    Steady,
+    String,
+    creep_parameters,
+    gains_of,
+    law_of,
+    steady_of,
+    string_of,
+)
 from nsdrill.observe.channels import Names
 
 # Outputs of the equations for the observer: sine and cosine of the lobes, the

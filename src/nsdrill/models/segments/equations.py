@@ -17,7 +17,7 @@ mud's drag on a node::
     J_n w_n' = -T - M_{n-1} - cw_n w_n
     L I' = V - R I - nK w_0
 
-A drive by torque has T_m of :mod:`nsdrill.models.segments.drive` in place of nK I -
+A drive by torque has T_m of :mod:`nsdrill.models.segments.string` in place of nK I -
 c_rt w_0, and no current.
 
 The bit, with phi = th_n + the drive's angle, omega = w_n, d = s0 sin(b phi) - u_n,

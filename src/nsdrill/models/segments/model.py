@@ -15,11 +15,10 @@ from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
-from nsdrill.models.segments.drive import lag_of
 from nsdrill.models.segments.equations import equations
 from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
 from nsdrill.models.segments.parameters import Parameters
-from nsdrill.models.segments.string import bit_torque, steady_of, string_of
+from nsdrill.models.segments.string import bit_torque, lag_of, steady_of, string_of
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record
 
