@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from nsdrill.data import Results
     from nsdrill.progress import Progress as Progress
     from nsdrill.study import Study as Study
-    from nsdrill.web.notebook import View as View
+    from nsdrill.web.explorer import View as View
 
 
 def _of_run(found: RunResult | Results) -> Dataset:

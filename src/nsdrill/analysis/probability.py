@@ -15,7 +15,7 @@ import numpy as np
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.responses import RESPONSES
-from nsdrill.observe.labels import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
+from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE
 
 NORMAL_QUANTILE = 1.959963984540054  # of the two-sided 95 % interval

@@ -23,9 +23,8 @@ from nsdrill.late import deferred
 from nsdrill.models import registry
 from nsdrill.models.leaves import OPERATION, with_values
 from nsdrill.models.operation import Operation
-from nsdrill.plot import cut, draw, look_of, needed
+from nsdrill.plot import check_suffix, cut, draw, look_of, needed, save
 from nsdrill.plot.registry import STUDY, all_kinds, kinds_for, kinds_of
-from nsdrill.plot.saving import check_suffix, save
 from nsdrill.store import claim_file
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import dimension_of, short_key

@@ -21,7 +21,7 @@ from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
 from nsdrill.models.responses import RESPONSE_KINDS, trust_labels
-from nsdrill.observe.labels import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
+from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 from nsdrill.store import read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed

@@ -34,7 +34,8 @@ with deferred():
     from nsdrill.app import arguments, datasets
     from nsdrill.app import pictures as drawing
     from nsdrill.study import study as studies
-    from nsdrill.web import notebook, server, session
+    from nsdrill.web import explorer as pages
+    from nsdrill.web import session
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as AxesOfMatplotlib
@@ -42,8 +43,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.pictures import Film
-    from nsdrill.web.notebook import View
-    from nsdrill.web.server import Explorer
+    from nsdrill.web.explorer import Explorer, View
 
 
 def kinds() -> Iterable[str]:
@@ -398,7 +398,7 @@ def view(
     """
     if not arguments.is_whole(height) or not 100 <= height <= 10_000:
         raise Refusal("height", repr(height), "100 to 10000 pixels")
-    return notebook.View(explorer(path, over=over, set=set, units=units), height)
+    return pages.View(explorer(path, over=over, set=set, units=units), height)
 
 
 def explorer(
@@ -412,4 +412,4 @@ def explorer(
         raise Refusal("path", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')
     above = None if over is None else arguments.name_in(over, "over")
     source = session.Session(arguments.name_in(path, "path"), units, arguments.texts_in(set, "set"), above)
-    return server.Explorer(source, port)
+    return pages.Explorer(source, port)

@@ -15,7 +15,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
-from nsdrill.plot.slices import Line, edges, is_logarithmic, line, positions, robust_limits
+from nsdrill.plot.slices import Line, edges, is_logarithmic, positions, robust_limits
 from nsdrill.variables import OK, POINT
 from nsdrill.web.shown import classes, quantity_data, response_styles
 
@@ -217,7 +217,7 @@ def _place_of(results: Results, held: Mapping[str, int], member: int) -> list[in
 
 def _data_line(results: Results, axis: str, place: Sequence[int]) -> Line:
     if member_dimension(results) is None:
-        return line(results, axis, "si", **dict(zip(results.axes, place[1:], strict=True)))
+        return Line.along(results, axis, "si", **dict(zip(results.axes, place[1:], strict=True)))
     index: list[int | slice] = [slice(None), *place[1:]]
     index[results.grid.index(axis)] = slice(None)
     return Line(results, axis, tuple(index))

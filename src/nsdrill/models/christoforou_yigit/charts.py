@@ -111,7 +111,7 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
     study."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
-    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, np.ndarray | None]:
+    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, drives.Wave | None]:
         with_drive = with_values(parameters, {"drive.kind": kind})
         slope = slope_held(with_drive, k)
         if kind in ("ideal", "lqr"):
