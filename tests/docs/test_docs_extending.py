@@ -301,8 +301,8 @@ def test_a_command_of_ones_own(blocks, shared, tmp_path, capsys, monkeypatch):
     vars(efforts).update(run(blocks[-3]))
     monkeypatch.setitem(sys.modules, efforts.__name__, efforts)
     names = vars(answers) | {"efforts": efforts}
-    text = "from __future__ import annotations\n" + blocks[-2].read_text()  # as the file has it
-    exec(compile(text, str(blocks[-2]), "exec"), names)
+    in_its_file = f"from __future__ import annotations\n{blocks[-2].read_text()}"  # as answers.py begins
+    exec(compile(in_its_file, str(blocks[-2]), "exec"), names)
     monkeypatch.setattr(answers, "effort", names["effort"], raising=False)
     monkeypatch.setattr(look, "effort", run(blocks[-1])["effort"], raising=False)
     line = "Say how many steps the points of a results file took."

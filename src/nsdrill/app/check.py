@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from importlib import import_module
 from itertools import product
 from operator import attrgetter
@@ -228,11 +229,7 @@ def _warnings(experiment: Experiment, units: str) -> list[str]:
     study = experiment.study
     warnings: list[str | None] = [*study.notes]
     if (checks := checks_of(study.model)) is not None:
-
-        def amount_text(value: float, si: str, shown: str) -> str:
-            return _amount_text(value, si, shown, units)
-
-        warnings += checks.warnings(study, _corners(study), amount_text)
+        warnings += checks.warnings(study, _corners(study), partial(_amount_text, units))
     if study.swept or not study.ramped:  # else there is no observation
         warnings += [_short_observation(study, units), _verify_cost(study), _large_results(experiment)]
     return [warning for warning in warnings if warning is not None]
@@ -254,7 +251,7 @@ def checks_of(model: Description) -> Any:
     return import_module(model.checks) if model.checks else None
 
 
-def _amount_text(value: float, si: str, shown: str, units: str) -> str:
+def _amount_text(units: str, value: float, si: str, shown: str) -> str:
     """The text of a value [``si``] in a warning: in the units ``shown``, or in field
     units."""
     return amount(value, unit_in(si, units) or shown, 4)
@@ -314,7 +311,7 @@ def _short_observation(study: Study, units: str) -> str | None:
     if revolutions >= LEAST_REVOLUTIONS:
         return None
     return (
-        f"Short: at {_amount_text(slowest, 'rad/s', 'rad/s', units)} the observation of "
+        f"Short: at {_amount_text(units, slowest, 'rad/s', 'rad/s')} the observation of "
         f"{study.simulation.observe:g} s holds only {revolutions:.3g} revolutions of the drive. "
         f"Extremes and fractions will be rough; lengthen simulation.observe."
     )

@@ -68,13 +68,6 @@ def is_figure(data: object) -> TypeGuard[Figure]:
     return isinstance(data, Figure)
 
 
-def _with_variables_only(data: Dataset, names: Iterable[str]) -> Dataset:
-    """The Dataset ``data`` with only the variables ``names``, and all coordinates."""
-    wanted = {*names}
-    kept: Dataset = data.drop_vars([name for name in data.data_vars if name not in wanted])
-    return kept
-
-
 def data_in(data: object, names: Iterable[str] | None) -> Results | Trace:
     """The results or trace in a Dataset or file; of results only the variables
     ``names``, if given."""
@@ -85,7 +78,9 @@ def data_in(data: object, names: Iterable[str] | None) -> Results | Trace:
             "the Dataset: found branches; allowed here: results of a sweep or a trace. show, plot and save take "
             "branches."
         )
-    found = validated(from_dataset(data if names is None or "time" in data.dims else _with_variables_only(data, names)))
+    if names is not None and "time" not in data.dims:
+        data = data.drop_vars({*data.data_vars} - {*names})
+    found = validated(from_dataset(data))
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return found
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Annotated
 
-import click
-
 from nsdrill.cli.building import Given, command_of, print_answer, requested_values, say
 from nsdrill.errors import printable
 from nsdrill.late import deferred
@@ -16,7 +14,6 @@ from nsdrill.operations.arguments import Json, Other, Overwrite, Picture, Report
 from nsdrill.operations.fit import PictureOfFit, StudyPath
 
 with deferred():
-    from nsdrill import data as forms
     from nsdrill.analysis import sensitivity as indices
     from nsdrill.analysis import window as regions
     from nsdrill.app import answers as found_in
@@ -152,10 +149,7 @@ def fit(
     interruption --resume gives the same study as an uninterrupted fit.
     """
     note, units = fits.fit(**given).note, given["units"]
-    if json:
-        click.echo(forms.json_text(uncertain.fit_in_units(note, units), indent=2))
-    else:
-        click.echo("\n".join(uncertain.fit_lines(note, units)))
+    print_answer(note, uncertain.fit_lines(note, units), units, json)
     if picture is not None:
         say(f"{picture}: drawn.")
     if path is not None:

@@ -24,12 +24,9 @@ def summarize_branches(data: Dataset) -> Answer:
     along = str(attrs.get("along", "rotary_speed"))
     numbers = data[along].values
     meanings = meanings_of(model_in(attrs))
-    first = 0
-    branches = []
-    for number, size in enumerate(data["row_size"].values.tolist()):
-        part = slice(first, first + size)
-        first += size
-        branches.append(_branch(data, number, part, numbers, meanings))
+    branches = [
+        _branch(data, number, part, numbers, meanings) for number, part in enumerate(_parts(data["row_size"].values))
+    ]
     fixed = {
         name: float(data[name].values[0])
         for name in ("depth", "wob", "rotary_speed")
@@ -56,6 +53,12 @@ def _seeds(attrs: Attributes) -> dict[str, int]:
     except ValueError:
         return {}
     return {str(word): int(count) for word, count in found.items()} if isinstance(found, dict) else {}
+
+
+def _parts(sizes: Array) -> list[slice]:
+    """The places of the points of each branch, which follow each other."""
+    ends = np.cumsum(sizes).tolist()
+    return [slice(end - size, end) for size, end in zip(sizes.tolist(), ends, strict=True)]
 
 
 def _branch(data: Dataset, number: int, part: slice, numbers: Array, meanings: Mapping[int, Meaning]) -> Answer:
@@ -132,18 +135,16 @@ def stable_parts(unstable: Array, labels: Array) -> list[tuple[int, int]]:
 def _curves(data: Dataset, meanings: Mapping[int, Meaning]) -> list[Answer]:
     if "curve_row_size" not in data:
         return []
-    curves, first = [], 0
+    curves = []
     along, over = str(data.attrs["along"]), str(data.attrs["over"])
-    for number, size in enumerate(data["curve_row_size"].values.tolist()):
-        part = slice(first, first + size)
-        first += size
+    for number, part in enumerate(_parts(data["curve_row_size"].values)):
         meaning = meanings[int(data["curve_label"].values[number])]
         ends = {name: data[f"curve_{name}"].values[part] for name in (along, over)}
         curves.append(
             {
                 "curve": number,
                 "label": meaning.name,
-                "points": int(size),
+                "points": part.stop - part.start,
                 "lobes": int(data["curve_lobes"].values[number]),
                 "words": motion_text(str(data["curve_motion"].values[number]), int(data["curve_lobes"].values[number])),
                 "end_reason": str(data["curve_end_reason"].values[number]),

@@ -99,27 +99,6 @@ def _total(row: Answer) -> str:
 MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 
 
-def fit_in_units(summary: Answer, units: str) -> Answer:
-    """The summary as plain data, with the values of unknowns and features in the system
-    ``units``."""
-    if units == "si":
-        return summary
-    converted = dict(summary)
-    for section, name, fields in (
-        ("unknowns", "key", ("prior", "posterior")),
-        ("features", "name", ("error", "spread")),
-    ):
-        converted[section] = []
-        for row in summary[section]:
-            converted_row = dict(row)
-            for field in fields:
-                values = row[field] if isinstance(row[field], list) else [row[field]]
-                shown, converted_row["units"] = _in_shown_unit(row[name], values, row["units"], units, signs=False)
-                converted_row[field] = shown if isinstance(row[field], list) else shown[0]
-            converted[section].append(converted_row)
-    return converted
-
-
 def fit_lines(summary: Answer, units: str) -> Iterator[str]:
     """The summary of a fit, in words."""
     yield (
@@ -167,13 +146,13 @@ def _feature_lines(summary: Answer, units: str) -> Iterator[str]:
         )
 
 
-def _in_shown_unit(name: str, values: list[float], si: str, units: str, signs: bool = True) -> tuple[list[float], str]:
-    """Values in the unit in which the quantity ``name`` is shown, and that unit: its
-    sign, or with ``signs`` False as a study writes it."""
+def _in_shown_unit(name: str, values: list[float], si: str, units: str) -> tuple[list[float], str]:
+    """Values in the unit in which the quantity ``name`` is shown, and the sign of that
+    unit."""
     known = find(name)
     unit, base = (known.unit(units), known.units) if known is not None else (si, si)
     scale = shown_scale(unit, base) if unit not in ("", "percent") else 1.0
-    return [value / scale for value in values], sign(unit) if signs else unit
+    return [value / scale for value in values], sign(unit)
 
 
 def verdicts(summary: Answer) -> Iterator[str]:

@@ -28,6 +28,10 @@ _VALUE_KEYS = (
     "open",
     "closes",
     "reopens",
+    "prior",
+    "posterior",
+    "error",
+    "spread",
 )
 
 
@@ -139,7 +143,7 @@ def _converted(node: Any, key: str | None, name: str | None, units: dict[str, st
         return [_converted(item, key, name, units) for item in node]
     if isinstance(node, dict):
         if isinstance(node.get("units"), str):
-            return _with_unit(node, node.get("name", name), units)
+            return _with_unit(node, node.get("name", node.get("key", name)), units)
         about = node.get("axis", node.get("name", name))
         return {k: _converted(v, k, k if find(str(k)) else about, units) for k, v in node.items()}
     known = find(name) if name is not None else None
@@ -153,17 +157,15 @@ def _converted(node: Any, key: str | None, name: str | None, units: dict[str, st
 
 def _with_unit(node: Answer, name: str | None, units: dict[str, str]) -> Answer:
     """The mapping ``node``, whose ``units`` are those of its values, in field units."""
-    unit = _in_field(0.0, node["units"], name)[1]
-    return {
-        k: unit
-        if k == "units"
-        else _in_field(v, node["units"], name)[0]
-        if k in _VALUE_KEYS and isinstance(v, float)
-        else _converted(v, k, None, units)
-        if isinstance(v, dict)
-        else v
-        for k, v in node.items()
-    }
+    shown = {**node, "units": _in_field(0.0, node["units"], name)[1]}
+    for key, value in node.items():
+        if key in _VALUE_KEYS and isinstance(value, float):
+            shown[key] = _in_field(value, node["units"], name)[0]
+        elif key in _VALUE_KEYS and isinstance(value, list):
+            shown[key] = [_in_field(one, node["units"], name)[0] for one in value]
+        elif isinstance(value, dict):
+            shown[key] = _converted(value, key, None, units)
+    return shown
 
 
 def _in_field(value: float, units: str, name: str | None) -> tuple[float, str]:
