@@ -166,19 +166,18 @@ def _pace(counts: Counts, seconds: float) -> str:
 @contextmanager
 def _bar(console: Console) -> Iterator[Watch]:
     """A bar with points done, rate, time left and failures."""
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
+    from rich import progress as rich
 
     columns = (
-        TextColumn("points"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[pace]}"),
-        TextColumn("{task.fields[failures]}"),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[note]}"),
+        rich.TextColumn("points"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        rich.TextColumn("{task.fields[pace]}"),
+        rich.TextColumn("{task.fields[failures]}"),
+        rich.TimeElapsedColumn(),
+        rich.TextColumn("{task.fields[note]}"),
     )
-    with Bar(*columns, console=console, transient=True) as bar:
+    with rich.Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("points", total=None, pace="starting", failures="", note="")
         clock = _Clock()
 
