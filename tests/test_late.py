@@ -1,7 +1,5 @@
 """Rooms whose names arrive when they are first used."""
 
-from __future__ import annotations
-
 import pkgutil
 from importlib import import_module
 from types import ModuleType

@@ -96,7 +96,7 @@ _HOME = {
     "RunWarning": "errors",
     "Study": "study",
     "StudyError": "errors",
-    "View": "web.notebook",
+    "View": "web.explorer",
 }
 
 

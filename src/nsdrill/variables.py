@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nsdrill.data import Array
+    from numpy.typing import NDArray
 
 AXES = ("depth", "wob", "rotary_speed")
 POINT = ("procedure", *AXES)
@@ -23,7 +23,7 @@ MODEL = "christoforou_yigit"  # of a study without the key ``model``
 PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED = range(6)
 
 
-def has_failed(status: Array) -> Array:
+def has_failed(status: NDArray[Any]) -> NDArray[Any]:
     """Which runs failed; an array of booleans from an array of statuses."""
     return (status != PENDING) & (status != OK) & (status != INFERRED)
 

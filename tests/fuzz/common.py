@@ -1,7 +1,5 @@
 """What the fuzzer needs: the command line in this process, and finite JSON."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import math
@@ -24,8 +22,7 @@ class Broken(Exception):
 def command(name: str, *words: object) -> str | None:
     """Standard output of ``nsdrill name words...``, None where it was refused in words;
     Broken for anything else."""
-    called = group.get_command(click.Context(group), name)
-    found = CliRunner().invoke(called, list(map(str, words)), standalone_mode=False, obj=None)
+    found = CliRunner().invoke(group, [name, *map(str, words)], standalone_mode=False)
     error = found.exception
     if isinstance(error, NsdrillError | click.ClickException):
         said = error.format_message() if isinstance(error, click.ClickException) else str(error)

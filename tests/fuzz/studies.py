@@ -6,8 +6,6 @@ moved; values of other units, types and sizes, up to the ends of their ranges; b
 YAML; odd characters; and the same by ``--set``.
 """
 
-from __future__ import annotations
-
 import collections
 import os
 import random

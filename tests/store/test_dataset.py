@@ -1,7 +1,5 @@
 """Datasets without a file: exactly what xarray reads from the file, and back."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,8 +1,6 @@
 """The run log against kills, torn and misplaced records, full disks, second writers and
 files of others."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -1,8 +1,6 @@
 """The results file: bit for bit, as the contract names it, as xarray sees it, small,
 and in bounded memory."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The protocol of a run log: file and memory pass the same tests."""
 
-from __future__ import annotations
-
 import tracemalloc
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Trace files and exports."""
 
-from __future__ import annotations
-
 import csv
 
 import h5py

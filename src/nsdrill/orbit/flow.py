@@ -3,7 +3,7 @@ batch, with monodromies and touches.
 
 A piece of a trajectory, a *leg*, is a run of the kernel. A leg with a monodromy is run
 once for each state, side by side in lanes, with a deviation along that state as tangent
-states; the deviations land on contacts (:mod:`nsdrill.observe.landing`). The numbers do
+states; the deviations land on contacts (:mod:`nsdrill.observe.contacts`). The numbers do
 not depend on which legs share a batch.
 """
 
@@ -24,10 +24,17 @@ from nsdrill.data import Array
 from nsdrill.errors import InputError
 from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes, unobserved
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.models.base import Model, Symmetry, Variant
-from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
-from nsdrill.observe.touches import TOUCHES, make_levels, make_touches, touch_rows
+from nsdrill.observe.contacts import (
+    TOUCHES,
+    landing_rows,
+    make_landing,
+    make_levels,
+    make_touches,
+    scratch_size,
+    touch_rows,
+)
 from nsdrill.variables import OK
 
 PAIR = "tsitouras"
@@ -263,7 +270,7 @@ def equations_of(
     contacts, levels = len(model.contacts), model.levels(fixed)
     observer_rows = landing_rows(contacts) + touch_rows(contacts + len(levels))
     try:
-        rows = STEPPERS[PAIR].rows(replace(model.rows(fixed, observer_rows, tangent=True), judged=True))
+        rows = with_step(STEPPERS[PAIR], replace(model.rows(fixed, observer_rows, tangent=True), judged=True))
         model.tangent(choose_lanes(FEW), fixed, 0)
     except (NotImplementedError, ValueError) as error:
         raise InputError(
@@ -302,7 +309,7 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     if not contacts:
         return Compiled(right_hand_side, observe_levels, levels_marker)
     contact_functions = model.contact_functions(lanes, fixed, RATES * contacts)
-    land = make_landing(lanes, rows, STEPPERS[PAIR].tableau, 0, contact_functions, model.tangent(1, fixed, 0), contacts)
+    land = make_landing(lanes, rows, STEPPERS[PAIR], 0, contact_functions, model.tangent(1, fixed, 0), contacts)
     observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
     level_column = touch_rows(contacts)
 

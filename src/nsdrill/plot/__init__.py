@@ -1,5 +1,6 @@
-"""Pictures of sweeps and traces: from data in memory to a matplotlib figure. No data
-file is opened here.
+"""Pictures of sweeps and traces: from data in memory to a matplotlib figure, and that
+to a file: equal figures give equal bytes, and a file is complete or not written at all.
+No data file is opened here.
 
 matplotlib is imported only when something is drawn, and pyplot never: no window system,
 no global state.
@@ -7,23 +8,33 @@ no global state.
 
 from __future__ import annotations
 
+import io
+import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar, cast
+
+import numpy as np
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, Refusal, option
+from nsdrill.files import replacing
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
 from nsdrill.plot.look import Look, look_of
 from nsdrill.plot.registry import all_kinds, check_options, choose_kind, describe, is_branches, kinds_for, variables_for
-from nsdrill.plot.saving import FORMATS, check_suffix, save
-from nsdrill.variables import AXES
+from nsdrill.plot.slices import ordered, select
+from nsdrill.variables import AXES, SAMPLE, dimension_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from nsdrill.plot.registry import Drawable
+
+D = TypeVar("D", bound="Drawable")
 
 __all__ = [
     "FORMATS",
@@ -36,11 +47,12 @@ __all__ = [
     "look_of",
     "needed",
     "save",
+    "svg",
 ]
 
 
 def draw(
-    data: Any,
+    data: Drawable,
     kind: str | None = None,
     *,
     units: str = "si",
@@ -49,7 +61,7 @@ def draw(
     look: Look | None = None,
     panel: str | None = None,
     ax: Axes | None = None,
-    **options: Any,
+    **options: object,
 ) -> Figure:
     """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is
     None.
@@ -95,29 +107,27 @@ def needed(
     return tuple(name for name in names if name in outline.variables)
 
 
-def cut(data: Any, at: Mapping[str, float] | None, start: int | None = None) -> Any:
+def cut(data: D, at: Mapping[str, float] | None, start: int | None = None) -> D:
     """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at
     one of its starts; other data as they are."""
     if not isinstance(data, Results):
         _refuse_choices(data, [*(at or ()), *(["start"] if start is not None else [])])
         return data
-    from nsdrill.plot.slices import ordered, select
-    from nsdrill.variables import SAMPLE, dimension_of
-
+    results: Results = data
     values_by_key = at or {}
     at = {dimension_of(key): value for key, value in values_by_key.items()}
     if SAMPLE in at:
-        data = select(data, SAMPLE, at.pop(SAMPLE))
-    if unknown := set(at) - set(data.axes):
+        results = select(results, SAMPLE, at.pop(SAMPLE))
+    if unknown := set(at) - set(results.axes):
         keys = {dimension_of(key): key for key in values_by_key}
         unknown_keys, allowed = (
-            ", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes)
+            ", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), results.axes)
         )
         raise InputError(f"{option('at')}: found {unknown_keys}; allowed: {allowed}.")
-    return ordered(data if start is None else select(data, "start", start), at)
+    return cast("D", ordered(results if start is None else select(results, "start", start), at))
 
 
-def _refuse_choices(data: Any, names: Sequence[str]) -> None:
+def _refuse_choices(data: object, names: Iterable[str]) -> None:
     """InputError where a choice of points was given for a trace or branches."""
     for name in names:
         argument = name if name in (*AXES, *_CHOICES) else "at"
@@ -126,6 +136,63 @@ def _refuse_choices(data: Any, names: Sequence[str]) -> None:
 
 
 _CHOICES = ("start", "states", "severity", "confidence")
+
+
+# A date in the file would make two equal figures differ.
+FORMATS: dict[str, dict[str, None]] = {
+    ".png": {},
+    ".pdf": {"CreationDate": None, "ModDate": None},
+    ".svg": {"Date": None},
+}
+
+
+def check_suffix(path: str | os.PathLike[str], allowed: Iterable[str] = FORMATS, of: str = "picture") -> str:
+    """The suffix of ``path``, in lower case. InputError where it is none of those
+    ``allowed``; called before anything is drawn."""
+    if (suffix := Path(path).suffix.lower()) not in allowed:
+        found = suffix or "no suffix"
+        raise InputError(f"{os.fspath(path)}: found {found!r} as the kind of {of}; allowed: {', '.join(allowed)}.")
+    return suffix
+
+
+def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True) -> None:
+    """Write the figure as PNG (300 dpi where no style says otherwise), PDF or SVG, by
+    the suffix of ``path``, in one step.
+
+    InputError where ``path`` cannot be that of a picture, FileError where another
+    process is writing it or, without ``overwrite``, it exists already; NsdrillError
+    where it cannot be written.
+    """
+    from nsdrill.plot.style import house_style, without_glyph_warnings
+
+    suffix, target = check_suffix(path), Path(path)
+    if not target.parent.is_dir():
+        raise InputError(f"{target}: found no folder {str(target.parent)!r}; allowed: a folder that exists.")
+    if target.is_dir():
+        raise InputError(f"{target}: cannot be written, as it is a folder; allowed: the name of a file.")
+    settings = getattr(figure, "settings", None)
+    with replacing(target, overwrite=overwrite) as file, house_style(settings), without_glyph_warnings():
+        figure.savefig(file, format=suffix[1:], metadata=FORMATS[suffix])
+
+
+MAX_CELLS = 1500  # of the maps of a figure in a page; of more the cells become an image
+
+
+def svg(figure: Figure) -> str:
+    """The figure as the text of an SVG file for a page: its words are text, and the
+    cells of its maps an image where they are many."""
+    from matplotlib.collections import QuadMesh
+
+    from nsdrill.plot.style import house_style, without_glyph_warnings
+
+    meshes = [mesh for mesh in figure.findobj(QuadMesh) if isinstance(mesh, QuadMesh)]
+    if sum(np.asarray(mesh.get_array()).size for mesh in meshes) > MAX_CELLS:
+        for mesh in meshes:
+            mesh.set_rasterized(True)
+    text = io.StringIO()
+    with house_style(getattr(figure, "settings", None)), without_glyph_warnings():
+        figure.savefig(text, format="svg", metadata=FORMATS[".svg"])
+    return text.getvalue()
 
 
 def _be_a_function() -> None:

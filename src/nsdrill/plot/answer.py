@@ -7,18 +7,18 @@ are those of :func:`nsdrill.analysis.window.find_window`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
+from nsdrill.data import Answer
 from nsdrill.models.responses import RESPONSES
-from nsdrill.quantity import quantity, sign
+from nsdrill.plot.labels import quantity as shown_quantity
+from nsdrill.quantity import quantity
 from nsdrill.units import from_si
 
-Plain = Mapping[str, Any]  # what find_window finds, or a part of it, as plain data
 ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
 WAYS = {"up": "coming up", "down": "coming down"}
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
@@ -40,16 +40,14 @@ class Formatter:
 
     def unit(self, axis: str) -> str:
         """The sign of the unit of an axis."""
-        return sign(quantity(axis).unit(self.system))
+        return shown_quantity(axis, self.system).unit
 
     def name(self, axis: str) -> str:
         """The name of an axis in a sentence."""
         return quantity(axis).words
 
     def number(self, axis: str, value: float) -> str:
-        unit = quantity(axis).unit(self.system)
-        shown = from_si(value, unit) if unit else value
-        return f"{shown:.0f}" if abs(shown) >= 1e4 else f"{shown:.4g}"
+        return shown_quantity(axis, self.system).number(value)
 
     def value(self, axis: str, value: float | str) -> str:
         if isinstance(value, str):  # a word
@@ -67,7 +65,7 @@ class Formatter:
         """As :meth:`range`, with the name of the axis before it."""
         return f"{quantity(axis).words} {self.range(axis, ends)}"
 
-    def setting(self, point: Plain, axes: Iterable[str | None]) -> str:
+    def setting(self, point: Answer, axes: Iterable[str | None]) -> str:
         """The values of a point, in order: ``25 klbf, 125 rpm``; further axes with
         their names."""
         return ", ".join(
@@ -84,13 +82,13 @@ class Formatter:
         return f" ({speeds} rpm)"
 
 
-def percent(point: Plain) -> str:
+def percent(point: Answer) -> str:
     """``97.3 % (94.4 to 98.7)``: a probability with its interval."""
     ends = " to ".join(f"{100 * point[f'probability_{end}']:.1f}" for end in ("low", "high"))
     return f"{100 * point['probability']:.1f} % ({ends})"
 
 
-def drilling(point: Plain, fmt: Formatter) -> str:
+def drilling(point: Answer, fmt: Formatter) -> str:
     """``rate of penetration 32 ft/h, specific energy 22 ksi``; "" where a file has
     neither."""
     words = {"rate_of_penetration": "rate of penetration", "mechanical_specific_energy": "specific energy"}
@@ -102,7 +100,7 @@ def response_words(names: Iterable[str]) -> str:
     return ", ".join(RESPONSES[name].words for name in names)
 
 
-def answer(summary: Plain, units: str) -> str:
+def answer(summary: Answer, units: str) -> str:
     """The answer in one sentence."""
     fmt = Formatter(units)
     plane = chosen_map(summary)
@@ -135,19 +133,19 @@ def answer(summary: Plain, units: str) -> str:
     return f"{text}; {words['less']}, {words['more']}."
 
 
-def has_no_room(best: Plain) -> bool:
+def has_no_room(best: Answer) -> bool:
     """Whether a point has no margin to one side or more: it might not be safe on a finer
     map."""
     return any(side["margin"] == 0.0 for sides in best["margins"].values() for side in sides.values())
 
 
-def is_hint(summary: Plain, best: Plain) -> bool:
+def is_hint(summary: Answer, best: Answer) -> bool:
     """Whether the best point of a map is a hint, not a setting: it has no room, its
     motion had not settled, or the sweep begins above a critical speed."""
     return has_no_room(best) or not best["settled"] or bool(summary["passed_over"])
 
 
-def chosen_map(summary: Plain) -> Plain | None:
+def chosen_map(summary: Answer) -> Answer | None:
     """The map that the answer is about: the only one; of several what is safe
     throughout, else the one with the most safe points."""
     maps = summary["maps"]
@@ -155,11 +153,11 @@ def chosen_map(summary: Plain) -> Plain | None:
         return {**maps[0], "at": {}}
     if summary["throughout"] and summary["throughout"]["safe"]:
         return {**summary["throughout"], "at": {}}
-    best: Plain = max(maps, key=lambda one: one["safe"])
+    best: Answer = max(maps, key=lambda one: one["safe"])
     return best
 
 
-def _side_verb(side: Plain, where: str, may: bool) -> str:
+def _side_verb(side: Answer, where: str, may: bool) -> str:
     """``below it sticks``, or that it ``may``; ``above the map ends``."""
     if side["why"] == "edge":
         return f"{where} the map ends"
@@ -174,7 +172,7 @@ def _side_verb(side: Plain, where: str, may: bool) -> str:
     return f"{where} it {'may ' if depends else ''}{' and '.join(verbs)}"
 
 
-def _nothing_safe(summary: Plain, fmt: Formatter) -> str:
+def _nothing_safe(summary: Answer, fmt: Formatter) -> str:
     known = summary["points"] - summary["unknown"]
     if not known:
         return "No answer: no run that decides on a point ended well."
@@ -195,7 +193,7 @@ def _nothing_safe(summary: Plain, fmt: Formatter) -> str:
     return f"{text}; {', '.join(found)}." if found else f"{text}."
 
 
-def limit(axis: str, side: Plain, fmt: Formatter) -> str:
+def limit(axis: str, side: Answer, fmt: Formatter) -> str:
     """What lies behind one side of the window: ``65 rpm: stick-slip coming up, none
     coming down``."""
     if side["why"] == "edge":
@@ -212,7 +210,7 @@ def limit(axis: str, side: Plain, fmt: Formatter) -> str:
     return f"at {fmt.value(axis, side['first_not_safe'])} {what}"
 
 
-def why(axis: str, side: Plain, best: Plain, fmt: Formatter) -> str | None:
+def why(axis: str, side: Answer, best: Answer, fmt: Formatter) -> str | None:
     """The reason for a border that may surprise, in a sentence; None where it needs
     none or the file does not tell it."""
     found = side["reason"]
@@ -242,7 +240,7 @@ def why(axis: str, side: Plain, best: Plain, fmt: Formatter) -> str | None:
     return f"{way}, the collar reaches the wall at {at} and stays on it: little damps its rolling."
 
 
-def warnings(summary: Plain, units: str) -> Iterator[str]:
+def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the window, a sentence or two each."""
     fmt = Formatter(units)
     for speed in summary["passed_over"]:
@@ -287,7 +285,7 @@ def warnings(summary: Plain, units: str) -> Iterator[str]:
     yield from _of_recommended(summary, fmt)
 
 
-def _of_motions(summary: Plain) -> Iterator[str]:
+def _of_motions(summary: Answer) -> Iterator[str]:
     """Motions that had not settled and histories that decide, over the safe points; over
     all where none is safe."""
     plane = chosen_map(summary)
@@ -310,7 +308,7 @@ def _of_motions(summary: Plain) -> Iterator[str]:
         )
 
 
-def _of_recommended(summary: Plain, fmt: Formatter) -> Iterator[str]:
+def _of_recommended(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """What is said of the recommended point, and of the edges of the map and the samples
     also where there is none."""
     plane = chosen_map(summary)
@@ -344,7 +342,7 @@ def _of_recommended(summary: Plain, fmt: Formatter) -> Iterator[str]:
             )
 
 
-def _too_few_samples(summary: Plain) -> Iterator[str]:
+def _too_few_samples(summary: Answer) -> Iterator[str]:
     """So few samples that the interval of a point at which all are safe reaches below the
     confidence."""
     confidence, count = summary["confidence"], summary["effective"]
@@ -361,7 +359,7 @@ def _too_few_samples(summary: Plain) -> Iterator[str]:
     )
 
 
-def explained(summary: Plain, units: str) -> Iterator[str]:
+def explained(summary: Answer, units: str) -> Iterator[str]:
     """The borders of the recommended point that may surprise, each with its reason; a
     reason once."""
     fmt, plane = Formatter(units), chosen_map(summary)
@@ -378,7 +376,7 @@ def explained(summary: Plain, units: str) -> Iterator[str]:
                 yield f"At {at}: {text[0].lower()}{text[1:]}"
 
 
-def notes(summary: Plain, units: str) -> list[str]:
+def notes(summary: Answer, units: str) -> list[str]:
     """The warnings and reasons without their advice, for a picture."""
     texts = [*warnings(summary, units), *explained(summary, units)]
     return [f"{text.partition('. ')[0].rstrip('.')}." for text in texts]

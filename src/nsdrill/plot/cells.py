@@ -1,6 +1,6 @@
-"""What lies on the cells of maps and strips: patterns, veils, the verdicts of the
-checks, and lines of equal rate of penetration, which show the yield of a setting beside
-its safety."""
+"""What lies on the cells of maps and strips: patterns, veils, outlines, the verdicts of the
+checks, values filled in from the cells around, and lines of equal rate of penetration,
+which show the yield of a setting beside its safety."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import PathCollection
+from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.path import Path
+from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
 from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from nsdrill.data import Array
 from nsdrill.models.description import Description
-from nsdrill.observe.labels import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
+from nsdrill.observe.motion import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.page import area_entry, line_entry
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import GREY, Properties, Property, font_size, halo
+from nsdrill.plot.style import BLACK, GREY, Properties, Property, font_size, halo
 
 VEIL = 0.18  # share of white over cells that were not run
 PALE_GREY = to_hex(tuple((1 - VEIL) * part + VEIL for part in to_rgb(GREY)))  # type: ignore[arg-type]
@@ -69,6 +71,28 @@ def covering_path(cells: Cells, selected: Array) -> Path:
     return Path(corners.reshape(-1, 2), codes * len(rows))
 
 
+def outline_entry(label: str) -> Artist:
+    """The legend entry of an outline."""
+    return line_entry(color="white", linewidth=1.2, path_effects=_outline_effects(), label=label)
+
+
+def _outline_effects() -> list[AbstractPathEffect]:
+    return [Stroke(linewidth=2.6, foreground=BLACK), Normal()]
+
+
+def draw_outline(axes: Axes, cells: Cells, inside: Array) -> None:
+    """Draw the border of the cells that are ``inside`` [y, x], white within black,
+    which is visible on every colour."""
+    (x, y), padded = cells, np.pad(inside, 1)
+    vertical = np.argwhere(padded[1:-1, 1:] != padded[1:-1, :-1])
+    horizontal = np.argwhere(padded[1:, 1:-1] != padded[:-1, 1:-1])
+    borders = [((x[j], y[i]), (x[j], y[i + 1])) for i, j in vertical]
+    borders += [((x[j], y[i]), (x[j + 1], y[i])) for i, j in horizontal]
+    outline = LineCollection(borders, colors="white", linewidths=1.2, capstyle="round", gid="confidence")
+    outline.set(path_effects=_outline_effects(), clip_on=False)
+    axes.add_collection(outline)
+
+
 DOUBT_HATCH = "///"
 LARGEST_DOT, SMALLEST_DOT = 4.5, 1.6  # points of diameter of a dot
 DOT: Properties = {"marker": "o", "color": "black", "markeredgecolor": "white", "linestyle": "none"}
@@ -102,6 +126,35 @@ def verdict_handles(verdicts: Array) -> list[Artist]:
         label = f"checked: response differs ({responses} of {checked}{unknown})"
         handles.append(line_entry(markersize=4, markeredgewidth=0.5, label=label, **DOT))
     return handles
+
+
+def fill_inferred(values: Array, inferred: Array, known: Array, *, linear: bool) -> Array:
+    """The values [procedure, row, y, x], those of ``inferred`` points filled in from
+    the ``known`` points around them: by linear interpolation, or from the nearest."""
+    from scipy.ndimage import distance_transform_edt
+
+    result = values.copy()
+    for place in np.ndindex(values.shape[:2]):
+        known_here, to_fill = known[place] & np.isfinite(values[place]), inferred[place]
+        if not known_here.any() or not to_fill.any():
+            continue
+        nearest = distance_transform_edt(~known_here, return_distances=False, return_indices=True)
+        result[place][to_fill] = values[place][tuple(nearest)][to_fill]
+        if linear:
+            interpolated = _interpolated(values[place], known_here, to_fill)
+            result[place][to_fill] = np.where(np.isfinite(interpolated), interpolated, result[place][to_fill])
+    return result
+
+
+def _interpolated(values: Array, known: Array, to_fill: Array) -> Array:
+    """Linear interpolation between the known points; NaN outside their convex hull."""
+    rows, columns = np.nonzero(known)
+    try:
+        interpolator = LinearTriInterpolator(Triangulation(columns, rows), values[known])
+    except (RuntimeError, ValueError):  # too few, or all on a line
+        return np.full(int(to_fill.sum()), np.nan)
+    rows, columns = np.nonzero(to_fill)
+    return np.ma.filled(interpolator(columns, rows), np.nan)
 
 
 RATE_OF_PENETRATION = "rate_of_penetration"
@@ -168,9 +221,7 @@ def _to_the_edges(centres: Cells, values: Array) -> tuple[Cells, Array]:
     return (continued[0], continued[1]), values
 
 
-def _label_positions(
-    axes: Axes, lines: Any, keep_clear: Sequence[tuple[float, float]], label_style: dict[str, Any]
-) -> Any:
+def _label_positions(axes: Axes, lines: Any, keep_clear: Sequence[tuple[float, float]], label_style: Properties) -> Any:
     """The positions of the labels of the lines; False, for matplotlib's own positions,
     where these leave the points ``keep_clear`` free."""
     default_labels = axes.clabel(lines, inline=False, **label_style)

@@ -8,7 +8,6 @@ import re
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from nsdrill import quantity as quantities
 from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, overrides, resolved_study
@@ -42,12 +41,16 @@ class Shown:
         """The label in lines of ``width`` characters at most."""
         return textwrap.fill(self.label, width, break_long_words=False, break_on_hyphens=False)
 
+    def number(self, si: float) -> str:
+        """A number without its unit."""
+        number = si / self.scale
+        return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
+
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``; or a word."""
         if self.choices:
             return written(self.choices[int(si)])
-        number = si / self.scale
-        return f"{number:.0f} {self.unit}" if abs(number) >= 1e4 else f"{number:.4g} {self.unit}".strip()
+        return f"{self.number(si)} {self.unit}".strip()
 
 
 def written(word: str) -> str:
@@ -90,15 +93,17 @@ def quantity(name: str, units: str = "si") -> Shown:
     return Shown(record.label, quantities.sign(unit), scale, record.choices)
 
 
-def operating_point(values: Mapping[str, Any], units: str) -> str:
+def operating_point(values: Mapping[str, float | None], units: str) -> str:
     """The operating values among ``values``, in the order usual among drillers:
     ``5000 m, 22.24 kN, 3 rad/s``; then other values, each with its name."""
-    names = [name for name in AXES if values.get(name) is not None]
-    texts = [quantity(name, units).value(float(values[name])) for name in names]
-    for name in values:
-        if name not in AXES:
+    texts = []
+    for name in AXES:
+        if (value := values.get(name)) is not None:
+            texts.append(quantity(name, units).value(float(value)))
+    for name, value in values.items():
+        if name not in AXES and value is not None:
             shown = quantity(name, units)
-            texts.append(f"{shown.words.lower()} {shown.value(as_value(name, values[name]))}")
+            texts.append(f"{shown.words.lower()} {shown.value(as_value(name, value))}")
     return ", ".join(texts)
 
 

@@ -9,10 +9,10 @@ import logging
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import TYPE_CHECKING, SupportsFloat, cast
 
 import numpy as np
 
@@ -25,11 +25,17 @@ from nsdrill.plot.slices import edges, taken
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.units import QuantityError, parse_with_unit
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from nsdrill.plot.registry import Drawable
+
 INCH = 0.0254  # m
 WIDTH_RANGE = (1.0, 40.0)  # inches
 FONT_SIZE_RANGE = (3.0, 40.0)  # points
 
-Ends = tuple[Any, Any]  # numbers in SI, texts with a unit, or None for an open end
+End = float | str | None
+Ends = tuple[End, End]  # numbers in SI, texts with a unit, or None for an open end
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,7 @@ class Look:
     height: float | None = None
     font_size: float | None = None
     title: str | bool | None = None
-    style: Mapping[str, Any] | None = None
+    style: Mapping[str, object] | None = None
     xlim: Ends | None = None
     time: Ends | None = None
     ylim: Ends | None = None
@@ -57,14 +63,14 @@ look: ContextVar[Look] = ContextVar("look", default=Look())  # noqa: B039, as a 
 
 
 def look_of(
-    width: Any = None,
-    height: Any = None,
-    font_size: Any = None,
-    title: Any = None,
-    style: Any = None,
-    xlim: Any = None,
-    time: Any = None,
-    ylim: Any = None,
+    width: object = None,
+    height: object = None,
+    font_size: object = None,
+    title: object = None,
+    style: object = None,
+    xlim: object = None,
+    time: object = None,
+    ylim: object = None,
 ) -> Look:
     """The look that the user asks for: lengths as texts with a unit or numbers in m,
     ``font_size`` in points, as a number or "8 pt", ``style`` the name of a style file
@@ -81,7 +87,7 @@ def look_of(
     )
 
 
-def value_of(name: str, value: Any, units: str) -> float:
+def value_of(name: str, value: object, units: str) -> float:
     """A quantity in SI ``units`` from a number or a text with a unit."""
     if isinstance(value, str) and units not in ("", "1"):
         try:
@@ -89,7 +95,7 @@ def value_of(name: str, value: Any, units: str) -> float:
         except QuantityError as error:
             raise InputError(f"{option(name)}: {error}") from error
     try:
-        number = math.nan if isinstance(value, bool) else float(value)
+        number = float(value) if isinstance(value, str | SupportsFloat) and not isinstance(value, bool) else math.nan
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):
@@ -99,7 +105,7 @@ def value_of(name: str, value: Any, units: str) -> float:
     return number
 
 
-def _length(name: str, value: Any) -> float | None:
+def _length(name: str, value: object) -> float | None:
     if value is None:
         return None
     inches = value_of(name, value, "m") / INCH
@@ -111,7 +117,7 @@ def _length(name: str, value: Any) -> float | None:
     return inches
 
 
-def _font_size(value: Any) -> float | None:
+def _font_size(value: object) -> float | None:
     if value is None:
         return None
     text = str(value).strip().lower().removesuffix("pt").strip()
@@ -121,7 +127,7 @@ def _font_size(value: Any) -> float | None:
     return float(text)
 
 
-def _title(value: Any) -> str | bool | None:
+def _title(value: object) -> str | bool | None:
     if value is None or value is True:
         return None
     if value is False or isinstance(value, str):
@@ -129,15 +135,16 @@ def _title(value: Any) -> str | bool | None:
     raise Refusal("title", f"{value!r}", "a text, or False for none")
 
 
-def _two_ends(name: str, value: Any) -> Ends | None:
+def _two_ends(name: str, value: object) -> Ends | None:
     if value is None:
         return None
-    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 2:
+    ends = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else ()
+    if len(ends) != 2:
         raise InputError(f"{option(name)}: found {value!r}; allowed: two values, the lower and the upper end.")
-    return value[0], value[1]
+    return ends[0], ends[1]
 
 
-def _style(value: Any) -> Mapping[str, Any] | None:
+def _style(value: object) -> Mapping[str, object] | None:
     """The settings of a style, from a mapping, a file or the name of a style of
     matplotlib. The InputError of a faulty file names all its faults."""
     if value is None or isinstance(value, Mapping):
@@ -148,7 +155,7 @@ def _style(value: Any) -> Mapping[str, Any] | None:
     name = os.fspath(value) if isinstance(value, str | os.PathLike) else ""
     if not os.path.isfile(name):
         if name in mpl_style.available:
-            return {**cast("dict[str, Any]", mpl_style.library[name])}
+            return dict(cast("Mapping[str, object]", mpl_style.library[name]))
         names = [style_name for style_name in mpl_style.available if not style_name.startswith("_")]
         near = difflib.get_close_matches(str(value), names, 3, 0.4) or ["ggplot", "grayscale", "tableau-colorblind10"]
         raise InputError(
@@ -176,15 +183,15 @@ def _style(value: Any) -> Mapping[str, Any] | None:
         raise InputError(
             f"{option('style')} {name}: found no setting; allowed: lines like 'font.size: 9' (a .mplstyle file)."
         )
-    return {**cast("dict[str, Any]", settings)}
+    return dict(cast("Mapping[str, object]", settings))
 
 
-def _checked_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+def _checked_settings(settings: Mapping[str, object]) -> Mapping[str, object]:
     """Settings given as a mapping, each known to matplotlib and valid."""
     import matplotlib as mpl
 
     try:
-        return {**cast("dict[str, Any]", mpl.RcParams(settings))}
+        return dict(cast("Mapping[str, object]", mpl.RcParams(settings)))
     except (KeyError, ValueError) as error:
         raise InputError(
             f"{option('style')}: {error.args[0]}; allowed: settings of matplotlib, {{'font.size': 9}}."
@@ -211,7 +218,7 @@ UNCUT_KINDS = ("window",)
 BESIDE = ("axes fraction", "data")  # the place of words beside a panel, at a height
 
 
-def apply_limits(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, float] | None]:
+def apply_limits(data: Drawable, kind: Kind, look: Look) -> tuple[Drawable, tuple[float, float] | None]:
     """``data`` without what lies outside the limits, so that the other axes fit what is
     shown, and the ends of the x axis in SI, None where the picture chooses them."""
     if look.time is not None:
@@ -227,7 +234,7 @@ def apply_limits(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, f
             f"allowed: with kinds along "
             "an axis or over time, and with maps."
         )
-    if across == "time":
+    if isinstance(data, Trace) and across == "time":
         data = between(data, look.xlim, "xlim")
         return data, None
     low, high = resolve_ends("xlim", look.xlim, base_quantity(across).units)
@@ -284,10 +291,12 @@ def _cells_between(data: Results, axis: str, low: float, high: float) -> Results
     return taken(data, axis, chosen)
 
 
-def limit_y_axes(panels: Sequence[Any], ends: Ends, units: str, axes_of_data: Sequence[str] = ()) -> None:
+def limit_y_axes(panels: Sequence[Axes], ends: Ends, units: str, axes_of_data: Sequence[str] = ()) -> None:
     """Limit the y axes of the ``panels`` that show a quantity of the unit of ``ends``,
     among them the axes of a sweep, one of which maps have along y. InputError where no
     panel does, or panels of several quantities: then one is to be drawn alone."""
+    from matplotlib.text import Annotation
+
     for axes in panels:
         for axis in axes_of_data:
             if axes.get_ylabel() == quantity(axis, units).label:
@@ -313,14 +322,14 @@ def limit_y_axes(panels: Sequence[Any], ends: Ends, units: str, axes_of_data: Se
         if axes.yaxis.get_gid() == name:
             for arrow in [line for line in axes.lines if "beyond" in str(line.get_gid())]:
                 arrow.remove()  # at the border that was chosen before
-            for words in [text for text in axes.texts if hasattr(text, "xy")]:
+            for words in [text for text in axes.texts if isinstance(text, Annotation)]:
                 if words.xycoords == BESIDE and not low <= words.xy[1] <= high:
                     words.remove()
             top_first = axes.yaxis_inverted()
             axes.set_ylim((high, low) if top_first else (low, high))
 
 
-def _shown_end(end: Any, name: str, shown: Shown) -> float:
+def _shown_end(end: End, name: str, shown: Shown) -> float:
     """A limit in the unit in which a variable is shown; of a share also in per cent."""
     text = str(end).strip()
     if shown.unit == "%" and text.endswith("%"):

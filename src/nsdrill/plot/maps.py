@@ -8,10 +8,9 @@ to their neighbours, so unequal steps are drawn to scale.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -19,30 +18,40 @@ from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from nsdrill.analysis.hysteresis import disagreement
-from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome, text
+from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
-from nsdrill.observe.labels import verdict
+from nsdrill.observe.motion import verdict
 from nsdrill.plot.cells import (
     PALE_GREY,
     RATE_OF_PENETRATION,
     Cells,
     draw_equal_rates,
+    fill_inferred,
     hatch,
     overlay_verdicts,
     veil,
     verdict_handles,
 )
 from nsdrill.plot.labels import both_ways, carried, operating_point, quantity, sweep_title, way_word
-from nsdrill.plot.page import area_entry, finish, name_panel, new_figure, panels_per_row
+from nsdrill.plot.page import area_entry, finish, name_panel, new_figure, panels_per_row, style_areas
 from nsdrill.plot.panels import draw_codes, graded, severity_bounds
 from nsdrill.plot.registry import MAX_PANELS
 from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
-from nsdrill.plot.style import GREY, KIND_STYLES, MOTIONS, RESPONSES, SHADE, SHADE_EDGE, cell_style, page_width
+from nsdrill.plot.style import (
+    GREY,
+    KIND_STYLES,
+    MOTIONS,
+    RESPONSES,
+    SHADE,
+    SHADE_EDGE,
+    Properties,
+    cell_style,
+    page_width,
+)
 from nsdrill.variables import INFERRED
 
 # the first of these that is swept lies along x; depth increases downwards, as in a log
@@ -52,11 +61,7 @@ COLUMNS_OF_PANELS = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}
 PANEL_WIDTH = 1.5  # least width in inches
 COLOUR_BAR_WIDTH = 0.4  # inches
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend
-CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
-    "response": tuple((style.name, style.colour) for style in RESPONSES),
-    **KIND_STYLES,
-    "motion": tuple((style.name, style.colour) for style in MOTIONS),
-}
+CATEGORIES = {"response": RESPONSES, **KIND_STYLES, "motion": MOTIONS}
 # colours of values, of signed ones, of differences
 SEQUENTIAL, DIVERGING, DIFFERENCE = "viridis", "RdBu_r", "PuOr_r"
 
@@ -80,8 +85,15 @@ class Plane:
         )
         return across, up
 
-    def shown(self, point: Any) -> tuple[float, float]:
-        """The place of a point, by the names of its values in SI, or of such arrays."""
+    @property
+    def centres(self) -> Cells:
+        """The centres of the cells along x and y, where both have numbers."""
+        coords = self.results.coords
+        across, up = (coords[axis] / quantity(axis, self.units).scale for axis in (self.x, self.y) if axis)
+        return across, up
+
+    def shown(self, point: Mapping[str, float]) -> tuple[float, float]:
+        """The place of a point, by the names of its values in SI."""
         across, up = (point[axis] / quantity(axis, self.units).scale if axis else 0.5 for axis in (self.x, self.y))
         return across, up
 
@@ -150,7 +162,7 @@ class Planes(Plane):
 
     @property
     def procedures(self) -> tuple[str, ...]:
-        return tuple(text(name) for name in self.results.coords["procedure"])
+        return self.results.procedures
 
     @property
     def has_words(self) -> bool:
@@ -252,7 +264,7 @@ class Maps:
         ``method`` by which they are known, failed points, points not run yet, those
         where up and down differ, and those that checks doubt."""
         fine = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4}
-        entries: list[tuple[str, Array, dict[str, Any]]] = [
+        entries: list[tuple[str, Array, Properties]] = [
             (method, self.inferred, {"facecolor": inferred_face}),
             ("failed", self.outcomes == FAILED_POINT, fine | {"hatch": "xxxxxx"}),
             ("not run yet", self.outcomes == PENDING_POINT, fine | {"edgecolor": GREY}),
@@ -288,24 +300,21 @@ def draw_map(results: Results, units: str = "si", variable: str = "response") ->
     difference = disagreement(planes.procedures, maps.known(values, maps.outcomes)) if maps.may_compare else None
     figure = maps.new_figure(with_comparison=difference is not None, of_values=False)
     shown = np.ma.masked_where(maps.outcomes < 0, values.astype(int))
-    colours = [colour for _, colour in categories]
+    colours = [style.colour for style in categories]
     for axes, place in maps.panels():
         draw_codes(axes, planes.cells, shown[place], colours, variable, "cells")
         veil(axes, planes.cells, maps.inferred[place])
     maps.draw_marks(figure)
     lines: list[Artist] = []
     if variable == "response" and RATE_OF_PENETRATION in results.variables and not planes.has_words:
-        rates, centres = planes[RATE_OF_PENETRATION], planes.shown(results.coords)
+        rates, centres = planes[RATE_OF_PENETRATION], planes.centres
         for axes, place in maps.panels():
-            lines = draw_equal_rates(axes, centres, rates[place], units) or lines  # type: ignore[arg-type]
+            lines = draw_equal_rates(axes, centres, rates[place], units) or lines
     if difference is not None:
         for panels, differs in zip(maps.grid, difference, strict=True):
             hatch(panels[-1], planes.cells, differs == 0, "", "none", "same", face="#EDEDED")
             hatch(panels[-1], planes.cells, differs == 1, "//////", "#404040", "differs", face=SHADE)
-    present = set(shown.compressed().tolist())
-    handles = [
-        area_entry(facecolor=colour, label=name) for code, (name, colour) in enumerate(categories) if code in present
-    ]
+    handles = style_areas(categories, np.unique(shown.compressed()).tolist())
     return maps.finish(figure, [*handles, *maps.entries("paler: inferred", PALE_GREY, difference), *lines])
 
 
@@ -365,35 +374,6 @@ def _draw_scale(
     return figure.colorbar(mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30)
 
 
-def fill_inferred(values: Array, inferred: Array, known: Array, *, linear: bool) -> Array:
-    """The values [procedure, row, y, x], those of ``inferred`` points filled in from
-    the ``known`` points around them: by linear interpolation, or from the nearest."""
-    from scipy.ndimage import distance_transform_edt
-
-    result = values.copy()
-    for place in np.ndindex(values.shape[:2]):
-        known_here, to_fill = known[place] & np.isfinite(values[place]), inferred[place]
-        if not known_here.any() or not to_fill.any():
-            continue
-        nearest = distance_transform_edt(~known_here, return_distances=False, return_indices=True)
-        result[place][to_fill] = values[place][tuple(nearest)][to_fill]
-        if linear:
-            interpolated = _interpolated(values[place], known_here, to_fill)
-            result[place][to_fill] = np.where(np.isfinite(interpolated), interpolated, result[place][to_fill])
-    return result
-
-
-def _interpolated(values: Array, known: Array, to_fill: Array) -> Array:
-    """Linear interpolation between the known points; NaN outside their convex hull."""
-    rows, columns = np.nonzero(known)
-    try:
-        interpolator = LinearTriInterpolator(Triangulation(columns, rows), values[known])
-    except (RuntimeError, ValueError):  # too few, or all on a line
-        return np.full(int(to_fill.sum()), np.nan)
-    rows, columns = np.nonzero(to_fill)
-    return np.ma.filled(interpolator(columns, rows), np.nan)
-
-
 def contour_severity(axes: Axes, planes: Planes, values: np.ma.MaskedArray, bounds: Sequence[float]) -> None:
     """Contours at the bounds of severity, thicker for the higher ones; none where all
     values lie on one side of every bound."""
@@ -401,7 +381,7 @@ def contour_severity(axes: Axes, planes: Planes, values: np.ma.MaskedArray, boun
         return
     crossed_bounds = [bound for bound in bounds if values.min() < bound < values.max()]
     if crossed_bounds:
-        x, y = planes.shown(planes.results.coords)
+        x, y = planes.centres
         widths = [0.4 + 0.3 * list(bounds).index(bound) for bound in crossed_bounds]
         lines = axes.contour(x, y, values, levels=crossed_bounds, colors="white", linewidths=widths)
         lines.set_gid("severity")

@@ -7,7 +7,7 @@ import io
 import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -50,7 +50,7 @@ class Picture(Figure):
     """A figure that a notebook shows without pyplot. It keeps the settings with which
     it was drawn, and the characters of its title that no font has."""
 
-    settings: Mapping[str, Any] | None = None
+    settings: Mapping[str, Property] | None = None
     missing: str = ""
 
     def _repr_png_(self) -> bytes:
@@ -104,11 +104,14 @@ def tiles(figure: Figure | SubFigure, count: int, columns: int) -> list[Axes]:
     return [figure.add_subplot(grid[divmod(place, columns)]) for place in range(count)]
 
 
-def name_panel(axes: Axes, name: str, y: str = "") -> None:
+def name_panel(axes: Axes, name: str, y: str = "", label: str = "") -> None:
     """Name a panel, as the user may ask for it alone, and the variable along its y
-    axis, where that has a unit for limits."""
+    axis, where that has a unit for limits; ``label`` is that of this axis, where it has
+    none yet."""
     axes.set_label(name)
     axes.yaxis.set_gid(y)
+    if label:
+        axes.set_ylabel(label)
 
 
 def has_title() -> bool:
@@ -146,7 +149,7 @@ def put_title(figure: Figure, text: str) -> None:
 def set_panel_title(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
     """Give a panel a title, broken after semicolons and commas where it is wider than
     its figure or subfigure; no title where the user wants none."""
-    parent: Any = axes.figure
+    parent = axes.figure
     if not has_title():  # the user wants no titles
         return
     title = axes.set_title(text, loc=loc)

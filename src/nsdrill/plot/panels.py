@@ -6,9 +6,8 @@ thresholds in force in the file."""
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 from matplotlib import rcParams
@@ -28,18 +27,17 @@ from nsdrill.plot.cells import overlay_verdicts, verdict_handles
 from nsdrill.plot.labels import quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
 from nsdrill.plot.page import (
-    area_entry,
     finish,
     line_entry,
     marker_entry,
     name_panel,
     new_figure,
     response_entries,
+    style_areas,
     write,
 )
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, lay_along, robust_limits
-from nsdrill.plot.slices import line as line_along
 from nsdrill.plot.style import (
     DASHED,
     DIRECTION_COLOURS,
@@ -78,9 +76,7 @@ class Columns:
                 first_y = self.columns[0][row] if number and row else None
                 axes = self.figure.add_subplot(grid[row, number], sharex=column[0] if column else None, sharey=first_y)
                 axes.tick_params(labelbottom=row == len(names), labelleft=number == 0)
-                name_panel(axes, name, name if row else "")
-                if row and not number:
-                    axes.set_ylabel(quantity(name, units).label)
+                name_panel(axes, name, name if row else "", quantity(name, units).label if row and not number else "")
                 column.append(axes)
             lay_along(column[-1], results, one.axis, units)
             x_label, title = column[-1].get_xlabel(), self._title(number)
@@ -125,8 +121,8 @@ def lines_of(results: Results, units: str = "si") -> list[Line]:
     """One line for each column."""
     axis, *others = sorted(results.swept, key=lambda name: name != longest(results)) or ["rotary_speed"]
     if not others:
-        return [line_along(results, axis, units)]
-    return [line_along(results, axis, units, **{others[0]: number}) for number in range(len(results.coords[others[0]]))]
+        return [Line.along(results, axis, units)]
+    return [Line.along(results, axis, units, **{others[0]: number}) for number in range(len(results.coords[others[0]]))]
 
 
 def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
@@ -187,11 +183,7 @@ def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
     with their numbers."""
     outcomes = np.concatenate([line.outcome.ravel() for line in lines])
     present = [code for code in range(len(RESPONSES)) if (outcomes == code).any()]
-    handles: list[Artist] = (
-        response_entries(present)
-        if markers
-        else [area_entry(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
-    )
+    handles = response_entries(present) if markers else style_areas(RESPONSES, present)
     if failed := int((outcomes == FAILED_POINT).sum()):
         handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0))
     verdicts = [line.verdicts.ravel() for line in lines if line.verdicts is not None]
@@ -318,7 +310,7 @@ MAX_MARKERS = 200
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
-def draw_values(axes: Axes, line: Line, name: str, style: Mapping[str, Any] | None = None) -> None:
+def draw_values(axes: Axes, line: Line, name: str, style: Properties | None = None) -> None:
     """A line for each procedure, broken where a run did not end well; points that were
     inferred instead of run are skipped."""
     shown = line.shown(name)

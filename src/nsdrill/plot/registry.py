@@ -76,12 +76,12 @@ class Kind:
     name: str
     words: str
     of: str
-    place: Callable[[Any], float | None]
+    place: Callable[[object], float | None]
     draw: Callable[..., Figure]
     uses: Callable[[Description], tuple[str, ...]] = lambda model: ()
     takes: tuple[str, ...] = ()
     across: Callable[[Any], str | None] = lambda data: None
-    advice: Callable[[Any], str] = lambda data: ""
+    advice: Callable[[object], str] = lambda data: ""
     part_of: str = ""
 
 
@@ -167,11 +167,11 @@ def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tup
     raise InputError(f"plot kind: found {kind!r}, which is not known.{hint} Allowed for {describe(data)}:\n{lines}")
 
 
-def check_options(kind: Kind, options: dict[str, Any]) -> None:
+def check_options(kind: Kind, options: Iterable[str]) -> None:
     """InputError where an option was given that this kind does not take."""
     for name in options:
         if name not in kind.takes:
-            kinds_that_take = ", ".join(other.name for other in all_kinds().values() if name in other.takes)
+            kinds_that_take = ", ".join(sorted(other.name for other in all_kinds().values() if name in other.takes))
             raise InputError(
                 f"{option(name)}: found with {option('kind', kind.name)}; allowed: with "
                 f"{option('kind', kinds_that_take)}."

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from nsdrill.analysis.probability import outcome, text
+from nsdrill.analysis.probability import outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
-from nsdrill.observe.labels import verdict
+from nsdrill.observe.motion import verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
 from nsdrill.units import WithUnit
@@ -109,6 +109,13 @@ class Line:
     place: tuple[int | slice, ...]
     units: str = "si"
 
+    @classmethod
+    def along(cls, results: Results, axis: str, units: str = "si", **held: int) -> Line:
+        """The line along ``axis`` through the point numbers ``held`` of the other axes
+        (0 where not given)."""
+        place = (slice(None) if name == axis else held.get(name, 0) for name in results.axes)
+        return cls(results, axis, (slice(None), *place), units)
+
     @property
     def x(self) -> Array:
         """The positions of the points in SI."""
@@ -126,7 +133,7 @@ class Line:
 
     @property
     def procedures(self) -> tuple[str, ...]:
-        return tuple(text(name) for name in self.results.coords["procedure"])
+        return self.results.procedures
 
     def __getitem__(self, name: str) -> Array:
         return np.asarray(self.results.variables[name])[self.place]
@@ -134,6 +141,17 @@ class Line:
     def shown(self, name: str) -> Array:
         """The values of a variable in the units that are shown."""
         return self[name] / quantity(name, self.units).scale
+
+    def points(self, name: str, chosen: Array | None = None) -> tuple[Array, Array]:
+        """The finite values of a variable, one or several of each point, and their
+        positions, in the units that are shown; of the ``chosen`` [procedure, point]
+        points alone."""
+        values = self.shown(name)
+        each_point = (-1, *[1] * (values.ndim - 2))
+        across, drawn = np.broadcast_to(self.across.reshape(each_point), values.shape), np.isfinite(values)
+        if chosen is not None:
+            drawn &= chosen.reshape(len(chosen), *each_point)
+        return across[drawn], values[drawn]
 
     @property
     def outcome(self) -> Array:
@@ -143,13 +161,6 @@ class Line:
     def verdicts(self) -> Array | None:
         """The verdict of the checks on each point; None where there were no checks."""
         return verdict(self) if "trusted" in self.results.variables else None
-
-
-def line(results: Results, axis: str, units: str = "si", **held: int) -> Line:
-    """The line along ``axis`` through the point numbers ``held`` of the other axes (0
-    where not given)."""
-    place = (slice(None) if name == axis else held.get(name, 0) for name in results.axes)
-    return Line(results, axis, (slice(None), *place), units)
 
 
 def positions(results: Results, axis: str) -> Array:

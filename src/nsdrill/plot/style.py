@@ -100,7 +100,7 @@ class ResponseStyle:
 
     name: str
     colour: str
-    marker: str
+    marker: str = "o"
     letters: str = ""
 
 
@@ -131,8 +131,9 @@ RESPONSES: tuple[ResponseStyle, ...] = tuple(_styled(bits, look) for bits, look 
 # Of the kinds of a response, the first for none. Paul Tol's light colours: none of them
 # stands for a response or a kind of motion.
 KIND_COLOURS = ("#DDDDDD", "#77AADD", "#EEDD88", "#EE8866", "#FFAABB", "#BBCC33")
-KIND_STYLES: dict[str, tuple[tuple[str, str], ...]] = {
-    name: tuple(zip(response.words_of_kinds, KIND_COLOURS, strict=True)) for name, response in RESPONSE_KINDS.items()
+KIND_STYLES = {
+    name: tuple(ResponseStyle(*look) for look in zip(response.words_of_kinds, KIND_COLOURS, strict=True))
+    for name, response in RESPONSE_KINDS.items()
 }
 # Indexed by the kind of motion. Paul Tol's muted colours: none of them stands for a
 # response.

@@ -92,8 +92,6 @@ def rate_text(trace: Trace, name: str, units: str) -> str:
     return f"{text} {shown.unit} per min"
 
 
-HISTORY_HEIGHT = 1.2  # inches
-SCHEDULE_HEIGHT = 0.7  # inches, for each value that moves
 LAST_SAMPLES = 60_000  # of orbit and phase planes
 # range of a constant history, relative to its size or to the unit in which it is shown
 CONSTANT_TOLERANCE = 1e-9
@@ -118,12 +116,6 @@ def planes_of(trace: Trace) -> list[tuple[str, str]]:
     does."""
     planes = drawn_in(trace.attrs).planes
     return [pair for pair in planes if any(varies(trace, name) for name in pair)] or list(planes)
-
-
-def extra_height(trace: Trace) -> float:
-    """The height [inches] that the histories need beyond those of six motions at one
-    operating point."""
-    return SCHEDULE_HEIGHT * len(moving_values(trace)) - HISTORY_HEIGHT * (6 - len(drawn_in(trace.attrs).histories))
 
 
 def title_of(trace: Trace, units: str, width: int = 100) -> str:

@@ -3,20 +3,18 @@ relying on it, and the comparison of two files."""
 
 from __future__ import annotations
 
-import base64
 import html
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
+from nsdrill.app.answers import contrast, sensitivity, with_passed_over
+from nsdrill.app.answers import window as window_of
 from nsdrill.app.experiment import own_numbers, study_of
-from nsdrill.app.window import contrast, sensitivity, with_passed_over
-from nsdrill.app.window import window as window_of
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
-from nsdrill.plot import draw
+from nsdrill.plot import draw, svg
 from nsdrill.plot.answer import (
     Formatter,
     answer,
@@ -32,11 +30,11 @@ from nsdrill.plot.answer import (
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look
-from nsdrill.plot.saving import svg
 from nsdrill.text.diff import border_rows, difference, notes, onset_rows, sentence, side_by_side, thresholds
 from nsdrill.variables import AXES, SAMPLE
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension
+from nsdrill.web.page import escaped, image, paragraph, table, warning_list
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, quantity_data
 
@@ -71,14 +69,13 @@ def file_answer(
         reason = paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer")
         return reason + (paragraph(LIMITS, "limits") if limits else "")
     sentence = answer(window, units)
-    drawing = {"severity": severity, "confidence": confidence}
     pieces = [
         paragraph(f"{letter}: {sentence}" if letter else sentence, "answer"),
         warning_list(warnings(window, units)),
         paragraph(LIMITS, "limits") if limits else "",
         _borders(window, units),
         _doubt(results, window, units),
-        picture(results, "window", sentence, units, **drawing) if is_drawn else "",
+        picture(results, "window", sentence, units, severity, confidence) if is_drawn else "",
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
         words, level = "How probable each outcome is", window["confidence"]
@@ -86,26 +83,21 @@ def file_answer(
     return "".join(pieces)
 
 
-def warning_list(texts: Iterable[str]) -> str:
-    """Warnings as a list that cannot be overlooked; "" where there are none."""
-    items = "".join(f"<li>{escaped(text)}</li>" for text in texts)
-    return f'<ul class="warnings">{items}</ul>' if items else ""
-
-
-def picture(results: Results, kind: str | None, words: str, units: str, **drawing: Any) -> str:
+def picture(
+    results: Results,
+    kind: str | None,
+    words: str,
+    units: str,
+    severity: int | None = None,
+    confidence: float | None = None,
+) -> str:
     """A picture of the program as vectors, by default that which fits, without the title and the warnings, which the
     page has; a sentence where it cannot be drawn."""
     try:
-        drawn = draw(with_passed_over(results), kind, units=units, look=Look(title=False, warnings=False), **drawing)
-        return image(svg(drawn), words)
+        data, look = with_passed_over(results), Look(title=False, warnings=False)
+        return image(svg(draw(data, kind, units=units, look=look, severity=severity, confidence=confidence)), words)
     except NsdrillError as error:
         return paragraph(str(error))
-
-
-def image(text: str, words: str) -> str:
-    """The text of an SVG file as an image, which keeps its styles and names to itself."""
-    data = base64.b64encode(text.encode()).decode()
-    return f'<img class="vectors" alt="{escaped(words)}" src="data:image/svg+xml;base64,{data}">'
 
 
 def _borders(window: Answer, units: str) -> str:
@@ -206,30 +198,6 @@ def comparison(
     return first, "".join(pieces)
 
 
-# ---- HTML
-
-
-def escaped(text: str) -> str:
-    return html.escape(str(text), quote=True)
-
-
-def paragraph(text: str, style: str = "") -> str:
-    return f"<p{f' class={chr(34)}{style}{chr(34)}' if style else ''}>{escaped(text)}</p>"
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table; with the names of its columns its rows become blocks on a narrow page."""
-    top = "".join(f"<th scope='col'>{escaped(name)}</th>" for name in head)
-    body = ""
-    for first, *others in rows:
-        columns = [f" data-column='{escaped(name)}'" for name in head[1:]] or [""] * len(others)
-        cells = [f"<td{column}>{escaped(cell)}</td>" for column, cell in zip(columns, others, strict=True)]
-        body += f"<tr><th scope='row'>{escaped(first)}</th>{''.join(cells)}</tr>"
-    if not head:
-        return f"<table>{body}</table>"
-    return f"<table class='blocks'><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
-
-
 # How the results of a report were made: the sweep, the machine, versions and digests,
 # and the study.
 
@@ -279,9 +247,9 @@ def _sweep(session: Session, results: Results) -> Rows:
         span = f"{values[0]:.6g} to {values[-1]:.6g}" if len(values) > 1 else f"{values[0]:.6g}"
         count = f", {len(values)} values" if len(values) > 1 else ""
         rows.append((axis["words"], f"{span} {axis['unit']}".strip() + count))
-    procedures = [str(name) for name in results.coords["procedure"]]
+    procedures = results.procedures
     carried = "carried " + " and ".join(procedures)
-    rows.append(("State", "the same at every start" if procedures == ["same"] else carried))
+    rows.append(("State", "the same at every start" if procedures == ("same",) else carried))
     if member := member_dimension(results):
         count = f"{len(results.coords[member])} of every operating point"
         rows.append((f"{member.capitalize()}s", count))

@@ -9,13 +9,13 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.maps import axes_of
-from nsdrill.analysis.probability import outcome, text
+from nsdrill.analysis.probability import outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
-from nsdrill.plot.slices import Line, edges, is_logarithmic, line, positions, robust_limits
+from nsdrill.plot.slices import Line, edges, is_logarithmic, positions, robust_limits
 from nsdrill.variables import OK, POINT
 from nsdrill.web.shown import classes, quantity_data, response_styles
 
@@ -34,7 +34,7 @@ def choices(results: Results, units: str) -> Answer:
     return {
         "axes": [axis_data(results, name, units) for name in results.swept],
         "map_axes": map_axes(results),
-        "procedures": [text(name) for name in results.coords["procedure"]],
+        "procedures": list(results.procedures),
         "members": {"name": member_dimension(results), "count": len(results.coords[name])}
         if (name := member_dimension(results))
         else None,
@@ -191,7 +191,7 @@ def plane(
         "x": axis_data(results, x, units),
         "y": axis_data(results, y, units),
         "colour": quantity_data(colour, units),
-        "procedures": [text(name) for name in results.coords["procedure"]],
+        "procedures": list(results.procedures),
         "place": place,
         "x_edges": edges(x_values) / quantity(x, units).scale,
         "y_edges": edges(y_values) / quantity(y, units).scale,
@@ -217,7 +217,7 @@ def _place_of(results: Results, held: Mapping[str, int], member: int) -> list[in
 
 def _data_line(results: Results, axis: str, place: Sequence[int]) -> Line:
     if member_dimension(results) is None:
-        return line(results, axis, "si", **dict(zip(results.axes, place[1:], strict=True)))
+        return Line.along(results, axis, "si", **dict(zip(results.axes, place[1:], strict=True)))
     index: list[int | slice] = [slice(None), *place[1:]]
     index[results.grid.index(axis)] = slice(None)
     return Line(results, axis, tuple(index))

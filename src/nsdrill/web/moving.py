@@ -1,10 +1,12 @@
 """The replies with a motion: a stored point run again, a motion that goes on from any
 state, that of a point of the branches, the section of a point, and the diagram around the
-present point: points along one number, each run from the present state."""
+present point: points along one number, each run from the present state. And what a page
+keeps: the present point as a study file, and the command line that makes the same."""
 
 from __future__ import annotations
 
 import math
+import os
 import shlex
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,20 +17,23 @@ import numpy as np
 from nsdrill.analysis.probability import outcome
 from nsdrill.app.experiment import unlike
 from nsdrill.app.motions import Motion
+from nsdrill.app.trajectory import option_of
 from nsdrill.data import Answer, Array, Trace
 from nsdrill.errors import ENDINGS, InputError
-from nsdrill.models.leaves import words_of
+from nsdrill.models.leaves import word_or_number, words_of
 from nsdrill.models.registry import BY_NAME, drawn_in
 from nsdrill.plot.kinds.returns import section_of
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import operating_point, quantity
+from nsdrill.quantity import quantity as base_quantity
+from nsdrill.study import parse_study
 from nsdrill.study.study import Study
+from nsdrill.study.write import study_text
+from nsdrill.units import from_si
 from nsdrill.variables import OK, dimension_of
 from nsdrill.web import asked
 from nsdrill.web.asked import Request
-from nsdrill.web.diagrams import Reply
-from nsdrill.web.saving import command, point_rows
-from nsdrill.web.shown import label_words, quantity_data, value_rows
-from nsdrill.web.sliders import CONTINUOUS, DEFAULT_SLIDERS, changes, start_state, value_at
+from nsdrill.web.diagrams import Reply, member_dimension
+from nsdrill.web.shown import CONTINUOUS, DEFAULT_SLIDERS, label_words, quantity_data, value_at, value_rows
 
 if TYPE_CHECKING:
     from nsdrill.web.session import Session
@@ -107,8 +112,8 @@ def live(session: Session, request: Request) -> Reply:
     seconds = asked.seconds(request)
     settle, observe = (asked.number(request, name, 0.0, asked.MAX_SECONDS, 0.0) for name in ("settle", "observe"))
     with session.computing():
-        study = session.motions.at(values, changes(session, request))
-        state = start_state(session, request, study)
+        study = session.motions.at(values, session.changes(request))
+        state = session.start_state(request, study)
         if state is None:
             state = session.motions.start(study)
             settle, observe = study.simulation.transient, study.simulation.observe
@@ -145,14 +150,14 @@ def local(session: Session, request: Request) -> Reply:
     if leaf is None or leaf.kind not in CONTINUOUS:
         raise InputError(f"key: found {key}; allowed: a number of the study that has a slider.")
     with session.computing():
-        study = session.motions.at(values, changes(session, request))
-        state = start_state(session, request, study)
+        study = session.motions.at(values, session.changes(request))
+        state = session.start_state(request, study)
         state = session.motions.start(study) if state is None else state
         centre = float(value_at(study.resolved, leaf.key) or 0.0)
         width = asked.number(request, "wide", 0.001, 10.0, HALF_WIDTH) * (abs(centre) or 1.0)
         low, high = max(leaf.low, centre - width), min(leaf.high, centre + width)
         for end in (low, high):  # InputError where the study is not valid there
-            session.motions.at(values, {**changes(session, request), key: leaf.text(end)})
+            session.motions.at(values, {**session.changes(request), key: leaf.text(end)})
         probe = session.motions.run_from(study, state, asked.DEFAULT_SECONDS, asked.DEFAULT_SECONDS)
         cost = max(1.0, len(state) / 9) * probe.steps / asked.DEFAULT_SECONDS * (SETTLE + OBSERVE)
         points = int(np.clip(MAX_STEPS / cost, MIN_POINTS, MAX_POINTS))
@@ -246,3 +251,63 @@ def motion_reply(session: Session, motion: Motion, study: Study, labels: Answer)
     if all(name in variables for name in angles):
         columns["bit angle"] = np.mod(sum(variables[name] for name in angles), 2 * math.pi)
     return head, columns
+
+
+def saved(session: Session, request: Request) -> Answer:
+    """The present point as a study file: its ``text``, and a ``name`` to
+    propose."""
+    study = session.motions.at(session.values(request), session.changes(request))
+    head = [f"One operating point, saved from the explorer of {os.path.basename(session.path)}"]
+    operation = {name: getattr(study.operation, name) for name in DEFAULT_SLIDERS}
+    title = f"One operating point, {operating_point(operation, session.units)}"
+    state, resolved = session.start_state(request, study), {**study.resolved, "title": title}
+    plain_text = study_text(resolved, head)
+    if state is None:
+        return {"text": plain_text, "name": "point.yaml"}
+    with_start = session.motions.with_start(study, state)
+    if with_start is not None:
+        text = study_text({**with_start, "title": title}, [*head, "Its start is the state that the page showed"])
+        try:
+            parse_study(text, "point.yaml")
+        except InputError:
+            pass  # a study may not start there, for example deep in the wall
+        else:
+            return {"text": text, "name": "point.yaml"}
+    parse_study(plain_text, "point.yaml")
+    head.append("Its start is that of the study: the state that the page showed cannot be written as one")
+    return {"text": study_text(resolved, head), "name": "point.yaml"}
+
+
+def point_rows(session: Session, place: tuple[int, ...]) -> list[list[str]]:
+    """The axes of a point and their values, in words."""
+    results = session.sweep()
+    point: list[list[str]] = []
+    for name, i in zip(results.grid, place, strict=True):
+        value = results.coords[name][i]
+        if name == "procedure":
+            if len(results.coords[name]) > 1 or str(value) != "same":
+                point.append(["Carried", str(value)])
+        elif name == member_dimension(results):
+            point.append([name.capitalize(), str(int(value))])
+        else:
+            point += value_rows([name], {name: float(value)}, session.units)
+    return point
+
+
+def command(session: Session, place: tuple[int, ...]) -> str:
+    """The command line that writes the trace of a point, which is the nearest to the
+    values in it."""
+    results = session.sweep()
+    parts = ["nsdrill replay", shlex.quote(session.path)]
+    keys = {axis.name: axis.key for axis in results.more}
+    for name in results.swept:
+        key = keys.get(name, name)
+        value = float(results.coords[name][place[results.grid.index(name)]])
+        unit = base_quantity(key).unit(session.units)
+        number = f"{from_si(value, unit):.9g}" if unit else repr(value)
+        parts.append(option_of(key, str(word_or_number(key, value)) if words_of(key) else f"{number}{unit}"))
+    if len(results.coords["procedure"]) > 1:
+        parts.append(f"--procedure {results.coords['procedure'][place[0]]}")
+    if member := member_dimension(results):
+        parts.append(f"--start {place[-1]}" if member == "start" else f"--at {member}={place[-1]}")
+    return " ".join([*parts, "-o trace.h5"])

@@ -1,46 +1,31 @@
 """The report: results as one self-contained page of HTML, to send, to read and to
 print. The answer stands first, then what it rests on; at the end how it was made.
-
-Text and tables are plain HTML. The scripts of the explorer draw diagrams and motions in
-the browser, from the same bodies (:mod:`nsdrill.web.asked`), which the page holds in
-base64.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import shlex
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR
-from nsdrill.data import Answer, Array, Results, evenly_spaced, json_text
+from nsdrill.analysis.maps import stretches
+from nsdrill.data import Array, Results, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
+from nsdrill.plot.kinds.branches import parts_of
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import longest
-from nsdrill.variables import INFERRED, OK, SAMPLE
-from nsdrill.web.answers import (
-    LIMITS,
-    comparison,
-    escaped,
-    file_answer,
-    origin_rows,
-    paragraph,
-    picture,
-    study_details,
-    table,
-)
-from nsdrill.web.asked import packed
+from nsdrill.variables import OK, SAMPLE
+from nsdrill.web.answers import LIMITS, comparison, file_answer, origin_rows, picture, study_details
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import Reply, map_axes, member_dimension
-from nsdrill.web.server import static
+from nsdrill.web.page import Page, escaped, paragraph, table
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, response_styles
 
@@ -58,33 +43,13 @@ class Part:
     summaries: Sequence[tuple[str, Sequence[str]]]
 
 
-@dataclass
-class _Page:
-    """The page under construction: pieces of HTML, and the bodies that its drawings
-    refer to by number."""
-
-    pieces: list[str] = field(default_factory=list)
-    bodies: list[bytes] = field(default_factory=list)
-
-    def add(self, *pieces: str) -> None:
-        self.pieces.extend(pieces)
-
-    def add_drawing(self, kind: str, replies: Sequence[Reply], more: Answer, words: str) -> None:
-        """An element in which the script draws ``replies``; ``words`` are its label for
-        screen readers."""
-        first = len(self.bodies)
-        self.bodies.extend(packed(*reply) for reply in replies)
-        data = json_text({"kind": kind, "bodies": list(range(first, len(self.bodies))), **more})
-        self.add(f'<div class="drawing" role="group" aria-label="{escaped(words)}" data-draw="{escaped(data)}"></div>')
-
-
 def report(
     parts: Sequence[Part], command: str, motions: int, severity: int | None = None, confidence: float | None = None
 ) -> str:
     """The page as HTML. ``command`` is the command line that writes it again; of each
     file up to ``motions`` points are drawn moving. ``severity`` and ``confidence`` are
     those of the windows."""
-    page, units = _Page(), parts[0].session.units
+    page, units = Page(), parts[0].session.units
     names = _names([part.session.path for part in parts])
     letters = "ab" if len(parts) == 2 else [str(i) for i in range(1, len(parts) + 1)]
     titles = [part.session.title for part in parts]
@@ -123,10 +88,10 @@ def report(
         page.add("</section>")
     _add_made(page, parts, made)
     page.add(f"<p>This page: <code>{escaped(command)}</code></p></section></main>")
-    return _document(titles[0], page)
+    return page.document(titles[0])
 
 
-def _add_made(page: _Page, parts: Sequence[Part], made: Sequence[tuple[str, list[str]]]) -> None:
+def _add_made(page: Page, parts: Sequence[Part], made: Sequence[tuple[str, list[str]]]) -> None:
     """How each file was made, and the command lines that make it again, by its name."""
     page.add('<section id="made"><h2>How this was made</h2>')
     for part, (name, commands) in zip(parts, made, strict=True):
@@ -139,7 +104,7 @@ def _add_made(page: _Page, parts: Sequence[Part], made: Sequence[tuple[str, list
 
 
 def _add_answer(
-    page: _Page,
+    page: Page,
     session: Session,
     units: str,
     is_drawn: bool,
@@ -164,7 +129,7 @@ def _add_answer(
 
 
 def _add_comparison(
-    page: _Page, parts: Sequence[Part], names: Sequence[str], units: str, severity: int | None, confidence: float | None
+    page: Page, parts: Sequence[Part], names: Sequence[str], units: str, severity: int | None, confidence: float | None
 ) -> str:
     """The first lines of the comparison of two results, and the limits of validity;
     returns its tables."""
@@ -193,7 +158,7 @@ def _stems(paths: Sequence[str]) -> list[str]:
     return [name if names.count(name) == 1 else f"{name}{number}" for number, name in enumerate(names, start=1)]
 
 
-def _add_file(page: _Page, part: Part, motions: int, stem: str) -> list[str]:
+def _add_file(page: Page, part: Part, motions: int, stem: str) -> list[str]:
     """The section of one file: diagrams, motions, numbers. Returns the command lines
     that make it again; the names of the files that they write begin with ``stem``."""
     session = part.session
@@ -217,7 +182,7 @@ def _add_file(page: _Page, part: Part, motions: int, stem: str) -> list[str]:
     return commands
 
 
-def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
+def _add_diagrams(page: Page, session: Session, results: Results) -> None:
     """The diagrams and maps that the explorer draws of the same file; of several starts
     or samples the picture that fits."""
     names = sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name])))
@@ -231,7 +196,7 @@ def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
         page.add("<p>A single operating point.</p>")
     elif len(names) > 1 and len(results.coords[names[1]]) > MAX_DIAGRAMS:
         page.add(hint)
-        procedures = [str(name) for name in results.coords["procedure"]]
+        procedures = results.procedures
         x, y, *others = map_axes(results)
         for held, where in _held_values(results, others, session.units):
             request = {"colour": "response", "x": x, "y": y, "held": held}
@@ -248,7 +213,7 @@ def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
             page.add_drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
 
 
-def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) -> list[str]:
+def _add_branches(page: Page, session: Session, branches: Branches, stem: str) -> list[str]:
     """The section of a file of branches: their curves and special points. Returns the
     command lines that make it again."""
     x = quantity(branches.along, session.units)
@@ -256,19 +221,18 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
     panels = [p for p in drawn_in(branches.attrs).panels if p.greatest in branches.features]
     replies = [session.diagram({"y": p.peaks}) for p in panels]
     page.add_drawing("lines", replies, {"responses": response_styles()}, f"Branches along {branches.along}")
-    first = 0
-    branch_rows: list[tuple[str, str]] = []
-    for number, (size, name, end) in enumerate(
-        zip(branches.sizes.tolist(), branches.names, branches.ends, strict=True)
+    rows: list[tuple[str, str]] = []
+    special = ~np.isin(branches.label, (REGULAR, END))
+    for number, (part, name, end) in enumerate(
+        zip(parts_of(branches.sizes), branches.names, branches.ends, strict=True)
     ):
-        part = branches.numbers[first : first + size]
-        branch_rows.append((f"Branch {number}", f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}"))
-        for point in range(first, first + size):
-            if (label := int(branches.label[point])) not in (REGULAR, END):
-                words = f"{branches.meanings.get(label, str(label))} at {x.value(float(branches.numbers[point]))}"
-                branch_rows.append(("", f"{words} (point {point})"))
-        first += size
-    page.add(table((), branch_rows))
+        numbers = branches.numbers[part]
+        rows.append((f"Branch {number}", f"{name}, {x.value(numbers.min())} to {x.value(numbers.max())}; ends: {end}"))
+        for point in (part.start + np.flatnonzero(special[part])).tolist():
+            label = int(branches.label[point])
+            words = f"{branches.meanings.get(label, str(label))} at {x.value(float(branches.numbers[point]))}"
+            rows.append(("", f"{words} (point {point})"))
+    page.add(table((), rows))
     file, study, again, orbit = map(
         shlex.quote, (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5")))
     )
@@ -302,7 +266,7 @@ def _thinned(reply: Reply) -> Reply:
     return head, {**columns, "values": values[..., :keep] if columns["constant"].any() else values[..., -keep:]}
 
 
-def _add_motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
+def _add_motion(page: Page, session: Session, place: tuple[int, ...]) -> str:
     """Add the motion of one point; return the command line that computes it, "" where
     the run failed."""
     try:
@@ -347,8 +311,7 @@ def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
     """A point for each combination of responses, the most frequent first, at most
     ``most``. It is the middle of the longest interval of settled points with these
     responses along the longest axis."""
-    status, response = results["status"], results["response"]
-    valid = (status == OK) & (status != INFERRED)
+    response, valid = results["response"], results["status"] == OK
     settled = valid & (results["settled"] == 1) if "settled" in results.variables else valid
     axis = results.grid.index(longest(results)) if results.swept else len(results.grid) - 1
     codes, counts = np.unique(response[valid], return_counts=True)
@@ -363,56 +326,6 @@ def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
 def _middle_of_longest(mask: Array, axis: int) -> tuple[int, ...]:
     """The index of the middle of the longest run of True along the last axis of
     ``mask``, which is ``axis`` of the grid."""
-    best, place = 0, tuple(int(i) for i in np.argwhere(mask)[0])
-    for row in np.ndindex(*mask.shape[:-1]):
-        line = np.concatenate(([False], mask[row], [False]))
-        begins, ends = np.flatnonzero(~line[:-1] & line[1:]), np.flatnonzero(line[:-1] & ~line[1:])
-        if not len(begins):
-            continue
-        longest_run = int(np.argmax(ends - begins))
-        if ends[longest_run] - begins[longest_run] > best:
-            best = int(ends[longest_run] - begins[longest_run])
-            place = (*(int(i) for i in row), int(begins[longest_run] + ends[longest_run] - 1) // 2)
-    *others, last = place
-    return (*others[:axis], last, *others[axis:])
-
-
-# ---- HTML
-
-
-def _document(title: str, page: _Page) -> str:
-    """The whole page. Its policy allows only its own scripts and style, and loads
-    nothing."""
-    scripts = [static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "motion.js", "report.js")]
-    scripts[-1:-1] = [static(name).decode() for name in ("vector.js", "paper.js")]
-    style = static("uplot/uPlot.min.css").decode() + static("style.css").decode() + static("report.css").decode()
-    licence = static("uplot/LICENSE").decode()
-    bodies = "".join(
-        f'<script type="application/octet-stream" id="body{i}">{base64.b64encode(body).decode()}</script>\n'
-        for i, body in enumerate(page.bodies)
-    )
-    policy = (
-        f"default-src 'none'; script-src {' '.join(map(_digest, scripts))}; style-src "
-        f"{_digest(style)}; "
-        "img-src data: blob:; base-uri 'none'; form-action 'none'"
-    )
-    return "".join(
-        [
-            '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
-            f'<meta http-equiv="Content-Security-Policy" content="{escaped(policy)}">\n',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
-            '<meta name="generator" content="nsdrill">\n',
-            f'<title>{escaped(title)} – nsdrill</title>\n<link rel="icon" '
-            f'href="data:,">\n<style>{style}</style>\n</head>\n',
-            f'<body class="report paper">\n{chr(10).join(page.pieces)}\n',
-            "<noscript>The diagrams need JavaScript; all text is here without.</noscript>\n",
-            bodies,
-            f"<!-- uPlot, which draws the axes:\n{licence.replace('--', '- -')}\n-->\n",
-            *(f"<script>{script}</script>\n" for script in scripts),
-            "</body>\n</html>\n",
-        ]
-    )
-
-
-def _digest(text: str) -> str:
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+    runs = [(row, *ends) for row in np.ndindex(*mask.shape[:-1]) for ends in stretches(mask[row])]
+    others, first, last = max(runs, key=lambda run: run[2] - run[1])
+    return (*others[:axis], (first + last) // 2, *others[axis:])

@@ -16,27 +16,24 @@ from __future__ import annotations
 import hmac
 import json
 import os
-import secrets
 import select
 import socket
-import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from functools import cached_property, lru_cache
+from contextlib import suppress
+from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.data import json_text
-from nsdrill.errors import InputError, NsdrillError, Refusal, option
-from nsdrill.web.asked import Request, packed
-from nsdrill.web.session import Session
+from nsdrill.errors import NsdrillError
+
+if TYPE_CHECKING:
+    from nsdrill.web.explorer import Explorer
 
 ADDRESS = "127.0.0.1"
 TOKEN_HEADER = "X-Nsdrill-Token"
@@ -46,10 +43,6 @@ MAX_CONNECTIONS = 128  # further ones wait until one of these ends
 # waits for its place
 IDLE_SECONDS, IDLE_IF_FULL = 60.0, 0.5
 LOOKS_IF_FULL = 5  # turns that the other threads have before a connection is ended
-# s without a page after which the explorer stops. A page that is reloaded is away for a
-# moment.
-CLOSE_DELAY = 3.0
-WARM_DELAY = 5.0  # s for the first page to get its diagram before anything is compiled
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
     "data: blob:; "
@@ -75,123 +68,7 @@ def static(name: str) -> bytes:
     return files("nsdrill.web").joinpath("static", *name.split("/")).read_bytes()
 
 
-class Explorer:
-    """The server of one session, in its own threads: :meth:`start`, :attr:`url`,
-    :meth:`wait`, :meth:`close`.
-
-    InputError where the ``port`` is in use; 0 chooses a free one.
-    """
-
-    def __init__(self, session: Session, port: int = 0) -> None:
-        self.session, self.token = session, secrets.token_urlsafe(24)
-        self.stopped, self._first_reply = threading.Event(), threading.Event()
-        self.pages, self.page_opened, self.page_closed_at = 0, False, 0.0
-        self._page_lock = threading.Lock()
-        self._private_file: Path | None = None
-        try:
-            self._server = _Server((ADDRESS, port), self)
-        except OSError as error:
-            raise InputError(
-                f"{option('port')}: found {port}, which cannot be had "
-                f"({(error.strerror or str(error)).lower()}); allowed: "
-                "another one, or none for any that is free."
-            ) from error
-        except OverflowError:
-            raise Refusal("port", f"{port}", "0 to 65535") from None
-        self.port = self._server.server_address[1]
-
-    @property
-    def url(self) -> str:
-        """The address of the page, with the token in the fragment."""
-        return f"http://{ADDRESS}:{self.port}/#{self.token}"
-
-    @contextmanager
-    def private_page(self) -> Iterator[str]:
-        """The address of a file that only this user can read and that leads to the page,
-        for a browser: what a program is started with can be read by every user of the
-        machine. The file is removed at the end, or earlier once a page was opened."""
-        # Not in a hidden folder or that for temporary files, which a confined browser
-        # cannot read.
-        home = os.path.expanduser("~")
-        number, name = tempfile.mkstemp(".html", "nsdrill-view-", home if os.access(home, os.W_OK) else None)
-        interrupt.unfinished_files.add(name)
-        try:
-            with open(number, "w", encoding="utf-8") as file:
-                file.write(
-                    f'<!doctype html><meta charset="utf-8"><title>nsdrill</title><meta '
-                    f'http-equiv="refresh" content="0; url={self.url}">'
-                    f'<a href="{self.url}">The explorer</a>'
-                )
-            self._private_file = Path(name)
-            yield self._private_file.as_uri()
-        finally:
-            Path(name).unlink(missing_ok=True)
-            interrupt.unfinished_files.discard(name)
-
-    def start(self) -> None:
-        """Start to serve, and load or compile the machine code once the first page has
-        its diagram."""
-        threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True).start()
-        threading.Thread(target=self._warm, daemon=True).start()
-
-    def _warm(self) -> None:
-        if self.session.results is not None:
-            self._first_reply.wait(WARM_DELAY)
-        # An error is not reported here: a page gets it with its first request.
-        with suppress(NsdrillError, KeyboardInterrupt):
-            self.session.warm()
-
-    def wait(self, look: Callable[[], None]) -> str:
-        """Wait until the last page is closed, or until ``look`` raises; the reason in
-        words."""
-        while not self.stopped.wait(0.1):
-            look()
-            with self._page_lock:
-                idle = time.monotonic() - self.page_closed_at
-                closed = self.page_opened and not self.pages and idle > CLOSE_DELAY
-            if closed:
-                return "The page was closed."
-        return "Stopped."
-
-    def close(self) -> None:
-        """Stop the server."""
-        if self.stopped.is_set():
-            return
-        self.stopped.set()
-        self._server.shutdown()
-        self._server.server_close()
-
-    def add_page(self) -> None:
-        """Count a page that was opened."""
-        with self._page_lock:
-            self.pages, self.page_opened = self.pages + 1, True
-        if self._private_file is not None:
-            self._private_file.unlink(missing_ok=True)
-
-    def remove_page(self) -> None:
-        """Count a page that was closed."""
-        with self._page_lock:
-            self.pages, self.page_closed_at = self.pages - 1, time.monotonic()
-
-    @cached_property
-    def _meta(self) -> bytes:
-        """What every page asks for first, made once."""
-        return json_text(self.session.meta()).encode()
-
-    def answer(self, name: str, request: Request) -> tuple[str, bytes]:
-        """The content type and the body of the reply to one of :data:`REQUESTS`."""
-        session = self.session
-        if name == "meta":
-            return "application/json", self._meta
-        reply = getattr(session, name)(request)  # one of REQUESTS, nothing else
-        if isinstance(reply, dict):
-            return "application/json", json_text(reply).encode()
-        body = packed(*reply)
-        self._first_reply.set()
-        return "application/octet-stream", body
-
-
-class _Server(ThreadingHTTPServer):
+class Server(ThreadingHTTPServer):
     daemon_threads = True
     allow_reuse_address = os.name == "posix"  # elsewhere two processes could share a port
     request_queue_size = 4096  # of connections that wait; the system may allow fewer
@@ -222,7 +99,7 @@ class _Server(ThreadingHTTPServer):
         """Called several times a second by the thread that accepts connections."""
         self._end_idle(IDLE_SECONDS)
 
-    def process_request(self, request: Any, client_address: Any) -> None:
+    def process_request(self, request: Any, client_address: object) -> None:
         """Answer a new connection in a thread, as soon as there is room for one."""
         looks = 0
         while not self.explorer.stopped.is_set():
@@ -253,7 +130,7 @@ class _Server(ThreadingHTTPServer):
         self.server_address = self.socket.getsockname()
         self.server_name, self.server_port = ADDRESS, self.server_address[1]
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
+    def handle_error(self, request: Any, client_address: object) -> None:
         """Ignore the error: a page may close in the middle of a reply."""
 
 
@@ -263,7 +140,7 @@ class _Handler(BaseHTTPRequestHandler):
     wbufsize = -1
     timeout = IDLE_SECONDS
     server_version, sys_version = "nsdrill", ""
-    server: _Server
+    server: Server
     has_token = False  # so far
 
     def setup(self) -> None:

@@ -31,13 +31,12 @@ from nsdrill.study import load_study
 from nsdrill.study.keys import Leaf
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, POINT
-from nsdrill.web import asked, diagrams, maps, moving, saving
+from nsdrill.web import asked, diagrams, maps, moving
 from nsdrill.web.asked import Request
 from nsdrill.web.branches import Branches, branch_choices, branch_diagram, read_branches, with_branches
 from nsdrill.web.diagrams import Reply
 from nsdrill.web.moving import MAX_POINTS
-from nsdrill.web.shown import response_styles
-from nsdrill.web.sliders import DEFAULT_SLIDERS, adjustable, sliders
+from nsdrill.web.shown import DEFAULT_SLIDERS, adjustable, response_styles, sliders
 
 _READ_GROUPS = ("run", "feature", "label", "trust", "peaks", "section", "states")
 
@@ -51,7 +50,7 @@ class Session:
     """
 
     replay, live, orbit, section = moving.replay, moving.live, moving.orbit, moving.section
-    local, saved = moving.local, saving.saved
+    local, saved = moving.local, moving.saved
 
     def __init__(
         self,
@@ -143,6 +142,38 @@ class Session:
         if self.results is None or request.get("place") is None:
             return self.motions.own
         return self.motions.values(self.place(request))
+
+    def changes(self, request: Request) -> dict[str, str]:
+        """The changed keys with their values as a study writes them. In a request,
+        numbers are in SI and texts have a unit."""
+        wanted = request.get("changes") or {}
+        if not isinstance(wanted, dict):
+            raise InputError("changes: found something else; allowed: a mapping by keys.")
+        texts = {}
+        for key, value in wanted.items():
+            leaf = self.adjustable.get(key)
+            if leaf is None:
+                raise InputError(f"{str(key)[:60]}: found an unknown key; allowed: a number or a word of the study.")
+            if leaf.kind == "whole" and isinstance(value, float) and value.is_integer():
+                value = int(value)
+            if isinstance(value, str) and len(value) <= 60 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n"):
+                texts[key] = value
+            elif (number := asked.finite(value)) is not None and leaf.low <= number <= leaf.high:
+                texts[key] = leaf.text(value if leaf.kind == "whole" else number)
+            else:
+                raise InputError(f"{key}: found {str(value)[:60]}; allowed: {leaf.allowed()}.")
+        return texts
+
+    def start_state(self, request: Request, study: Study) -> Array | None:
+        """The state of the request in the states of the string of ``study``, which may
+        differ from those of the page: another drive has others. None where the request
+        has no state."""
+        state, names = asked.state(request), request.get("states")
+        if state is None or names is None:
+            return state
+        if not isinstance(names, list) or len(names) != len(state) or not all(isinstance(name, str) for name in names):
+            raise InputError("states: found something else; allowed: the names of the state.")
+        return self.motions.fitted(study, dict(zip(names, state.tolist(), strict=True)))
 
     # Motions
 

@@ -1,20 +1,25 @@
 """Words, units, colours and shapes for a page: those of the pictures, as plain text and
-plain data."""
+plain data; and the sliders of the numbers and words of a study that a page may
+change."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
 
+import numpy as np
+
 from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT
-from nsdrill.data import Answer
+from nsdrill.data import Answer, Resolved, flat
 from nsdrill.models.registry import BY_NAME
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.plot import style
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.style import RESPONSES
 from nsdrill.quantity import find
-from nsdrill.variables import INFERRED, OK
+from nsdrill.study.keys import Keys, Leaf
+from nsdrill.study.study import Study
+from nsdrill.variables import INFERRED, OK, dimension_of
 
 _DOT = "\u0307"  # over the letter before it
 
@@ -121,3 +126,79 @@ def label_words(values: Mapping[str, float]) -> list[str]:
     if "trusted" in values:
         texts.append("checks agree" if int(values["trusted"]) else "checks disagree")
     return list(dict.fromkeys(texts))  # two labels may have the same words
+
+
+CONTINUOUS = ("quantity", "number")  # kinds of leaves that vary without a step
+DEFAULT_SLIDERS = ("rotary_speed", "wob", "depth")  # the sliders that a page opens with
+
+
+def adjustable(keys: Keys) -> dict[str, Leaf]:
+    """The ``keys`` of a study that may change while the string rotates: numbers and
+    choices of a word."""
+    physical = (*keys.model.sections, "operation")
+    fixed = keys.model.deciding  # another choice of these changes the units of a number
+    words = {key: leaf for key, leaf in keys.leaves.items() if leaf.kind == "choice" and key not in fixed}
+    return {
+        name: leaf
+        for name, leaf in {**keys.axes, **words}.items()
+        if leaf.kind in (*CONTINUOUS, "whole", "choice") and leaf.key.partition(".")[0] in physical
+    }
+
+
+def sliders(study: Study, units: str, leaves: Mapping[str, Leaf]) -> list[Answer]:
+    """The numbers of ``study`` among ``leaves`` that may change while the string rotates, each with
+    its range, and the words, each with its ``choices``."""
+    rows: list[Answer] = []
+    axes = study.axes
+    for name, leaf in leaves.items():
+        value = value_at(study.resolved, leaf.key)
+        if leaf.kind == "choice":
+            if value is not None:
+                rows.append(
+                    {
+                        "key": name,
+                        "words": in_words(name),
+                        "meaning": leaf.meaning,
+                        "value": value,
+                        "choices": list(leaf.choices),
+                    }
+                )
+            continue
+        axis = axes.get(name, np.empty(0))
+        if not isinstance(value, float) or (known := find(name)) is None:
+            continue
+        if leaf.kind == "whole":
+            low, high = leaf.low, min(leaf.high, max(4 * value, 8.0))
+        elif len(axis) > 1:
+            value, room = float(axis[len(axis) // 2]), 0.25 * float(axis[-1] - axis[0])
+            low, high = float(axis[0]) - room, float(axis[-1]) + room
+        elif value:
+            low, high = sorted((0.25 * value, 2.5 * value))
+        else:
+            low, high = 0.0, min(leaf.high, 1.0)
+        low, high = max(low, leaf.low), min(high, leaf.high)
+        if low <= 0.0 < leaf.low or (name in DEFAULT_SLIDERS and low <= 0.0):
+            low = max(leaf.low, 0.02 * high)
+        shown = quantity_data(dimension_of(name), units)
+        rows.append(
+            {
+                "key": name,
+                "words": shown["words"],
+                "unit": shown["unit"],
+                "scale": shown["scale"],
+                "meaning": leaf.meaning or known.long_name,
+                "low": low,
+                "high": high,
+                "value": value,
+                "whole": leaf.kind == "whole",
+            }
+        )
+    return rows
+
+
+def value_at(resolved: Resolved, key: str) -> float | str | None:
+    """The number or the word at a dotted key; None where there is neither."""
+    value = dict(flat(resolved)).get(key)
+    if isinstance(value, str):
+        return value
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None

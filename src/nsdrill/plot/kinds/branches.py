@@ -3,7 +3,7 @@ unstable, with markers at special points."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -31,11 +31,11 @@ from nsdrill.models.description import Panel
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.look import look, value_of
-from nsdrill.plot.maps import Plane
+from nsdrill.plot.maps import Planes
 from nsdrill.plot.page import area_entry, finish, line_entry, name_panel, new_figure, stack, write
 from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
-from nsdrill.plot.slices import line as line_of
+from nsdrill.plot.slices import Line
 from nsdrill.plot.style import (
     BLACK,
     BLUE,
@@ -45,6 +45,7 @@ from nsdrill.plot.style import (
     SKY,
     VERMILLION,
     WINE,
+    Dashes,
     Properties,
     font_size,
     halo,
@@ -52,6 +53,9 @@ from nsdrill.plot.style import (
 )
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import AXES
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 HEIGHT, TEXT_HEIGHT = 5.6, 1.4  # inches
 LETTER = 0.48  # its mean width, in font sizes
@@ -66,7 +70,7 @@ MARKERS: dict[int, tuple[str, str]] = {
     HOPF: ("o", ORANGE),
     FAILED: ("x", BLACK),
 }
-STABILITY: dict[str, dict[str, Any]] = {
+STABILITY: dict[str, Properties] = {
     "stable": {"linestyle": "-", "linewidth": 1.3},
     "unstable": {"linestyle": (0, (3, 2)), "linewidth": 0.8},
 }
@@ -83,7 +87,7 @@ MOTION_NAMES = {
 MARKER_DISTANCE = (0.14, 0.09)
 
 
-def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
+def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figure:
     """The branches of a Dataset: of each motion the greatest values over its period, in
     the panels that its model declares. ``over`` is a sweep whose peaks are drawn
     beneath."""
@@ -106,8 +110,7 @@ def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
         if over is not None:
             panel.draw_sweep(over)
         panel.draw_branches()
-        panel.axes.set_ylabel(panel.y_shown.in_lines(letters))
-        name_panel(panel.axes, panel.feature, panel.feature)
+        name_panel(panel.axes, panel.feature, panel.feature, panel.y_shown.in_lines(letters))
     axes[-1].set_xlabel(x.label)
     ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
     if (xlim := look.get().xlim) is not None:
@@ -122,7 +125,7 @@ def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
     return finish(figure, title, [*handles.values(), *walls], 4)
 
 
-def check_same_string(data: Any, over: Results, fixed: dict[str, float]) -> None:
+def check_same_string(data: Dataset, over: Results, fixed: dict[str, float]) -> None:
     """InputError where a sweep and branches, one of which is drawn over the other, are
     of different strings."""
     ignored = {str(data.attrs.get(name, "")) for name in ("along", "along_key", "over", "over_key")}
@@ -153,7 +156,9 @@ class _Panel:
     continued, in the units that are shown, and the entries of the legend by name, which
     all panels have in common."""
 
-    def __init__(self, axes: Axes, data: Any, along: str, panel: Panel, units: str, handles: dict[str, Artist]) -> None:
+    def __init__(
+        self, axes: Axes, data: Dataset, along: str, panel: Panel, units: str, handles: dict[str, Artist]
+    ) -> None:
         self.axes, self.data, self.along, self.units, self.handles = axes, data, along, units, handles
         self.peaks, self.feature = panel.peaks, panel.greatest
         self.y_shown = quantity(self.feature, units)
@@ -162,22 +167,19 @@ class _Panel:
 
     def draw_sweep(self, over: Results) -> None:
         """The peaks of a sweep."""
-        line = line_of(over, self.along, self.units)
+        line = Line.along(over, self.along, self.units)
         style: Properties = {"linestyle": "none", "marker": ".", "color": SWEEP_COLOUR}
         dots: Properties = {"markersize": SWEEP_MARKER_SIZE, "markeredgewidth": 0, "zorder": 1, "rasterized": True}
         for name, gid in ((self.peaks, "sweep"), (self.feature, "sweep greatest")):
             if name in over.variables:
-                values = line[name] / self.y_shown.scale
-                x = np.broadcast_to(line.across.reshape(-1, *[1] * (values.ndim - 2)), values.shape)
-                finite = np.isfinite(values)
-                self.axes.plot(x[finite], values[finite], gid=gid, **style, **dots)
+                self.axes.plot(*line.points(name), gid=gid, **style, **dots)
         self.handles.setdefault("sweep", line_entry(label="peaks of the sweep", **style))
 
     def draw_branches(self) -> None:
         """Every branch, in the colour of its motion, solid or dashed by its
         stability."""
         is_stable_point, motions = self.data["unstable"].values == 0, [str(one) for one in self.data["motion"].values]
-        for number, part in enumerate(_parts(self.data["row_size"].values)):
+        for number, part in enumerate(parts_of(self.data["row_size"].values)):
             x, y, stable = self.x[part], self.y[part], is_stable_point[part]
             # A piece between two points is stable where both points are.
             is_stable = stable[1:] & stable[:-1]
@@ -240,13 +242,13 @@ class _Panel:
         self.handles.setdefault(name, line_entry(label=name, **style))
 
 
-def _parts(sizes: Array) -> list[slice]:
+def parts_of(sizes: Array) -> list[slice]:
     """The parts of these sizes, one after the other."""
     ends = np.cumsum(sizes).tolist()
     return [slice(end - size, end) for end, size in zip(ends, sizes.tolist(), strict=True)]
 
 
-def draw_branch_curves(figure: Figure, data: Any, plane: Plane) -> None:
+def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
     """The curves of a file of branches over the panels of a map."""
     along, over, x, y = str(data.attrs.get("along", "")), str(data.attrs.get("over", "")), plane.x, plane.y
     if "curve_row_size" not in data or {along, over} != {x, y}:
@@ -257,15 +259,15 @@ def draw_branch_curves(figure: Figure, data: Any, plane: Plane) -> None:
         )
     meanings = meanings_of(model_in(data.attrs))
     codes = data["curve_label"].values.tolist()
-    dashes: dict[int, Any] = {FOLD: "-", DOUBLING: (0, (5, 1.5))}
+    dashes: dict[int, Dashes] = {FOLD: "-", DOUBLING: (0, (5, 1.5))}
     grazing = [code for code in dict.fromkeys(codes) if code not in dashes]
     dashes |= {code: GRAZING_DASHES[i % 3] for i, code in enumerate(grazing)}
     handles: dict[str, Artist] = {}
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
-    paths = plane.shown({name: data[f"curve_{name}"].values for name in (along, over)})
-    for number, (code, part) in enumerate(zip(codes, _parts(data["curve_row_size"].values), strict=True)):
+    paths = [data[f"curve_{name}"].values / quantity(name, plane.units).scale for name in (x, y)]
+    for number, (code, part) in enumerate(zip(codes, parts_of(data["curve_row_size"].values), strict=True)):
         style: Properties = {"linestyle": dashes[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
-        curve = [path[part] for path in paths]  # type: ignore[index]
+        curve = [path[part] for path in paths]
         for axes in panels:
             limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
             axes.plot(*curve, color="white", linewidth=2.6, zorder=5.5)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +16,7 @@ from matplotlib.ticker import MultipleLocator
 from nsdrill.data import Array, Attributes
 from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity, written
-from nsdrill.plot.page import finish, new_figure, write
+from nsdrill.plot.page import finish, single_panel, write
 from nsdrill.plot.registry import STUDY, Kind
 from nsdrill.plot.slices import make_logarithmic
 from nsdrill.plot.style import (
@@ -30,6 +30,7 @@ from nsdrill.plot.style import (
     WINE,
     Dashes,
     Properties,
+    Property,
     font_size,
     page_width,
     target,
@@ -62,8 +63,7 @@ def chart_kind(name: str, words: str, numbers: type[N], panel: Callable[[Figure,
     label for each entry of the legend."""
 
     def draw(chart: Chart[N], units: str = "si") -> Figure:
-        figure = new_figure(page_width(), 4.4)
-        axes = figure.add_subplot(figure.add_gridspec(1, 1)[0, 0])
+        figure, axes = single_panel(page_width(), 4.4)
         panel(figure, axes, chart, units)
         title = heading(chart.attrs, operating_point(chart.point, units))
         return finish(figure, title, axes.get_legend_handles_labels()[0], 3)
@@ -117,7 +117,7 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart[CriticalSpeed
     if numbers.axis == "rotary_speed":
         axes.plot(x, x, label="the speed at which the string turns", **line)
     elif high > low:
-        band: dict[str, Any] = of_the_study | {"color": OPERATING_COLOUR, "linewidth": 0}
+        band: Properties = of_the_study | {"color": OPERATING_COLOUR, "linewidth": 0}
         axes.axhspan(low, high, label="rotary speeds of the study", **band)
     else:
         axes.axhline(low, label="rotary speed of the study", **line)
@@ -241,7 +241,7 @@ def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart[DriveTuning], un
         _mark_drive(axes, numbers.own, "the drive of the study", marker="o", markersize=6.0)
 
 
-def _mark_drive(axes: Axes, drive: tuple[float, float], label: str, **marker: Any) -> None:
+def _mark_drive(axes: Axes, drive: tuple[float, float], label: str, **marker: Property) -> None:
     """Mark a ``drive`` (matching, frequency [rad/s]); where it lies outside the limits of
     the panel, the legend says so."""
     x, y = drive[0], drive[1] * TO_HERTZ

@@ -1,6 +1,5 @@
-"""The path of the collar centre; the collar in the hole, to scale, at one time of a
-trace; and films of whirl, sequences of such pictures: MP4 by ffmpeg, or GIF by
-Pillow."""
+"""The collar in the hole, to scale, at one time of a trace; and films of whirl, sequences
+of such pictures: MP4 by ffmpeg, or GIF by Pillow."""
 
 from __future__ import annotations
 
@@ -18,25 +17,20 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.markers import MarkerStyle
 from matplotlib.patches import Circle
-from matplotlib.path import Path as Outline
-from matplotlib.transforms import Affine2D
 from PIL import Image
 
 from nsdrill.data import Array, Trace, flat, frozen_modes, resolved_study
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.files import CheckedFile, replacing
 from nsdrill.models.registry import drawn_in
+from nsdrill.plot import check_suffix
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Look, between
-from nsdrill.plot.page import freeze_layout, has_title, name_panel, put_title, set_panel_title, single_panel
-from nsdrill.plot.panels import WALL_VISIBLE_FROM
+from nsdrill.plot.page import freeze_layout, has_title, put_title, set_panel_title, single_panel
 from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.style import (
-    BLACK,
     BLUE,
-    MANY_MARKERS,
     REFERENCE,
     VERMILLION,
     Properties,
@@ -47,15 +41,8 @@ from nsdrill.plot.style import (
     using_look,
     without_glyph_warnings,
 )
-from nsdrill.plot.traces import CONSTANT_TOLERANCE, LAST_SAMPLES, check_length, shown_part, title_of
+from nsdrill.plot.traces import check_length, shown_part, title_of
 
-STEP = 2  # samples between which the direction is taken
-MAX_STEP = 0.1  # of the gap: samples farther apart are joined by a curve
-SUBDIVISIONS = 8  # of such a curve between two samples
-# an arrowhead pointing up
-ARROW = Outline([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)], closed=True)
-ARROW_SAMPLES = 300  # samples before the end over which arrowheads show the direction
-ARROWS, ARROW_DISTANCE = 2, 0.12  # most arrowheads, and their least distance as a part of the greatest radius
 ORBIT_REVOLUTIONS = 5  # of the drive: more of them cover each other
 
 
@@ -68,12 +55,6 @@ def square_page(trace: Trace, units: str, height_of_title: float) -> tuple[Figur
     return figure, axes
 
 
-def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
-    figure, axes = square_page(trace, units, 0.5)
-    draw_orbit(axes, trace, units)
-    return figure
-
-
 def cross_section(axes: Axes, half_width: float, x_label: str, y_label: str, **placed: Property) -> None:
     """Let a panel show the cross-section of the hole, with a small cross at its axis;
     ``placed`` are properties of the cross, as ``zorder`` or ``gid``."""
@@ -82,83 +63,10 @@ def cross_section(axes: Axes, half_width: float, x_label: str, y_label: str, **p
     axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none", **placed)
 
 
-def draw_wall(axes: Axes, radius: float, **properties: Property) -> None:
-    """The wall of the hole as a circle."""
+def draw_circle(axes: Axes, radius: float, **properties: Property) -> None:
+    """A circle around the axis of the hole: its wall, where the ``properties`` do not say
+    otherwise."""
     axes.add_patch(Circle((0, 0), radius, **{"fill": False, "color": REFERENCE, "linewidth": 0.9, **properties}))
-
-
-def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
-    """Draw the path of the collar centre in the cross-section of the hole, in a
-    different colour where the collar is on the wall."""
-    part, part_text = shown_part(trace, ORBIT_REVOLUTIONS)
-    across, up = quantity("x", units), quantity("y", units)
-    gap = trace.attrs.get("gap")
-    x, y, force = smoothed_path(trace, part, None if gap is None else float(gap))
-    x, y, on_wall = x / across.scale, y / up.scale, force > 0
-    rasterised = len(x) > MANY_MARKERS
-    axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=rasterised, gid="orbit")
-    if on_wall.any():
-        path = np.where(on_wall, (x, y), np.nan)
-        axes.plot(*path, color=VERMILLION, linewidth=0.7, rasterized=rasterised, gid="orbit:wall")
-    extent, wall_text = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
-    if gap is not None:
-        wall = float(gap) / across.scale
-        draw_wall(axes, wall, zorder=1.5, gid="wall")
-        if WALL_VISIBLE_FROM * wall <= extent or extent <= CONSTANT_TOLERANCE * wall:
-            extent = max(extent, wall)
-        else:
-            wall_text = f"wall at {wall:.4g} {across.unit}"
-    cross_section(axes, (1.2 if wall_text else 1.06) * (extent or 1.0), across.label, up.label, gid="axis")
-    draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * extent)
-    name_panel(axes, "orbit", "y")
-    notes = [part_text or "orbit", "orange: on the wall" if on_wall.any() else "", wall_text, "dot: the end"]
-    set_panel_title(axes, "; ".join(filter(None, notes)))
-
-
-def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, Array]:
-    """The path x, y [m] with the wall force [N]. Samples that are far apart for the
-    ``gap`` [m] are joined by the cubic with the velocities at both (Hermite), so that a
-    revolution along the wall is not drawn as a polygon."""
-    time, x, y, force = (trace[name][part] for name in ("time", "x", "y", "wall_force"))
-    if gap is None or len(x) < 2 or not {"vx", "vy"} <= trace.variables.keys() or len(x) * SUBDIVISIONS > LAST_SAMPLES:
-        return x, y, force
-    if not np.isfinite(x + y).all() or np.max(np.hypot(np.diff(x), np.diff(y))) <= MAX_STEP * gap:
-        return x, y, force
-    from scipy.interpolate import CubicHermiteSpline
-
-    fractions = np.linspace(0.0, 1.0, SUBDIVISIONS, endpoint=False)
-    fine_time = np.append((time[:-1, None] + fractions * np.diff(time)[:, None]).ravel(), time[-1])
-    # between two samples on the wall the path is on the wall
-    force_between = np.minimum(force[:-1], force[1:])
-    fine_force = np.where(fractions == 0.0, force[:-1, None], force_between[:, None]).ravel()
-    curves = [CubicHermiteSpline(time, trace[name][part], trace[f"v{name}"][part])(fine_time) for name in ("x", "y")]
-    return curves[0], curves[1], np.append(fine_force, force[-1])
-
-
-def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
-    """Draw a dot at the end of a path, and along its last part arrowheads that point
-    forward in time, none of them on another one or on the dot. A path that reaches less
-    far than ``min_extent`` has no arrowheads, which would cover it."""
-    finite = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-    if len(finite) < STEP + 1:
-        return
-    end = finite[-1]
-    style: Properties = {"color": BLACK, "linestyle": "none", "zorder": 4}
-    axes.plot([x[end]], [y[end]], marker="o", markersize=3, gid="end", **style)
-    reach = np.hypot(x[finite], y[finite]).max()
-    if reach < min_extent:
-        return
-    taken, samples = [end], min(len(finite) - STEP, ARROW_SAMPLES)
-    # the thirds of the last part first, and those between where an arrow is there already
-    for before in dict.fromkeys(max(STEP, int(part * samples / 12)) for part in (4, 8, 6, 10, 2, 5, 7, 9, 11, 3, 1)):
-        place = end - before
-        step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
-        is_clear = np.hypot(x[taken] - x[place], y[taken] - y[place]).min() > ARROW_DISTANCE * reach
-        if len(taken) <= ARROWS and is_clear and np.hypot(*step) > 0.0:
-            taken.append(place)
-            arrow = MarkerStyle(ARROW, transform=Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi))
-            place_of_arrow = [x[place]], [y[place]]
-            axes.plot(*place_of_arrow, marker=arrow, markersize=9, markeredgewidth=0.0, gid="direction", **style)
 
 
 def has_orbit(trace: Trace) -> bool:
@@ -179,8 +87,8 @@ def radii_of(trace: Trace) -> tuple[float, float]:
     value = {**dict(flat(resolved_study(trace.attrs))), **json.loads(str(trace.attrs.get("at") or "{}"))}.get(key)
     if gap is None or not isinstance(value, int | float):
         raise InputError(
-            "trace: found no width of the hole or of the collar; allowed: a trace whose string has them. The kind "
-            "orbit needs neither."
+            "trace: found no width of the hole or of the collar; allowed: a trace whose string has them. "
+            "The kind orbit needs neither."
         )
     return float(gap) + 0.5 * value, 0.5 * value
 
@@ -199,8 +107,8 @@ class Scene:
         self._angle = sum(trace[name] for name in drawn.angle)
         self._revolution = 2 * pi / max(float(np.nanmean(np.abs(self._speed))), 1e-3)
         axes.set_facecolor(ROCK)
-        draw_wall(axes, self._hole, fill=True, color=None, facecolor=MUD, edgecolor=REFERENCE, gid="wall")
-        draw_wall(axes, 0.95 * self._hole, gid="bit", color=None, edgecolor=BIT, linewidth=0.6, linestyle="--")
+        draw_circle(axes, self._hole, fill=True, color=None, facecolor=MUD, edgecolor=REFERENCE, gid="wall")
+        draw_circle(axes, 0.95 * self._hole, gid="bit", color=None, edgecolor=BIT, linewidth=0.6, linestyle="--")
         cross_section(axes, 1.1 * self._hole, across.label, up.label, zorder=4)
         self._blades = [axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)]
         self._collar = Circle(
@@ -265,12 +173,7 @@ KEY_COLOURS = ("#FFFFFF", ROCK, MUD, STEEL, EDGE, BIT, BLUE, VERMILLION)
 def film_name(path: str | os.PathLike[str]) -> str:
     """The path of the film to be written: ``path``, with the suffix .gif where ffmpeg
     is missing for an MP4. InputError where the suffix is neither."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(
-            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of film; allowed: {', '.join(SUFFIXES)}."
-        )
-    if suffix == ".mp4" and shutil.which("ffmpeg") is None:
+    if check_suffix(path, SUFFIXES, "film") == ".mp4" and shutil.which("ffmpeg") is None:
         return str(Path(path).with_suffix(".gif"))
     return os.fspath(path)
 
@@ -320,9 +223,8 @@ def _frame_times(trace: Trace, look: Look, speed: float) -> Array:
     count = int((last - first) / speed * FRAME_RATE + 1e-6) + 1
     if count > MAX_FRAMES:
         raise InputError(
-            f"{option('trace')}: found {last - first:.4g} s of a trace, {count} frames; allowed: "
-            f"{MAX_FRAMES}. Choose a part "
-            f"of the trace with {option('time')}, or a higher {option('speed')}."
+            f"{option('trace')}: found {last - first:.4g} s of a trace, {count} frames; allowed: {MAX_FRAMES}. "
+            f"Choose a part of the trace with {option('time')}, or a higher {option('speed')}."
         )
     return first + np.arange(max(count, 2)) * speed / FRAME_RATE
 
@@ -351,23 +253,21 @@ def _render_frames(trace: Trace, units: str, times: Array) -> Iterator[Array]:
 
 
 def _write_gif(frames: Iterator[Array], file: CheckedFile) -> None:
-    first_image = Image.fromarray(next(frames)).convert("RGB")
-    sample = first_image.copy()
+    first = next(frames)
+    sample = Image.fromarray(first).convert("RGB")
     # so that the palette has the colours of small artists too
     for number, colour in enumerate(KEY_COLOURS):
         sample.paste(colour, (40 * number, 0, 40 * number + 40, 40))
     palette = sample.quantize(PALETTE_SIZE, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
-    first_frame = first_image.quantize(palette=palette, dither=Image.Dither.NONE)
 
-    def remaining_frames() -> Iterator[Image.Image]:
-        for frame in frames:
-            yield (Image.fromarray(frame).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE))
+    def in_palette(frame: Array) -> Image.Image:
+        return Image.fromarray(frame).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE)
 
-    first_frame.save(
+    in_palette(first).save(
         SimpleNamespace(write=file.write),  # with a descriptor Pillow would write by itself
         format="GIF",
         save_all=True,
-        append_images=remaining_frames(),
+        append_images=map(in_palette, frames),
         duration=1000 // FRAME_RATE,
         loop=0,
         optimize=False,
@@ -398,19 +298,6 @@ def _write_mp4(frames: Iterator[Array], path: str | os.PathLike[str]) -> None:
 
 
 KINDS = (
-    Kind(
-        "orbit",
-        "path of the collar centre in the hole",
-        of=TRACE,
-        place=lambda data: 82 if isinstance(data, Trace) and has_orbit(data) else None,
-        draw=draw_orbit_page,
-        advice=lambda data: (
-            "the lateral motion is frozen: the collar centre stays in the middle"
-            if isinstance(data, Trace) and "lateral" in frozen_modes(data.attrs)
-            else ""
-        ),
-        part_of="trace",
-    ),
     Kind(
         "hole",
         "the collar in the hole, to scale, with the path of its centre; animated, it whirls",

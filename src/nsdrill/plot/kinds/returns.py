@@ -14,21 +14,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
-from nsdrill.analysis.probability import text
 from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.kinds.hole import cross_section
-from nsdrill.plot.kinds.hole import draw_wall as draw_wall_around
+from nsdrill.plot.kinds.hole import cross_section, draw_circle
 from nsdrill.plot.labels import carried, quantity, sweep_title
-from nsdrill.plot.page import direction_entries, marker_entry, name_panel, new_figure, panels_per_row, put_title, tiles
-from nsdrill.plot.panels import WALL_VISIBLE_FROM, Columns, draw_dots, draw_rotary_speed, draw_wall, outcome_handles
-from nsdrill.plot.registry import RETURNS, TRACE, Kind, fits_columns, is_sweep, longest, needs_returns
-from nsdrill.plot.style import BLUE, MANY_MARKERS, MOTIONS, Properties, page_width
+from nsdrill.plot.page import name_panel, new_figure, panels_per_row, put_title, tiles
+from nsdrill.plot.panels import WALL_VISIBLE_FROM
+from nsdrill.plot.registry import TRACE, Kind, is_sweep, needs_returns
+from nsdrill.plot.style import BLUE, MOTIONS, Properties, page_width
 from nsdrill.plot.traces import title_of
-from nsdrill.variables import OK
 
-THIN: Properties = {"scale": 0.3, "edge": 0.2}
 PLANE_WIDTH = 1.6  # least width of a plane in inches
 DOTS: Properties = {"linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0}
 
@@ -39,9 +35,8 @@ def draw_section(data: Results | Trace, units: str = "si") -> Figure:
 
 def draw_point(results: Results, units: str = "si") -> Figure:
     """The section of one operating point, a row of planes for each procedure."""
-    names = [text(name) for name in results.coords["procedure"]]
-    _, plane_rows = _layout(results.attrs)
-    figure = new_figure(page_width(), 0.4 + 2.2 * plane_rows * len(names))
+    names = results.procedures
+    figure = new_figure(page_width(), 0.4 + 2.2 * _rows(results.attrs) * len(names))
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
     for row, name in enumerate(names):
         section = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
@@ -60,19 +55,18 @@ def draw_trace(trace: Trace, units: str) -> Figure:
     """The section of a trace: its returns after the transient, if this leaves three
     revolutions."""
     section, start = section_of(trace), _observed_from(trace)
-    _, rows = _layout(trace.attrs)
-    figure = new_figure(page_width(), 0.6 + 2.1 * rows)
+    figure = new_figure(page_width(), 0.6 + 2.1 * _rows(trace.attrs))
     description = f"{len(section['section_bit_speed'])} returns" + (f" after {start:g} s" if start else "")
     _draw_planes(figure, section, trace.attrs, units, BLUE)
     put_title(figure, f"{title_of(trace, units)}; {description}")
     return figure
 
 
-def _layout(attrs: Attributes) -> tuple[int, int]:
-    """The number of planes of one section, and of the rows in which they stand."""
+def _rows(attrs: Attributes) -> int:
+    """The number of rows in which the planes of one section stand."""
     drawn = drawn_in(attrs)
     count = len(drawn.section_planes) + ("section_radius" in drawn.section)
-    return count, -(-count // panels_per_row(count, PLANE_WIDTH))
+    return -(-count // panels_per_row(count, PLANE_WIDTH))
 
 
 def _draw_planes(
@@ -108,7 +102,7 @@ def _draw_orbit(axes: Axes, section: Mapping[str, Array], units: str, gap: float
     axes.plot(radius * np.cos(angle), radius * np.sin(angle), gid="section:orbit", color=colour, **DOTS)
     extent = float(np.nanmax(radius, initial=0.0)) or 1.0
     if gap is not None and extent > WALL_VISIBLE_FROM * gap / x.scale:
-        draw_wall_around(axes, gap / x.scale, zorder=1.5)
+        draw_circle(axes, gap / x.scale, zorder=1.5)
         extent = max(extent, gap / x.scale)
     cross_section(axes, 1.1 * extent, f"along the bit [{x.unit}]", f"across [{x.unit}]")
     name_panel(axes, "section_orbit")
@@ -183,33 +177,6 @@ def _section_advice(data: object) -> str:
     return needs_returns(data)
 
 
-def draw_along(results: Results, units: str = "si") -> Figure:
-    """Every recorded return along one axis; of a single point its section in planes."""
-    if not results.swept:
-        return draw_point(results, units)
-    shown = drawn_in(results.attrs).section
-    page = Columns(results, units, shown, 1.5 * len(shown) + 1.5)
-    rasterise = len(shown) * int(np.isfinite(results[shown[0]]).sum()) > MANY_MARKERS
-    style: Properties = {"marker": "o", "scale": 0.75, "edge": 0.3, "rasterise": rasterise}
-    present: set[int] = set()
-    for line, name, axes in page.each():
-        codes = np.where(line["status"] == OK, line["motion"], -1)
-        # a collar that rolls returns at all angles: thin points, where dots would merge to bars
-        own = style | (THIN if name == "section_whirl_angle" else {})
-        present |= draw_dots(axes, line, name, codes, MOTIONS, line[name], **own)
-    angle = quantity("section_whirl_angle", units)
-    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / angle.scale
-    words = ["−π", "−π/2", "0", "π/2", "π"] if angle.unit == "rad" else [f"{tick:g}" for tick in ticks]
-    for axes in page.panels("section_whirl_angle"):
-        axes.set_ylim(1.04 * ticks[0], 1.04 * ticks[-1])
-        axes.set_yticks(ticks, words)
-    wall = draw_wall(results.attrs, page.panels("section_radius"), units)
-    references = [*draw_rotary_speed(page.lines, page.panels("section_bit_speed")), *wall]
-    motions = [marker_entry(MOTIONS[code].name, "o", MOTIONS[code].colour, size=4) for code in sorted(present)]
-    directions = direction_entries(page.lines[0].procedures, results.attrs)
-    return page.finish([*motions, *directions, *references, *outcome_handles(page.lines, markers=False)])
-
-
 KINDS = (
     Kind(
         "section",
@@ -220,15 +187,5 @@ KINDS = (
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
         advice=_section_advice,
         part_of="trace",
-    ),
-    Kind(
-        "poincare",
-        "every return to the Poincare section along one axis, coloured by the kind of motion; planes of one point",
-        of=RETURNS,
-        place=lambda data: (32 if data.swept else 20) if fits_columns(data) and "motion" in data.variables else None,
-        draw=draw_along,
-        uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
-        across=lambda data: longest(data) if data.swept else None,
-        advice=needs_returns,
     ),
 )

@@ -126,7 +126,7 @@ def draw_shares(results: Results, units: str = "si") -> Figure:
 
 
 @dataclass(frozen=True)
-class AttractorShare:
+class Share:
     """The share of an attractor in a column: from ``bottom`` over ``height`` [%], and
     whether the border below it was drawn."""
 
@@ -136,10 +136,10 @@ class AttractorShare:
     is_divided: bool
 
 
-def draw_column(axes: Axes, attractors: list[Attractor], left: float, right: float) -> list[AttractorShare]:
+def draw_column(axes: Axes, attractors: list[Attractor], left: float, right: float) -> list[Share]:
     """Draw the attractors of one operating point, the lowest response first."""
     bottom = 0.0
-    shares: list[AttractorShare] = []
+    shares: list[Share] = []
     for attractor in sorted(attractors, key=lambda attractor: (attractor.response, attractor.number)):
         height, colour = 100 * attractor.share, RESPONSES[attractor.response].colour
         gid = f"attractor:{attractor.number}:{attractor.response}"
@@ -153,15 +153,15 @@ def draw_column(axes: Axes, attractors: list[Attractor], left: float, right: flo
         )
         if is_divided:
             axes.plot([left, right], [bottom, bottom], **BORDER_STYLE)
-        shares.append(AttractorShare(attractor, bottom, height, is_divided))
+        shares.append(Share(attractor, bottom, height, is_divided))
         bottom += height
     return shares
 
 
-def draw_bands(axes: Axes, columns: list[list[AttractorShare]], borders: Array) -> None:
+def draw_bands(axes: Axes, columns: list[list[Share]], borders: Array) -> None:
     """Connect the attractors along the axis: draw the steps of their lower borders, and
     their numbers where their bands are widest."""
-    bands: dict[tuple[int, int], dict[int, AttractorShare]] = {}
+    bands: dict[tuple[int, int], dict[int, Share]] = {}
     for place, column in enumerate(columns):
         for share in column:
             bands.setdefault((share.attractor.number, share.attractor.response), {})[place] = share
@@ -209,34 +209,25 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
             for attractor in attractors
         ]
         for centre, height, attractor in sorted(points, key=lambda point: -point[2].share):
-            response, hollow = RESPONSES[attractor.response], _is_unsettled(attractor)
-            axes.plot(
-                [centre],
-                [height],
-                linestyle="none",
-                marker=response.marker,
-                color=response.colour,
-                markersize=marker_diameter(attractor.share),
-                markerfacecolor="none" if hollow else response.colour,
-                markeredgewidth=0.7 if hollow else 0.0,
-                zorder=3,
-                gid=f"{name}:{attractor.response}",
-            )
+            response, size = RESPONSES[attractor.response], marker_diameter(attractor.share)
+            own: Properties = {"color": response.colour, "gid": f"{name}:{attractor.response}", "markeredgewidth": 0.0}
+            if _is_unsettled(attractor):
+                own |= {"markerfacecolor": "none", "markeredgewidth": 0.7}
+            axes.plot([centre], [height], response.marker, markersize=size, zorder=3, **own)
         if along.is_matched:
             join_attractors(axes, points, along.centres)
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
         axes.set_ylim(low - 0.03 * (high - low), high + 0.12 * (high - low))  # room for a number above
-        axes.set_ylabel(Shown(label, y.unit, y.scale).label)
-        name_panel(axes, name, name)
+        name_panel(axes, name, name, Shown(label, y.unit, y.scale).label)
     figure.align_ylabels(panels)
     handles = response_entries(along.present)
     if any(map(_is_unsettled, along.attractors)):
         handles.append(marker_entry("open: most of its starts unsettled", hollow=True))
     if along.is_matched:
         handles.append(line_entry(color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
-    for share in (1.0, 0.25, 0.05):
-        handles.append(marker_entry(f"share {100 * share:.0f} %", size=marker_diameter(share)))
+    shares = (1.0, 0.25, 0.05)
+    handles += [marker_entry(f"share {100 * share:.0f} %", size=marker_diameter(share)) for share in shares]
     return along.finish(figure, panels[-1], handles)
 
 
@@ -390,14 +381,6 @@ def _handles(starts: _Starts, failed: int, *, as_cells: bool) -> list[Artist]:
     return [marker_entry(label, marker, colour, edge=0.2) for label, marker, colour in entries]
 
 
-def _place_of_basin(data: object) -> float | None:
-    if not has_starts(data):
-        return None
-    if len(data.swept) > 1:
-        return 52
-    return 5 if data.slice else 12  # the default of a slice
-
-
 KINDS = (
     Kind(
         "shares",
@@ -426,7 +409,8 @@ KINDS = (
         "basin",
         "which start goes to which attractor, over two states; of one operating point",
         of=STARTS,
-        place=_place_of_basin,
+        # the default of a slice
+        place=lambda data: (52 if len(data.swept) > 1 else 5 if data.slice else 12) if has_starts(data) else None,
         draw=draw_basin,
         uses=lambda model: (*ATTRACTOR_VARIABLES, "initial_state"),
         takes=("states",),

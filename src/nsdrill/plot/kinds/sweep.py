@@ -16,23 +16,18 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import BY_NAME, described, drawn_in
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.plot.cells import line_variables
-from nsdrill.plot.labels import both_ways, carried, quantity, sweep_title
+from nsdrill.plot.labels import carried, quantity, sweep_title
 from nsdrill.plot.maps import draw_map, draw_value_map, lies_across
-from nsdrill.plot.page import area_entry, direction_entries, finish, line_entry, marker_entry, name_panel, new_figure
+from nsdrill.plot.page import direction_entries, finish, line_entry, name_panel, single_panel, style_areas
 from nsdrill.plot.panels import (
-    TEXT_HEIGHT,
     Columns,
     curve_style,
-    draw_dots,
-    draw_rotary_speed,
     draw_rows,
     draw_values,
-    draw_wall,
     is_open,
     limit_values,
     lines_of,
     outcome_handles,
-    shade_hysteresis,
     shade_severity,
 )
 from nsdrill.plot.registry import (
@@ -49,20 +44,15 @@ from nsdrill.plot.registry import (
     needs_returns,
 )
 from nsdrill.plot.slices import Line, lay_along, robust_limits
-from nsdrill.plot.slices import line as line_of
 from nsdrill.plot.style import (
     BLACK,
     BLUE,
     DIRECTION_COLOURS,
     GREEN,
     GREY,
-    MANY_MARKERS,
     MOTIONS,
     ORANGE,
     REFERENCE,
-    RESPONSES,
-    SHADE,
-    SHADE_EDGE,
     SKY,
     VERMILLION,
     WINE,
@@ -70,48 +60,6 @@ from nsdrill.plot.style import (
     page_width,
 )
 from nsdrill.variables import MODEL, OK, PERIODIC, POINT
-
-MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
-BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
-
-
-def draw_bifurcation(results: Results, units: str = "si") -> Figure:
-    panels = {panel.peaks: panel for panel in drawn_in(results.attrs).panels}
-    page = Columns(results, units, list(panels), TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3)
-    shaded = steady = 0
-    rasterise = sum(int(np.isfinite(results[name]).sum()) for name in panels) > MANY_MARKERS
-    for line, name, axes in page.each():
-        shaded += shade_hysteresis(axes, line)
-        codes, peaks, greatest = line.outcome, line[name], line[panels[name].greatest]
-        draw_dots(axes, line, name, codes, RESPONSES, with_greatest(peaks, greatest), rasterise=rasterise)
-        constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
-        draw_dots(axes, line, panels[name].greatest, codes, RESPONSES, constant, marker="_")
-        steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (codes >= 0)))
-    by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
-    handles = outcome_handles(page.lines, markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
-    if shaded:
-        words = f"{both_ways(results.attrs)} differ in response"
-        handles.append(area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=words))
-    if steady:
-        handles.append(marker_entry("no peaks: greatest value", "_", size=5, edge=1.0))
-    handles += draw_rotary_speed(page.lines, by_mode.get("torsional", []))
-    return page.finish([*handles, *draw_wall(results.attrs, by_mode.get("lateral", []), units)])
-
-
-def with_greatest(peaks: Array, greatest: Array) -> Array:
-    """The ``peaks`` [..., peak] with the greatest value of each point, NaN where they
-    have it nearly already: the last peaks of a bit that sticks may all be ripples on
-    its rest, and leave out the slip."""
-    highest = np.max(peaks, axis=-1, initial=-np.inf, where=np.isfinite(peaks))
-    missed = np.isfinite(highest) & (greatest > MISSED * np.maximum(highest, 0.0))
-    return np.concatenate((peaks, np.where(missed, greatest, np.nan)[..., None]), axis=-1)
-
-
-def _bifurcation_advice(data: object) -> str:
-    if isinstance(data, Results) and drawn_in(data.attrs).peaks[0] not in data.variables:
-        return "no peaks were recorded: run with record.peaks"
-    return needs_one_axis(data)
-
 
 # colours and markers of curves, one curve for each word
 WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
@@ -148,10 +96,9 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
     axis = longest(results)
     (word_axis,) = (other for other in results.swept if other != axis)
     y, words, lines = quantity(name, units), quantity(word_axis, units), []
-    figure = new_figure(page_width(), 3.2)
-    axes = figure.add_subplot()
+    figure, axes = single_panel(page_width(), 3.2)
     for number, value in enumerate(results.coords[word_axis]):
-        lines.append(line_of(results, axis, units, **{word_axis: number}))
+        lines.append(Line.along(results, axis, units, **{word_axis: number}))
         word, colour = words.value(value), WORD_COLOURS[number % len(WORD_COLOURS)]
         style = {
             "color": colour,
@@ -163,8 +110,7 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
         }
         draw_values(axes, lines[-1], name, style)
     lay_along(axes, results, axis, units)
-    axes.set_ylabel(y.label)
-    name_panel(axes, name, name)
+    name_panel(axes, name, name, y.label)
     limit_values([axes] * len(lines), lines, name)
     shade_severity(axes, results.attrs, name, units, with_names=True)
     return finish(figure, sweep_title(results, units), axes.get_legend_handles_labels()[0], 4)
@@ -248,11 +194,8 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
             axes.set_ylabel(MOTION_LABELS.get(name, "Motion"))
     if panels := page.panels("lyapunov_exponent"):
         _scale_exponents(panels[0], lines)
-    kinds = [
-        area_entry(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present
-    ]
     directions = direction_entries(lines[0].procedures, results.attrs) if names else []
-    return page.finish([*kinds, *directions, *outcome_handles(lines, markers=False)])
+    return page.finish([*style_areas(MOTIONS, sorted(present)), *directions, *outcome_handles(lines, markers=False)])
 
 
 def _scale_exponents(axes: Axes, lines: Sequence[Line]) -> None:
@@ -307,16 +250,6 @@ def _uses_kind(name: str, model: Description) -> tuple[str, ...]:
 
 
 KINDS = (
-    Kind(
-        "bifurcation",
-        "peaks of the three motions along one axis, coloured by response, hysteresis shaded",
-        of=LINE,
-        place=lambda data: 30 if fits_columns(data) and drawn_in(data.attrs).peaks[0] in data.variables else None,
-        draw=draw_bifurcation,
-        uses=lambda model: (*model.drawn.peaks, *(panel.greatest for panel in model.drawn.panels)),
-        across=longest,
-        advice=_bifurcation_advice,
-    ),
     Kind(
         "value",
         "measured values along one axis; or one of them, also as a map: panel NAME",

@@ -1,49 +1,35 @@
-"""A trajectory: its histories, its phase planes; both on one page with its path; and of a
-ramp in time the bifurcation diagram, local maxima against the operating value that was
-moved.
+"""A trajectory: its histories, its phase planes, the path of the collar centre; and all
+on one page.
 
 Where the lines of a long run would merge into a solid block, its last seconds are
 shown; where the user asks for all of it, each history is a band from its least to its
-greatest sample, with its mean in it. Markers of a ramp are filled where it rose, open
-where it fell, and small and grey where it was held; the peaks of a quasi-static sweep can
-be drawn below for comparison."""
+greatest sample, with its mean in it."""
 
 from __future__ import annotations
 
 from typing import Any, cast
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.markers import MarkerStyle
+from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Affine2D
 
-from nsdrill.data import Array, Results, Trace, resolved_study
-from nsdrill.errors import InputError, option
+from nsdrill.data import Array, Trace, frozen_modes, resolved_study
 from nsdrill.models.operation import SCHEDULED
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.kinds.hole import draw_orbit, has_orbit
-from nsdrill.plot.labels import heading, operating_point, quantity, way_word
+from nsdrill.plot.kinds.hole import ORBIT_REVOLUTIONS, cross_section, draw_circle, has_orbit, square_page
+from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import BESIDE, between
-from nsdrill.plot.page import (
-    finish,
-    line_entry,
-    name_panel,
-    new_figure,
-    panels_per_row,
-    put_title,
-    set_panel_title,
-    stack,
-    tiles,
-    write,
-)
-from nsdrill.plot.panels import BINS, WALL_VISIBLE_FROM, draw_wall
-from nsdrill.plot.registry import RAMP, TRACE, Kind
-from nsdrill.plot.slices import line, ordered
+from nsdrill.plot.page import name_panel, new_figure, panels_per_row, put_title, set_panel_title, stack, tiles, write
+from nsdrill.plot.panels import BINS, WALL_VISIBLE_FROM
+from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.style import (
+    BLACK,
     BLUE,
     DASHED,
-    GREY,
     MANY_MARKERS,
     REFERENCE,
     SKY,
@@ -53,24 +39,23 @@ from nsdrill.plot.style import (
     page_width,
 )
 from nsdrill.plot.traces import (
-    HISTORY_HEIGHT,
+    CONSTANT_TOLERANCE,
+    LAST_SAMPLES,
     binned_statistics,
     check_length,
     count_upcrossings,
     envelope,
-    extra_height,
     is_chosen,
     moving_values,
-    operating_point_text,
     planes_of,
-    rate_text,
     setpoint,
     shown_part,
     title_of,
     varies,
 )
-from nsdrill.variables import AXES, OK
 
+HISTORY_HEIGHT = 1.2  # inches
+SCHEDULE_HEIGHT = 0.7  # inches, for each value that moves
 SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
 LAST_SECONDS = 20.0  # of a run whose histories would be bands
 BAND_BINS = 100  # bins of a band per inch
@@ -80,10 +65,17 @@ PANEL_MARGINS = 1.1  # inches of axis and margin beside a panel
 
 def draw_histories_page(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    figure = new_figure(page_width(), 7.2 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace)))
+    figure = new_figure(page_width(), 7.2 + extra_height(trace))
     draw_histories(figure, trace, units)
     put_title(figure, title_of(trace, units))
     return figure
+
+
+def extra_height(trace: Trace) -> float:
+    """The height [inches] that the histories need beyond those of six motions at one
+    operating point."""
+    left_out = 6 - len(drawn_in(trace.attrs).histories) + len(constant_histories(trace))
+    return SCHEDULE_HEIGHT * len(moving_values(trace)) - HISTORY_HEIGHT * left_out
 
 
 def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None:
@@ -110,8 +102,7 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
         else:
             kept_time, kept_values = envelope(trace.time, values, BINS)
             axes.plot(kept_time / time.scale, kept_values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
-        axes.set_ylabel(shown_value.label)
-        name_panel(axes, name, name)
+        name_panel(axes, name, name, shown_value.label)
         axes.margins(x=0)
         if name.endswith("_force") and (after_start := greatest_after_start(values)) is not None:
             axes.set_ylim(top=after_start * 1.06)
@@ -231,8 +222,8 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
         x, y = quantity(across, units), quantity(up, units)
         path = trace[across][part] / x.scale, trace[up][part] / y.scale
         axes.plot(*path, color=BLUE, linewidth=0.35, rasterized=rasterised, gid=f"phase:{across}")
-        axes.set(xlabel=x.label, ylabel=y.label)
-        name_panel(axes, f"phase_{across}", up)
+        axes.set_xlabel(x.label)
+        name_panel(axes, f"phase_{across}", up, y.label)
         if part_text:
             set_panel_title(axes, part_text)
         axes.xaxis.set_major_locator(MaxNLocator(PLANE_TICKS, steps=(1, 2, 2.5, 5, 10)))
@@ -240,6 +231,95 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
             low, high = axes.get_xlim()
             if low < float(gap) / x.scale < high:
                 axes.axvline(float(gap) / x.scale, gid="wall", **DASHED)
+
+
+STEP = 2  # samples between which the direction is taken
+MAX_STEP = 0.1  # of the gap: samples farther apart are joined by a curve
+SUBDIVISIONS = 8  # of such a curve between two samples
+# an arrowhead pointing up
+ARROW = Path([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)], closed=True)
+ARROW_SAMPLES = 300  # samples before the end over which arrowheads show the direction
+ARROWS, ARROW_DISTANCE = 2, 0.12  # most arrowheads, and their least distance as a part of the greatest radius
+
+
+def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
+    figure, axes = square_page(trace, units, 0.5)
+    draw_orbit(axes, trace, units)
+    return figure
+
+
+def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
+    """Draw the path of the collar centre in the cross-section of the hole, in a
+    different colour where the collar is on the wall."""
+    part, part_text = shown_part(trace, ORBIT_REVOLUTIONS)
+    across, up = quantity("x", units), quantity("y", units)
+    gap = trace.attrs.get("gap")
+    x, y, force = smoothed_path(trace, part, None if gap is None else float(gap))
+    x, y, on_wall = x / across.scale, y / up.scale, force > 0
+    rasterised = len(x) > MANY_MARKERS
+    axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=rasterised, gid="orbit")
+    if on_wall.any():
+        path = np.where(on_wall, (x, y), np.nan)
+        axes.plot(*path, color=VERMILLION, linewidth=0.7, rasterized=rasterised, gid="orbit:wall")
+    extent, wall_text = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
+    if gap is not None:
+        wall = float(gap) / across.scale
+        draw_circle(axes, wall, zorder=1.5, gid="wall")
+        if WALL_VISIBLE_FROM * wall <= extent or extent <= CONSTANT_TOLERANCE * wall:
+            extent = max(extent, wall)
+        else:
+            wall_text = f"wall at {wall:.4g} {across.unit}"
+    cross_section(axes, (1.2 if wall_text else 1.06) * (extent or 1.0), across.label, up.label, gid="axis")
+    draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * extent)
+    name_panel(axes, "orbit", "y")
+    notes = [part_text or "orbit", "orange: on the wall" if on_wall.any() else "", wall_text, "dot: the end"]
+    set_panel_title(axes, "; ".join(filter(None, notes)))
+
+
+def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, Array]:
+    """The path x, y [m] with the wall force [N]. Samples that are far apart for the
+    ``gap`` [m] are joined by the cubic with the velocities at both (Hermite), so that a
+    revolution along the wall is not drawn as a polygon."""
+    time, x, y, force = (trace[name][part] for name in ("time", "x", "y", "wall_force"))
+    if gap is None or len(x) < 2 or not {"vx", "vy"} <= trace.variables.keys() or len(x) * SUBDIVISIONS > LAST_SAMPLES:
+        return x, y, force
+    if not np.isfinite(x + y).all() or np.max(np.hypot(np.diff(x), np.diff(y))) <= MAX_STEP * gap:
+        return x, y, force
+    from scipy.interpolate import CubicHermiteSpline
+
+    fractions = np.linspace(0.0, 1.0, SUBDIVISIONS, endpoint=False)
+    fine_time = np.append((time[:-1, None] + fractions * np.diff(time)[:, None]).ravel(), time[-1])
+    # between two samples on the wall the path is on the wall
+    force_between = np.minimum(force[:-1], force[1:])
+    fine_force = np.where(fractions == 0.0, force[:-1, None], force_between[:, None]).ravel()
+    curves = [CubicHermiteSpline(time, trace[name][part], trace[f"v{name}"][part])(fine_time) for name in ("x", "y")]
+    return curves[0], curves[1], np.append(fine_force, force[-1])
+
+
+def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
+    """Draw a dot at the end of a path, and along its last part arrowheads that point
+    forward in time, none of them on another one or on the dot. A path that reaches less
+    far than ``min_extent`` has no arrowheads, which would cover it."""
+    finite = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if len(finite) < STEP + 1:
+        return
+    end = finite[-1]
+    style: Properties = {"color": BLACK, "linestyle": "none", "zorder": 4}
+    axes.plot([x[end]], [y[end]], marker="o", markersize=3, gid="end", **style)
+    reach = np.hypot(x[finite], y[finite]).max()
+    if reach < min_extent:
+        return
+    taken, samples = [end], min(len(finite) - STEP, ARROW_SAMPLES)
+    # the thirds of the last part first, and those between where an arrow is there already
+    for before in dict.fromkeys(max(STEP, int(part * samples / 12)) for part in (4, 8, 6, 10, 2, 5, 7, 9, 11, 3, 1)):
+        place = end - before
+        step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
+        is_clear = np.hypot(x[taken] - x[place], y[taken] - y[place]).min() > ARROW_DISTANCE * reach
+        if len(taken) <= ARROWS and is_clear and np.hypot(*step) > 0.0:
+            taken.append(place)
+            arrow = MarkerStyle(ARROW, transform=Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi))
+            place_of_arrow = [x[place]], [y[place]]
+            axes.plot(*place_of_arrow, marker=arrow, markersize=9, markeredgewidth=0.0, gid="direction", **style)
 
 
 PLANE_HEIGHT, MAX_PLANE_HEIGHT = 1.6, 2.4  # inches, with labels
@@ -251,8 +331,7 @@ def draw_page(trace: Trace, units: str = "si") -> Figure:
     planes, shows_orbit = len(planes_of(trace)), has_orbit(trace)
     heights = [*[1.55] * shows_orbit, *[1.0] * planes]
     below = 0.0
-    height = 8.6 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace))
-    height = max(height, 0.7 + sum(heights) * PLANE_HEIGHT)
+    height = max(8.6 + extra_height(trace), 0.7 + sum(heights) * PLANE_HEIGHT)
     if page_width() >= TWO_COLUMNS_FROM:
         figure = new_figure(page_width(), height)
         left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
@@ -272,123 +351,20 @@ def draw_page(trace: Trace, units: str = "si") -> Figure:
     return figure
 
 
-SWEEP_COLOUR = "#D9D9D9"  # of the sweep below, paler than the peaks of the ramp
-
-
-def draw_ramp(trace: Trace, units: str = "si", over: Results | None = None) -> Figure:
-    axis, shown = moving_values(trace)[0], drawn_in(trace.attrs).panels
-    x, values = quantity(axis, units), setpoint(trace, axis)
-    figure = new_figure(page_width(), 1.2 + 1.7 * len(shown))
-    panels = stack(figure, len(shown))
-    direction = np.sign(np.diff(values, append=values[-1]))
-    direction[-1] = direction[-2]
-    handles = draw_sweep(panels, over, trace, axis, units) if over is not None else []
-    peaks = [local_maxima(trace.time, trace[panel.trace]) for panel in shown]
-    rasterise = sum(len(times) for times, _ in peaks) > MANY_MARKERS
-    signs_shown = set()
-    for axes, panel, (times, heights) in zip(panels, shown, peaks, strict=True):
-        y = quantity(panel.peaks, units)
-        sign_of_peak = direction[np.clip(np.searchsorted(trace.time, times), 0, len(values) - 1)]
-        across = np.interp(times, trace.time, values) / x.scale
-        for sign, style in STYLES.items():
-            here, gid = sign_of_peak == sign, f"{panel.trace}:{style['label']}"
-            if here.any():
-                signs_shown.add(sign)
-                points = across[here], heights[here] / y.scale
-                axes.plot(*points, linestyle="none", rasterized=rasterise, gid=gid, **style)
-        axes.set_ylabel(y.label)
-        name_panel(axes, panel.peaks, panel.peaks)
-    styles = [STYLES[sign] | {"markersize": 3.5} for sign in (1, -1, 0) if sign in signs_shown]
-    handles += [line_entry(linestyle="none", **style) for style in styles]
-    by_mode = {panel.mode: [axes] for panel, axes in zip(shown, panels, strict=True)}
-    handles += _draw_speed_of_ramp(by_mode.get("torsional", []), trace, axis, units)
-    handles += draw_wall(trace.attrs, by_mode.get("lateral", []), units)
-    margin = 0.03 * float(np.ptp(values))
-    panels[-1].set_xlim((values.min() - margin) / x.scale, (values.max() + margin) / x.scale)
-    panels[-1].set_xlabel(x.label)
-    figure.align_ylabels(panels)
-    point = "; ".join(filter(None, (operating_point_text(trace, units), rate_text(trace, axis, units))))
-    return finish(figure, heading(trace.attrs, point), handles, 4)
-
-
-STYLES: dict[int, Properties] = {
-    0: {"label": "held", "color": REFERENCE, "marker": ".", "markersize": 1.5, "markeredgewidth": 0.0, "zorder": 2.0},
-    1: {"label": "rising", "color": BLUE, "marker": "o", "markersize": 1.6, "markeredgewidth": 0.0, "zorder": 2.1},
-    -1: {
-        "label": "falling",
-        "color": VERMILLION,
-        "marker": "o",
-        "markersize": 2.2,
-        "markeredgewidth": 0.35,
-        "markerfacecolor": "none",
-        "zorder": 2.2,
-    },
-}
-
-
-def local_maxima(time: Array, values: Array) -> tuple[Array, Array]:
-    """Times and heights of the local maxima of equidistant samples, from the parabola
-    through three of them."""
-    previous, current, following = values[:-2], values[1:-1], values[2:]
-    maxima = np.flatnonzero((current > previous) & (current >= following))
-    a, b, c = previous[maxima], current[maxima], following[maxima]
-    # within half a sample, as the middle one is the greatest
-    offset = 0.5 * (a - c) / (a - 2 * b + c)
-    sample_time = time[1] - time[0]
-    return time[maxima + 1] + offset * sample_time, b - 0.25 * (a - c) * offset
-
-
-def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, units: str) -> list[Artist]:
-    """Draw the peaks of a sweep along the same axis, pale; where it has several values
-    of another axis, those at the value of the ramp."""
-    if axis not in results.swept:
-        raise InputError(
-            f"{option('over')}: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep "
-            f"of {axis}, which this trace ramps."
-        )
-    held: dict[str, float] = {}
-    for other in (name for name in AXES if name != axis):
-        axis_values = np.asarray(results.coords[other], dtype=float)
-        target = float(setpoint(trace, other)[0])
-        held[other] = float(axis_values[np.argmin(np.abs(axis_values - target))])
-        if abs(held[other] - target) > 0.01 * abs(target):
-            raise InputError(
-                f"{option('over')}: found a sweep at {operating_point({other: held[other]}, units)}; "
-                f"allowed: one at {operating_point({other: target}, units)}, as this trace."
-            )
-    sweep_line, values_set = line(ordered(results, held), axis, units), setpoint(trace, axis)
-    in_range = (sweep_line["status"] == OK) & (sweep_line.x >= values_set.min()) & (sweep_line.x <= values_set.max())
-    handles: list[Artist] = []
-    for row, procedure in enumerate(sweep_line.procedures):
-        style: Properties = {"color": SWEEP_COLOUR, "marker": "o", "markersize": 3.0, "markeredgewidth": 0.0}
-        if procedure == "down":
-            style = {"color": GREY, "marker": "x", "markersize": 2.2, "markeredgewidth": 0.4}
-        style |= {"linestyle": "none", "zorder": 1.0}
-        for axes, peaks in zip(panels, drawn_in(trace.attrs).peaks, strict=True):
-            heights = np.where(in_range[row][:, None], sweep_line.shown(peaks)[row], np.nan)
-            across, finite = np.broadcast_to(sweep_line.across[:, None], heights.shape), np.isfinite(heights)
-            own: Properties = {"rasterized": heights.size > MANY_MARKERS, "gid": f"sweep:{procedure}:{peaks}"}
-            axes.plot(across[finite], heights[finite], **own, **style)
-        label = "sweep" if procedure == "same" else f"sweep, {way_word(procedure, results.attrs)}"
-        handles.append(line_entry(label=label, **{**style, "markersize": 3.5}))
-    return handles
-
-
-def _draw_speed_of_ramp(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
-    """Draw the rotary speed as a line, unless it moves while another value lies along
-    x."""
-    speed = setpoint(trace, "rotary_speed") / quantity(drawn_in(trace.attrs).speed, units).scale
-    ends, style = np.array([speed.min(), speed.max()]), {**DASHED, "zorder": 3}
-    if not panels or (axis != "rotary_speed" and ends[0] != ends[1]):
-        return []
-    if axis == "rotary_speed":
-        panels[0].plot(ends, ends, gid="rotary speed", **style)
-    else:
-        panels[0].axhline(ends[0], gid="rotary speed", **style)
-    return [line_entry(label="rotary speed", **style)]
-
-
 KINDS = (
+    Kind(
+        "orbit",
+        "path of the collar centre in the hole",
+        of=TRACE,
+        place=lambda data: 82 if isinstance(data, Trace) and has_orbit(data) else None,
+        draw=draw_orbit_page,
+        advice=lambda data: (
+            "the lateral motion is frozen: the collar centre stays in the middle"
+            if isinstance(data, Trace) and "lateral" in frozen_modes(data.attrs)
+            else ""
+        ),
+        part_of="trace",
+    ),
     Kind(
         "histories",
         "the three motions and the contact forces against time",
@@ -412,15 +388,5 @@ KINDS = (
         place=lambda data: 80 if isinstance(data, Trace) else None,
         draw=draw_page,
         across=lambda data: "time",
-    ),
-    Kind(
-        "ramp",
-        "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
-        of=RAMP,
-        place=lambda data: 85 if isinstance(data, Trace) and moving_values(data) else None,
-        draw=draw_ramp,
-        takes=("over",),
-        across=lambda data: moving_values(data)[0],
-        advice=lambda data: "it shows a run along a ramp" if isinstance(data, Trace) else "",
     ),
 )

@@ -8,13 +8,9 @@ confidence."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
@@ -22,14 +18,14 @@ from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabiliti
 from nsdrill.analysis.sensitivity import PART, sensitivity
 from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
 from nsdrill.analysis.window import USUAL_CONFIDENCE
-from nsdrill.data import Array, Results
+from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells
+from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_outline, outline_entry
 from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
-from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title, write
+from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title, single_panel, write
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
 from nsdrill.plot.slices import lay_along, positions, robust_limits
 from nsdrill.plot.style import (
@@ -99,32 +95,9 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
     return finish(figure, title, [outline_entry(label)], 1)
 
 
-def outline_entry(label: str) -> Artist:
-    """The legend entry of an outline."""
-    return line_entry(color="white", linewidth=1.2, path_effects=_outline_effects(), label=label)
-
-
-def _outline_effects() -> list[Any]:
-    return [patheffects.Stroke(linewidth=2.6, foreground=BLACK), patheffects.Normal()]
-
-
-def draw_outline(axes: Axes, cells: Cells, inside: Array) -> None:
-    """Draw the border of the cells that are ``inside`` [y, x], white within black,
-    which is visible on every colour."""
-    (x, y), padded = cells, np.pad(inside, 1)
-    vertical = np.argwhere(padded[1:-1, 1:] != padded[1:-1, :-1])
-    horizontal = np.argwhere(padded[1:, 1:-1] != padded[:-1, 1:-1])
-    borders = [((x[j], y[i]), (x[j], y[i + 1])) for i, j in vertical]
-    borders += [((x[j], y[i]), (x[j + 1], y[i])) for i, j in horizontal]
-    outline = LineCollection(borders, colors="white", linewidths=1.2, capstyle="round", gid="confidence")
-    outline.set(path_effects=_outline_effects(), clip_on=False)
-    axes.add_collection(outline)
-
-
 def _draw_lines(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
     axis = results.swept[0]
-    figure = new_figure(page_width(), 3.2)
-    axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
+    figure, axes = single_panel(page_width(), 3.2)
     x = positions(results, axis) / quantity(axis, units).scale
     handles: list[Artist] = []
     for place, outcome in enumerate(probabilities.outcomes):
@@ -153,8 +126,7 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
 def _draw_points(probabilities: Probabilities, title: str) -> Figure:
     """Draw each outcome of one operating point with its interval."""
     count = len(probabilities.outcomes)
-    figure = new_figure(page_width(5.0), 0.9 + 0.3 * count)
-    axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
+    figure, axes = single_panel(page_width(5.0), 0.9 + 0.3 * count)
     labels = []
     for row, outcome in enumerate(probabilities.outcomes):
         label, colour, marker = _style(outcome)
@@ -206,7 +178,7 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
     return finish(figure, heading(results.attrs, "; ".join(filter(None, parts)), width=80), handles, 3)
 
 
-def _draw_bars(axes: Axes, answer: dict[str, Any], scale: float) -> None:
+def _draw_bars(axes: Axes, answer: Answer, scale: float) -> None:
     """Draw the bars of one answer, and beside each its first-order index, and its total
     index where the samples yield it."""
     rows = [row for row in answer["unknowns"] if None not in (row["low"]["answer"], row["high"]["answer"])]
@@ -249,8 +221,7 @@ def draw_trade_off(results: Results, units: str = "si") -> Figure:
     known = np.isfinite(rate)
     front = pareto_front(np.where(known, rate, -np.inf), probability)
     labelled = front[_spread_out(probability[front], rate[front])] if front.size else front
-    figure = new_figure(page_width(5.5), 4.6)
-    axes = figure.add_subplot()
+    figure, axes = single_panel(page_width(5.5), 4.6)
     bars: Properties = {"linestyle": "none", "ecolor": "#808080", "elinewidth": 0.7, "capsize": 2, "zorder": 2}
     spread = (probability - low)[labelled], (high - probability)[labelled]
     axes.errorbar(probability[labelled], rate[labelled], xerr=spread, gid="interval", **bars)

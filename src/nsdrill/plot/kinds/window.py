@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -20,12 +19,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
-from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes
+from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes, stretches
 from nsdrill.analysis.window import find_window, unknown_words
-from nsdrill.data import Array, Results, evenly_spaced
+from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
-from nsdrill.plot.cells import RATE_OF_PENETRATION, Cells, draw_equal_rates, hatch, line_variables
-from nsdrill.plot.kinds.uncertain import draw_outline, outline_entry
+from nsdrill.plot.cells import (
+    RATE_OF_PENETRATION,
+    Cells,
+    draw_equal_rates,
+    draw_outline,
+    hatch,
+    line_variables,
+    outline_entry,
+)
 from nsdrill.plot.labels import operating_point, sweep_title, way_word
 from nsdrill.plot.look import Look, look
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
@@ -100,9 +106,9 @@ class Window:
         hatch(axes, cells, state == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
         point, most_probable = self.numbers["maps"][number]["recommended"], self._most_probable_in(number)
         if self.maps.y and RATE_OF_PENETRATION in self.maps.yields:
-            rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.shown(self.maps.results.coords)
+            rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
             clear = [self.plane.shown(one) for one in (point, most_probable) if one]
-            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines  # type: ignore[arg-type]
+            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines
         if point:
             self._draw_recommended(axes, point)
         self._name_areas(axes, cells, number, point)
@@ -113,7 +119,7 @@ class Window:
             for colour, size, gid in (("white", 8.0, "halo"), (BLACK, 6.0, "most_probable")):
                 axes.plot([x], [y], color=colour, markersize=size, gid=gid, **style)
 
-    def _draw_recommended(self, axes: Axes, point: dict[str, Any]) -> None:
+    def _draw_recommended(self, axes: Axes, point: Answer) -> None:
         """Draw the recommended point, with bars to the last safe point in each
         direction; hollow where it is a hint."""
         x, y = self.plane.shown(point)
@@ -133,16 +139,16 @@ class Window:
             )
             artists[0].set_gid("recommended" if colour == BLACK else "halo")
 
-    def _most_probable_in(self, number: int) -> dict[str, Any] | None:
+    def _most_probable_in(self, number: int) -> Answer | None:
         """The point that is most probably safe, if no point is safe and it lies in this
         map."""
-        point: dict[str, Any] | None = self.numbers["most_probable"]
+        point: Answer | None = self.numbers["most_probable"]
         if point is None or self.numbers["safe"]:
             return None
         third = self.maps.third
         return point if not third or self.numbers["maps"][number]["at"] == {third: point[third]} else None
 
-    def _name_areas(self, axes: Axes, cells: Cells, number: int, point: dict[str, Any] | None) -> None:
+    def _name_areas(self, axes: Axes, cells: Cells, number: int, point: Answer | None) -> None:
         """The letters, or where there is room the name, of the response of each area;
         with a question mark where the history decides. Small areas have none but where
         they bound the recommended point."""
@@ -176,7 +182,7 @@ class Window:
                         middle = middle[0], 0.82
                     write_name(axes, middle, text, code, value)
 
-    def _beside(self, point: dict[str, Any]) -> set[tuple[int, int]]:
+    def _beside(self, point: Answer) -> set[tuple[int, int]]:
         """The cells (row, column) that bound the recommended point."""
         maps = self.maps
 
@@ -260,10 +266,7 @@ def write_name(axes: Axes, place: tuple[float, float], text: str, code: int, sta
 def _widest(inside: Array) -> tuple[int, int, int]:
     """The row of an area, and the ends of its longest run of cells in it: the longest
     of all, of equal ones the middle one."""
-    runs = []
-    for row in np.flatnonzero(inside.any(axis=1)).tolist():
-        steps = np.flatnonzero(np.diff(np.pad(inside[row].astype(int), 1))).tolist()
-        runs += [(row, begin, end) for begin, end in zip(steps[::2], steps[1::2], strict=True)]
+    runs = [(row, first, last + 1) for row, cells in enumerate(inside) for first, last in stretches(cells)]
     longest_run = max(end - begin for _, begin, end in runs)
     chosen = [run for run in runs if run[2] - run[1] == longest_run]
     return chosen[len(chosen) // 2]
