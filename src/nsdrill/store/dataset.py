@@ -5,7 +5,8 @@ files. xarray is imported here alone, as it takes longer than all that ``show`` 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -108,18 +109,26 @@ def from_dataset(data: Dataset) -> Results | Trace:
         raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
 
 
+@contextmanager
+def _opened(path: str | os.PathLike[str], **options: object) -> Iterator[Dataset]:
+    """The file ``path`` as xarray opens it, with its ``options``; whatever fails is the
+    FileError of a damaged file."""
+    import xarray
+
+    try:
+        yield xarray.open_dataset(path, engine="h5netcdf", **options)
+    except Exception as error:  # of metadata that only xarray reads
+        raise hdf5.damaged(path, reason(error)) from error
+
+
 def open_results(path: str | os.PathLike[str]) -> Dataset:
     """The results file ``path`` as an xarray Dataset that reads its numbers lazily. A
     file of version 1 is read at once, with the dimensions of version 2. FileError if it
     cannot be read."""
-    import xarray
-
     if not read_results(path, ()).attrs["format_version"] > 1:
         return to_dataset(read_results(path))
-    try:
-        return xarray.open_dataset(path, engine="h5netcdf")
-    except Exception as error:  # of metadata that only xarray reads
-        raise hdf5.damaged(path, reason(error)) from error
+    with _opened(path) as data:
+        return data
 
 
 # The file of branches: the points of all branches in one dimension, branch after
@@ -169,15 +178,10 @@ def write_branches(
 def open_branches(path: str | os.PathLike[str]) -> Dataset:
     """The Dataset of the branches in ``path``, in memory; FileError if it cannot be
     read as one."""
-    import xarray
-
     with hdf5.opened(path, KIND) as file:
         attrs = plain_attributes(path, file.attrs)
-    try:
-        with xarray.open_dataset(path, engine="h5netcdf", decode_cf=False) as dataset:
-            data = dataset.load()
-    except Exception as error:  # of metadata that only xarray reads
-        raise hdf5.damaged(path, reason(error)) from error
+    with _opened(path, decode_cf=False) as dataset, dataset:
+        data = dataset.load()
     if lacking := [name for name in _REQUIRED if name not in data]:
         raise FileError(f"{path}: the variable {lacking[0]} is missing. {hdf5.EDITED}")
     sizes = data["row_size"].values
