@@ -29,7 +29,7 @@ from nsdrill.store.layout import (
     to_file,
     variable_attributes,
 )
-from nsdrill.store.points import kept_of
+from nsdrill.store.points import kept_in
 from nsdrill.store.results import read_results
 from nsdrill.variables import FORMAT_VERSION, POINT
 
@@ -47,9 +47,8 @@ def to_dataset(data: Results | Trace) -> Dataset:
         variables = {v.name: (v.dims, data.variables[v.name], variable_attributes(v)) for v in trace_variables(data)}
         coordinates: dict[str, Stored] = {"time": (("time",), data.time, coordinate_attributes("time"))}
         return _dataset(variables, coordinates, root_attributes("trace", data.attrs))
-    model = model_in(data.attrs)
-    kept = kept_of(data.coords, data.more, data.variables, model.name, data.drawn)
-    known = {variable.name: variable for variable in model.variables}
+    kept = kept_in(data)
+    known = {variable.name: variable for variable in model_in(data.attrs).variables}
     lengths = {name: len(data.coords[name]) for name in data.grid}
     attrs = root_attributes("results", data.attrs, data.more, lengths, kept.unknowns)
     order = file_order(lengths, attrs)
