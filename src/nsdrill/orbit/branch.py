@@ -20,7 +20,6 @@ from nsdrill.orbit.special import LabelledPoint
 
 Key = tuple[int, ...]  # of a branch, by where it sets out
 _PARTS = 10  # arrays of one point that are stored
-_NUMBERS = 8  # scalars of one point that are stored
 ENDINGS = {
     "from": "the end of the range",
     "to": "the end of the range",
@@ -157,8 +156,6 @@ def from_arrays(arrays: Mapping[str, Array], descriptions: list[Description]) ->
 
 def _labelled_point(parts: list[Array], words: str) -> LabelledPoint:
     scalars, x, tangent, state, values, multipliers, touches, monodromy, mesh_states, free = parts
-    if len(scalars) != _NUMBERS:
-        raise ValueError(f"{len(scalars)} numbers of a point")
     s, iterations, residual, label, period, rotation, trivial, has_monodromy = map(float, scalars)
     orbit = Orbit(
         state,
