@@ -11,6 +11,7 @@ has a process 1.
 from __future__ import annotations
 
 import errno
+import fcntl
 import io
 import os
 import re
@@ -346,6 +347,4 @@ def _wait_for_lock(fd: int) -> None:
 
 
 def _try_lock(fd: int) -> None:
-    import fcntl  # not on Windows, where finished files can still be read
-
     fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)

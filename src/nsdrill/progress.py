@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -74,18 +74,15 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
 
         console = Console(stderr=True)
         # In a notebook a bar is a widget.
-        if find_spec("ipywidgets") if console.is_jupyter else console.is_terminal:
-            with _bar(console) as update, telling_compiling(console.print) as end:
-                yield lambda counts: _update(update, counts, end)
-        else:
-            with telling_compiling(_print) as end:
-                update = _lines()
-                yield lambda counts: _update(update, counts, end)
+        has_bar = find_spec("ipywidgets") if console.is_jupyter else console.is_terminal
+        shown, say = (_bar(console), console.print) if has_bar else (nullcontext(_lines()), _print)
+        with shown as update, telling_compiling(say) as end:
 
+            def watch(counts: Counts) -> None:
+                end()  # a point is only run when its code is there
+                update(counts)
 
-def _update(update: Watch, counts: Counts, end: Callable[[], None]) -> None:
-    end()  # a point is only run when its code is there
-    update(counts)
+            yield watch
 
 
 def _print(text: str) -> None:
@@ -166,19 +163,18 @@ def _pace(counts: Counts, seconds: float) -> str:
 @contextmanager
 def _bar(console: Console) -> Iterator[Watch]:
     """A bar with points done, rate, time left and failures."""
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
+    from rich import progress as rich
 
     columns = (
-        TextColumn("points"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[pace]}"),
-        TextColumn("{task.fields[failures]}"),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[note]}"),
+        rich.TextColumn("points"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        rich.TextColumn("{task.fields[pace]}"),
+        rich.TextColumn("{task.fields[failures]}"),
+        rich.TimeElapsedColumn(),
+        rich.TextColumn("{task.fields[note]}"),
     )
-    with Bar(*columns, console=console, transient=True) as bar:
+    with rich.Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("points", total=None, pace="starting", failures="", note="")
         clock = _Clock()
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from nsdrill.sweep.refine import Refinement, refine
+from nsdrill.sweep.plan import Refinement, refine
 
 COARSE, DEPTH = 9, 3
 N = (COARSE - 1) * 2**DEPTH + 1

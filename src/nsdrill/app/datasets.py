@@ -18,7 +18,7 @@ from nsdrill.errors import FileError, InputError, NsdrillError, option
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.store import (
     from_dataset,
-    kept_of,
+    kept_in,
     kind_of,
     open_branches,
     part_path,
@@ -109,8 +109,7 @@ def with_missing_features(results: Results) -> Results:
 
 def variables_of(results: Results) -> tuple[Variable, ...]:
     """The variables that a file of these results should have."""
-    model = model_in(results.attrs).name
-    return kept_of(results.coords, results.more, results.variables, model, results.drawn).variables
+    return kept_in(results).variables
 
 
 def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str] | None = ()) -> Results:

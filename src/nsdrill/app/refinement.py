@@ -15,7 +15,7 @@ from nsdrill.data import Array, Attributes
 from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.store.points import Header
 from nsdrill.study.study import Study
-from nsdrill.sweep.refine import Refinement, refine
+from nsdrill.sweep.plan import Refinement, refine
 from nsdrill.sweep.work import Work
 from nsdrill.variables import INFERRED, OK, PENDING
 

@@ -21,8 +21,7 @@ from nsdrill.models.responses import trust_labels
 from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.plan import Plan
-from nsdrill.sweep.refine import Rerun
-from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.sweep.work import Rerun, Work, compiled_parts
 from nsdrill.variables import CHECKS, OK, PENDING, has_failed
 
 Watch = Callable[[Progress], None]

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypedDict
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, END, FAILED
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE
 from nsdrill.data import Array
-from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch
 from nsdrill.orbit.flow import Flow, Task, advance
 from nsdrill.orbit.newton import Point
 from nsdrill.orbit.periodic import Cycle, Periodic
@@ -21,7 +20,6 @@ from nsdrill.orbit.special import LabelledPoint
 
 Key = tuple[int, ...]  # of a branch, by where it sets out
 _PARTS = 10  # arrays of one point that are stored
-_NUMBERS = 8  # scalars of one point that are stored
 ENDINGS = {
     "from": "the end of the range",
     "to": "the end of the range",
@@ -64,29 +62,6 @@ class Branch:
 
     def __len__(self) -> int:
         return len(self.marked)
-
-
-def assembled(
-    motion: str,
-    lobes: int,
-    seed: LabelledPoint,
-    backward: HalfBranch | None,
-    forward: HalfBranch,
-    parent: int = -1,
-    parent_point: int = -1,
-) -> Branch:
-    """A branch from its seed and the halves on both sides; without ``backward`` it
-    begins at the seed."""
-    before = [] if backward is None else backward.points[::-1]
-    offset = before[0].point.s if before else 0.0
-    marked = [replace(entry, point=replace(entry.point, s=offset - entry.point.s)) for entry in before]
-    marked += [replace(seed, point=replace(seed.point, s=offset)), *forward.shifted(offset).points]
-    ended = ("seed" if backward is None else backward.ended, forward.ended)
-    for index, reason in ((0, ended[0]), (-1, ended[1])):
-        if marked[index].label == 0 and reason not in ("closed", "seed"):
-            label = FAILED if reason.startswith(NO_CONVERGENCE) else END
-            marked[index] = replace(marked[index], label=label)
-    return Branch(motion, lobes, marked, ended, parent, parent_point)
 
 
 class Description(TypedDict):
@@ -181,8 +156,6 @@ def from_arrays(arrays: Mapping[str, Array], descriptions: list[Description]) ->
 
 def _labelled_point(parts: list[Array], words: str) -> LabelledPoint:
     scalars, x, tangent, state, values, multipliers, touches, monodromy, mesh_states, free = parts
-    if len(scalars) != _NUMBERS:
-        raise ValueError(f"{len(scalars)} numbers of a point")
     s, iterations, residual, label, period, rotation, trivial, has_monodromy = map(float, scalars)
     orbit = Orbit(
         state,

@@ -17,10 +17,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import BRANCH, CYCLE, DOUBLING, EQUILIBRIUM, HOPF, PERIODIC
+from nsdrill.analysis.bifurcations import BRANCH, CYCLE, DOUBLING, END, EQUILIBRIUM, FAILED, HOPF, PERIODIC
 from nsdrill.data import Array
-from nsdrill.orbit.arclength import HalfBranch
-from nsdrill.orbit.branch import Branch, Key, assembled
+from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch
+from nsdrill.orbit.branch import Branch, Key
 from nsdrill.orbit.flow import Flow, Task, advance, gather
 from nsdrill.orbit.newton import Point, Problem, corrected
 from nsdrill.orbit.periodic import SEGMENTS, Cycle, Periodic, segment_starts
@@ -184,16 +184,23 @@ def _sides(candidate: Candidate) -> dict[int, Side]:
 
 
 def _branch(candidate: Candidate, forward: HalfBranch, backward: HalfBranch | None) -> Branch:
-    """The branch of a candidate from its sides."""
-    is_closed = forward.ended == "closed"
-    if is_closed:
+    """The branch of a candidate from its sides; with one side it begins at the seed."""
+    if forward.ended == "closed":
         backward = None
     elif candidate.other is not None and backward is not None:
         points = [LabelledPoint(candidate.other), *backward.points]
         backward = HalfBranch(points, backward.ended).shifted(BETWEEN_SIDES)
-    seed, parents = LabelledPoint(candidate.point), (candidate.parent, candidate.parent_point)
-    branch = assembled(*candidate.kind, seed, backward, forward, *parents)
-    return replace(branch, ended=("closed", "closed")) if is_closed else branch
+    before = [] if backward is None else backward.points[::-1]
+    offset = before[0].point.s if before else 0.0
+    marked = [replace(entry, point=replace(entry.point, s=offset - entry.point.s)) for entry in before]
+    marked += [LabelledPoint(replace(candidate.point, s=offset)), *forward.shifted(offset).points]
+    begins = "seed" if backward is None else backward.ended
+    ended = ("closed" if forward.ended == "closed" else begins, forward.ended)
+    for index, reason in ((0, ended[0]), (-1, ended[1])):
+        if marked[index].label == 0 and reason not in ("closed", "seed"):
+            label = FAILED if reason.startswith(NO_CONVERGENCE) else END
+            marked[index] = replace(marked[index], label=label)
+    return Branch(*candidate.kind, marked, ended, candidate.parent, candidate.parent_point)
 
 
 # Branch switching: the first point of a branch that emanates from a period doubling, a

@@ -198,13 +198,12 @@ def sign_of_determinant(matrix: Array) -> float:
 
 
 def _factors(matrix: Array) -> SuperLU:
-    from scipy.sparse import csc_matrix
-    from scipy.sparse.linalg import splu
+    from scipy.sparse import csc_matrix, linalg
 
     if not np.isfinite(matrix).all():
         raise np.linalg.LinAlgError("Not finite")
     try:
-        return splu(csc_matrix(matrix))
+        return linalg.splu(csc_matrix(matrix))
     except RuntimeError as error:  # exactly singular
         raise np.linalg.LinAlgError(str(error)) from None
 

@@ -133,7 +133,7 @@ class Points:
             if values.shape != coords["sample"].shape:
                 raise FileError(f"{where}: {name} has {values.size} values, and not one of each sample. {remedy}")
             samples[Unknown(**vars(_axis(where, arrays, name, remedy)))] = values
-        kept = kept_of(coords, axes, arrays, model.name, samples)
+        kept = kept_of(coords, axes, arrays, model, samples)
         return cls(where, arrays, attrs, coords, kept, samples, remedy)
 
     @property

@@ -5,7 +5,8 @@ files. xarray is imported here alone, as it takes longer than all that ``show`` 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,7 +29,7 @@ from nsdrill.store.layout import (
     to_file,
     variable_attributes,
 )
-from nsdrill.store.points import kept_of
+from nsdrill.store.points import kept_in
 from nsdrill.store.results import read_results
 from nsdrill.variables import FORMAT_VERSION, POINT
 
@@ -46,9 +47,8 @@ def to_dataset(data: Results | Trace) -> Dataset:
         variables = {v.name: (v.dims, data.variables[v.name], variable_attributes(v)) for v in trace_variables(data)}
         coordinates: dict[str, Stored] = {"time": (("time",), data.time, coordinate_attributes("time"))}
         return _dataset(variables, coordinates, root_attributes("trace", data.attrs))
-    model = model_in(data.attrs)
-    kept = kept_of(data.coords, data.more, data.variables, model.name, data.drawn)
-    known = {variable.name: variable for variable in model.variables}
+    kept = kept_in(data)
+    known = {variable.name: variable for variable in model_in(data.attrs).variables}
     lengths = {name: len(data.coords[name]) for name in data.grid}
     attrs = root_attributes("results", data.attrs, data.more, lengths, kept.unknowns)
     order = file_order(lengths, attrs)
@@ -108,18 +108,26 @@ def from_dataset(data: Dataset) -> Results | Trace:
         raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
 
 
+@contextmanager
+def _opened(path: str | os.PathLike[str], **options: object) -> Iterator[Dataset]:
+    """The file ``path`` as xarray opens it, with its ``options``; whatever fails is the
+    FileError of a damaged file."""
+    import xarray
+
+    try:
+        yield xarray.open_dataset(path, engine="h5netcdf", **options)
+    except Exception as error:  # of metadata that only xarray reads
+        raise hdf5.damaged(path, reason(error)) from error
+
+
 def open_results(path: str | os.PathLike[str]) -> Dataset:
     """The results file ``path`` as an xarray Dataset that reads its numbers lazily. A
     file of version 1 is read at once, with the dimensions of version 2. FileError if it
     cannot be read."""
-    import xarray
-
     if not read_results(path, ()).attrs["format_version"] > 1:
         return to_dataset(read_results(path))
-    try:
-        return xarray.open_dataset(path, engine="h5netcdf")
-    except Exception as error:  # of metadata that only xarray reads
-        raise hdf5.damaged(path, reason(error)) from error
+    with _opened(path) as data:
+        return data
 
 
 # The file of branches: the points of all branches in one dimension, branch after
@@ -169,15 +177,10 @@ def write_branches(
 def open_branches(path: str | os.PathLike[str]) -> Dataset:
     """The Dataset of the branches in ``path``, in memory; FileError if it cannot be
     read as one."""
-    import xarray
-
     with hdf5.opened(path, KIND) as file:
         attrs = plain_attributes(path, file.attrs)
-    try:
-        with xarray.open_dataset(path, engine="h5netcdf", decode_cf=False) as dataset:
-            data = dataset.load()
-    except Exception as error:  # of metadata that only xarray reads
-        raise hdf5.damaged(path, reason(error)) from error
+    with _opened(path, decode_cf=False) as dataset, dataset:
+        data = dataset.load()
     if lacking := [name for name in _REQUIRED if name not in data]:
         raise FileError(f"{path}: the variable {lacking[0]} is missing. {hdf5.EDITED}")
     sizes = data["row_size"].values

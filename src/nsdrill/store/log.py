@@ -88,27 +88,22 @@ class RunLog(Sink):
             log.path = path
             sync_folder(path.parent)
             return log
-        except FileExistsError as error:
-            assert temporary is not None
-            temporary.remove()
-            # raises the FileError of a log that another process is writing, or of a
-            # file that is not a run log
-            cls.open(path).close()
-            raise FileError(
-                f"{path}: an unfinished run is already there. Go on with it by "
-                f"{option('resume')}, or start anew by {option('overwrite')}."
-            ) from error
-        except OSError as error:
+        except BaseException as error:
             if temporary is not None:
                 temporary.remove()
-            raise NsdrillError(
-                f"{path}: the run log could not be made: {reason(error)}. Nothing has run. Make "
-                f"room or choose "
-                f"another folder with {option('path')}."
-            ) from error
-        except BaseException:
-            if temporary is not None:
-                temporary.remove()
+            if isinstance(error, FileExistsError):
+                # raises the FileError of a log that another process is writing, or of a
+                # file that is not a run log
+                cls.open(path).close()
+                raise FileError(
+                    f"{path}: an unfinished run is already there. Go on with it by "
+                    f"{option('resume')}, or start anew by {option('overwrite')}."
+                ) from error
+            if isinstance(error, OSError):
+                raise NsdrillError(
+                    f"{path}: the run log could not be made: {reason(error)}. Nothing has run. Make room or choose "
+                    f"another folder with {option('path')}."
+                ) from error
             raise
 
     @classmethod

@@ -18,24 +18,27 @@ from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes, Results
 from nsdrill.errors import FileError
+from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
-from nsdrill.models.registry import described, model_in
+from nsdrill.models.registry import model_in
 from nsdrill.variables import PENDING, POINT, Axis, Unknown
+
+_BLOCK_BYTES = 4 << 20  # of the points in memory at once
+_BLOCK_POINTS = 4096
 
 
 def kept_of(
     coords: Mapping[str, Array],
     axes: tuple[Axis, ...],
     names: Container[str],
-    model: str,
+    model: Description,
     unknowns: Iterable[Unknown] = (),
 ) -> Kept:
-    """What results keep of each point: those of the ``model`` of this name, with these
+    """What results keep of each point: those of the ``model``, with these
     ``coords``, further ``axes``, ``names`` of variables and ``unknowns``."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     states = tuple(coords["state"].tolist())
-    description = described(model)
-    optional = (v for v in (*description.features, *description.derived) if v.only and v.only not in states)
+    optional = (v for v in (*model.features, *model.derived) if v.only and v.only not in states)
     options = dict.fromkeys(v.only for v in optional if v.only and v.name in names)
     return Kept(
         peaks,
@@ -45,7 +48,7 @@ def kept_of(
         verify="trusted" in names,
         axes=axes,
         states=states,
-        model=model,
+        model=model.name,
         options=tuple(options),
         samples=len(coords.get("sample", ())),
         unknowns=tuple(unknowns),
@@ -53,8 +56,9 @@ def kept_of(
     )
 
 
-_BLOCK_BYTES = 4 << 20
-_BLOCK_POINTS = 4096
+def kept_in(results: Results) -> Kept:
+    """What ``results`` in memory keep of each point."""
+    return kept_of(results.coords, results.more, results.variables, model_in(results.attrs), results.drawn)
 
 
 def record_dtype(kept: Kept) -> np.dtype:
@@ -216,7 +220,7 @@ class MemoryLog(Sink):
     def of(cls, results: Results) -> Self:
         """All points of ``results``, for :func:`nsdrill.store.write_results`. FileError
         where variables are missing."""
-        kept = kept_of(results.coords, results.more, results.variables, model_in(results.attrs).name, results.drawn)
+        kept = kept_in(results)
         if odd := sorted({variable.name for variable in kept.variables} ^ set(results.variables)):
             raise FileError(
                 f"these results are a part of a file only: {', '.join(odd)} missing, or without what goes "

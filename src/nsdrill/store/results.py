@@ -6,16 +6,15 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Literal, TypeVar
+from typing import Literal
 
 import numpy as np
 from h5py import File
 
 from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import FileError
-from nsdrill.models.kept import Kept
 from nsdrill.models.registry import BY_NAME
 from nsdrill.store import hdf5
 from nsdrill.store.arrays import PathLike, Points, check_axes, trace_in, trace_variables
@@ -33,9 +32,6 @@ from nsdrill.store.log_format import MAGIC
 from nsdrill.store.points import Source, columns, grid_shape, pending_records, points_in_block, record_dtype
 from nsdrill.variables import FORMAT_VERSION, INFERRED, PENDING, POINT, Unknown, Variable
 
-T = TypeVar("T")
-
-
 _CHUNK = 65536  # samples: 512 KiB of one variable
 
 
@@ -51,6 +47,8 @@ def write_results(path: str | os.PathLike[str], log: Source) -> None:
     root = root_attributes("results", log.header["attrs"], kept.axes, lengths, kept.unknowns)
     order, shape = file_order(lengths, root), grid_shape(log.header, kept)
     block, kind = block_shape(shape, points_in_block(kept)), record_dtype(kept)
+    axes = [kept.grid.index(name) for name in order]
+    chunk = tuple(block[axis] for axis in axes)
     stored = stored_coordinates(coords, order, kept, unknown_samples(log))
     others = [*(name for name in kept.grid if name not in order), *(unknown.name for unknown in kept.unknowns)]
     with hdf5.writing(path, recovery_text) as file:
@@ -58,21 +56,14 @@ def write_results(path: str | os.PathLike[str], log: Source) -> None:
         for name, (dims, values, attributes) in stored.items():
             hdf5.add_array(file, name, dims, values, attributes)
         datasets = {
-            v.name: hdf5.add_variable(
-                file, v, (*order, *v.dims[len(POINT) :]), _in_order(block, kept, order) + kind[v.name].shape, others
-            )
+            v.name: hdf5.add_variable(file, v, (*order, *v.dims[len(POINT) :]), chunk + kind[v.name].shape, others)
             for v in kept.variables
         }
         for place, start, stop in blocks(shape, block):
             records, here = log.read(start, stop), tuple(s.stop - s.start for s in place)
             for name, dataset in datasets.items():
                 values = records[name].reshape(*here, *kind[name].shape)
-                dataset[_in_order(place, kept, order)] = to_file(values, kept.grid, order)
-
-
-def _in_order(place: Sequence[T], kept: Kept, order: Sequence[str]) -> tuple[T, ...]:
-    """What ``place`` has for each dimension of the grid, for those of a file."""
-    return tuple(place[kept.grid.index(name)] for name in order)
+                dataset[tuple(place[axis] for axis in axes)] = to_file(values, kept.grid, order)
 
 
 def coordinates(log: Source) -> dict[str, Array]:

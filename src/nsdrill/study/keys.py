@@ -277,29 +277,15 @@ MODEL_LEAF = Leaf("model", "choice", MODEL, choices=NAMES, meaning=MEANINGS["mod
 UNITS_LEAF = Leaf("units", "choice", "si", choices=("si", "field"), meaning=MEANINGS["units"])
 
 
-def leaves(cls: type, prefix: str, meanings: Mapping[str, str], model: Description) -> Iterator[Leaf]:
-    """The leaves of a dataclass tree, in the order of the file."""
+def entries(cls: type, prefix: str) -> Iterator[tuple[str, Field[Value], type]]:
+    """The keys of a dataclass tree in the order of the file, each with its field and the
+    type of its value: a group, which is a dataclass, before what is in it."""
     hints = typing.get_type_hints(cls)
     for item in in_file_order(cls):
-        kind = hints[item.name]
-        key = f"{prefix}.{item.name}"
-        if key == SLICE:
-            continue
+        key, kind = f"{prefix}.{item.name}", hints[item.name]
+        yield key, item, kind
         if is_dataclass(kind) and isinstance(kind, type):
-            yield from leaves(kind, key, meanings, model)
-        else:
-            yield leaf(key, item, kind, meanings.get(key, ""), model)
-
-
-def groups(cls: type, prefix: str) -> Iterator[tuple[str, str]]:
-    """The groups of keys in a dataclass tree, each with its meaning where its field has
-    one."""
-    hints = typing.get_type_hints(cls)
-    for item in fields(cls):
-        kind, key = hints[item.name], f"{prefix}.{item.name}"
-        if is_dataclass(kind) and isinstance(kind, type):
-            yield key, item.metadata.get("meaning", "")
-            yield from groups(kind, key)
+            yield from entries(kind, key)
 
 
 def in_file_order(cls: type) -> list[Field[Value]]:
@@ -395,10 +381,15 @@ def keys_of(found: Description) -> Keys:
         "record": Record,
     }
     head = {key: MEANINGS[key] for key in ("title", "units", "model")}  # in the order of the file
-    grouped = dict(one for section, cls in sections.items() for one in groups(cls, section))
+    there = [entry for section, cls in sections.items() for entry in entries(cls, section)]
+    grouped = {key: item.metadata.get("meaning", "") for key, item, kind in there if is_dataclass(kind)}
     told = {**head, **grouped, **OF_MODELS, **MEANINGS, **found.meanings}
     every = {"model": MODEL_LEAF}
-    every |= {one.key: one for section, cls in sections.items() for one in leaves(cls, section, told, found)}
+    every |= {
+        key: leaf(key, item, kind, told.get(key, ""), found)
+        for key, item, kind in there
+        if not is_dataclass(kind) and key != SLICE
+    }
     numbers = {key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")}
     physical = tuple(name for name in (*found.sections, "operation", "initial") if name in numbers)
     axes = {
@@ -409,8 +400,8 @@ def keys_of(found: Description) -> Keys:
         or key in choices_of(found)
     }
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
-    there = {"title", "units", *sections, *grouped, *every, SLICE}
-    meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND}
+    known = {"title", "units", *sections, *grouped, *every, SLICE}
+    meanings = {key: words for key, words in told.items() if key in known or key.partition(".")[0] in AROUND}
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
     meanings |= {part.key: part.meaning for one in every.values() for part in one.parts}
     return Keys(found, sections, every, axes, physical, meanings)

@@ -176,19 +176,18 @@ def parse(text: str, source: str) -> Document:
 # another: reading the text would take most of the time until the motion is drawn.
 @lru_cache(maxsize=8)
 def _parsed(text: str, source: str) -> Document:
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+    from ruamel import yaml
 
     if len(text) > LARGEST_FILE:
         raise FileError(f"{source}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
     try:
-        return _Builder(iter(YAML(typ="safe", pure=True).parse(text.removeprefix("\ufeff"))), source).build()
-    except MarkedYAMLError as error:
+        return _Builder(iter(yaml.YAML(typ="safe", pure=True).parse(text.removeprefix("\ufeff"))), source).build()
+    except yaml.error.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         problem = (error.problem or error.context or "a syntax error").removeprefix("found ")
         hint = "Indent with spaces, not tabs." if "\\t" in problem else None
         raise _not_yaml(source, problem, mark.line + 1 if mark else None, hint) from None
-    except YAMLError as error:  # the reader: characters that YAML forbids
+    except yaml.error.YAMLError as error:  # the reader: characters that YAML forbids
         line = text.count("\n", 0, getattr(error, "position", None) or 0) + 1
         raise _not_yaml(source, str(error).splitlines()[0], line) from None
     except (RecursionError, ValueError, AttributeError, IndexError, KeyError, TypeError, AssertionError) as error:
