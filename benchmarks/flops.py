@@ -163,12 +163,12 @@ def main() -> None:
 def _functions() -> dict[str, tuple[Any, int]]:
     """The hot functions, compiled, and how often each runs in a packed step."""
     from benchmarks.workload import mixed
-    from nsdrill.kernel.steppers import STEPPERS
+    from nsdrill.kernel.steppers import STEPPERS, make_step
     from nsdrill.sweep.work import compiled_parts
 
     work = mixed(2, 2, 1.0, 1.0)
     parts = compiled_parts(LANES, work.variant)
-    stepper = STEPPERS["tsitouras"].make(LANES, work.new_batch(LANES, 8).rows)
+    stepper = make_step(STEPPERS["tsitouras"], LANES, work.new_batch(LANES, 8).rows)
     return {"right-hand side": (parts.right_hand_side, 6), "stepper": (stepper, 1), "observer": (parts.observer, 1)}
 
 

@@ -1,7 +1,5 @@
 """Energies of the elastic collar and the powers that change them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,14 +1,15 @@
 """What several rooms' tests need: small studies, and their results, made once."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
+
+# The tests have a processor each, and matrices of a few rows: threads of BLAS would
+# only wait for each other, with all processors busy. NumPy reads it when it is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 
@@ -65,12 +66,18 @@ def counted(compile_one: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def compiling_is_counted() -> Iterator[None]:
+def compiling_is_counted():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(functions, "_made", counted(functions._made))
         # what a command writes does not depend on what is in the cache
         patch.setattr(progress, "COMPILING_SECONDS", 1e6)
         yield
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What waits for processes and browsers comes first: the last tests are short, so
+    that processes beside each other end together."""
+    items.sort(key=lambda item: item.path.parent.name not in ("docs", "fuzz", "survival", "web"))
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
@@ -91,7 +98,7 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def signals_as_in_a_terminal() -> Iterator[None]:
+def signals_as_in_a_terminal():
     """Processes that tests start heed all signals, even where the tests themselves run
     under nohup or a supervisor."""
     ignored = [number for number in SIGNALS if signal.getsignal(number) is signal.SIG_IGN]
@@ -103,7 +110,7 @@ def signals_as_in_a_terminal() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
-def signals_as_before() -> Iterator[None]:
+def signals_as_before():
     """A command that a test runs in this process changes what signals do, and leaves
     them ignored at its end."""
     before = {number: signal.getsignal(number) for number in SIGNALS}
@@ -113,7 +120,7 @@ def signals_as_before() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def shared(tmp_path_factory):
     """A folder with studies and their results, to be read only: small, map, and
     failing, of which some points fail."""
     from nsdrill import load_study
@@ -130,7 +137,7 @@ STEP_LIMIT = ("simulation.max_steps=1000",)
 
 
 @pytest.fixture
-def small(tmp_path: Path) -> Path:
+def small(tmp_path):
     """The small study in a folder of its own."""
     path = tmp_path / "small.yaml"
     path.write_text(SMALL)

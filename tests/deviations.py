@@ -1,7 +1,5 @@
 """The deviation that a run follows, beside the difference of two neighbouring runs."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Energies of the main model and the powers that change them: the balance that the
 equations and the integration are tested by."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -121,7 +119,7 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
     clearance, stabilizer_power = parameters.stabilizer.clearance, {}
     if clearance is not None:
         bent_fraction = np.maximum(radius - clearance, 0.0) / divisor
-        working_speed = omega * stabilizer_radius(parameters) + tangential
+        working_speed = omega * stabilizer_radius(parameters, clearance) + tangential
         stabilizer_power = {"stabilizer": -found["stabilizer_friction"] * working_speed}
     sigma = parameters.mud.swirl * operation.rotary_speed
     ux, uy = vx + sigma * y, vy - sigma * x

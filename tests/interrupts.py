@@ -1,7 +1,5 @@
 """A user who presses Ctrl-C."""
 
-from __future__ import annotations
-
 import pytest
 
 from nsdrill.sweep.engine import Progress

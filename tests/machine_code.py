@@ -1,8 +1,6 @@
 """What a lane function is compiled to: the text of its module and its assembly; and
 helpers compiled as functions of numbers."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Callable

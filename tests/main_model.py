@@ -1,7 +1,5 @@
 """The main model by a few words: its lane parameters and starts at operating points."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

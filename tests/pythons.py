@@ -1,8 +1,6 @@
 """The Pythons of this machine: those of pyenv and uv, those on the PATH, and those
 named in NSDRILL_TEST_PYTHONS."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -6,8 +6,6 @@ lateral mass matrix is solved as it comes out of the Lagrangian, as a 3 x 3 syst
 by the eliminated form that the package integrates.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -1,8 +1,6 @@
 """The cache of compiled functions: whatever is wrong with it, the numbers are right,
 and one warning says so."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import resource
@@ -28,7 +26,7 @@ def third() -> Any:
     """A small compiled function, made anew."""
 
     @compiled(BUFFER)
-    def divided(b):  # type: ignore[no-untyped-def]
+    def divided(b):
         b[0] = b[0] / 3.0
 
     return divided
@@ -52,7 +50,7 @@ def told() -> tuple[bool, list[str]]:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch):
     """An empty cache, not yet made."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "made" / "cache"))
     monkeypatch.setattr(cache, "_has_warned", False)
@@ -60,20 +58,20 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def kept(folder: Path) -> Path:
+def kept(folder):
     """The file of the function in the cache."""
     assert told() == (False, [])
     (path,) = folder.iterdir()
     return path
 
 
-def test_the_second_process_finds_the_code(kept: Path) -> None:
+def test_the_second_process_finds_the_code(kept):
     before = kept.stat()
     assert told() == (True, [])
     assert kept.stat() == before
 
 
-def test_folders_and_files_are_their_owners_alone(kept: Path) -> None:
+def test_folders_and_files_are_their_owners_alone(kept):
     assert kept.stat().st_mode & 0o777 == 0o600
     for folder in list(kept.parents)[:3]:
         assert folder.stat().st_mode & 0o777 == 0o700
@@ -108,12 +106,12 @@ def sealed(content: bytes) -> bytes:
     return hashlib.sha256(content).digest() + content
 
 
-def nothing(b) -> None:  # type: ignore[no-untyped-def]
+def nothing(b) -> None:
     pass
 
 
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=list(DAMAGES))
-def test_a_damaged_file_is_replaced(kept: Path, damage: Callable[[Path], object]) -> None:
+def test_a_damaged_file_is_replaced(kept, damage):
     damage(kept)
     hit, (message,) = told()
     assert not hit
@@ -124,7 +122,7 @@ def test_a_damaged_file_is_replaced(kept: Path, damage: Callable[[Path], object]
 
 
 @as_root
-def test_a_file_of_another_user_is_not_used(kept: Path) -> None:
+def test_a_file_of_another_user_is_not_used(kept):
     """Also in a folder that was open to all for a while."""
     os.chown(kept, NOBODY, NOBODY)
     kept.parent.chmod(0o777)
@@ -135,16 +133,14 @@ def test_a_file_of_another_user_is_not_used(kept: Path) -> None:
 
 
 @pytest.mark.parametrize("mode", [0o777, 0o775, 0o1777])
-def test_a_folder_of_ours_that_others_may_write_is_closed(kept: Path, mode: int) -> None:
+def test_a_folder_of_ours_that_others_may_write_is_closed(kept, mode):
     kept.parent.chmod(mode)
     assert told() == (True, [])
     assert kept.parent.stat().st_mode & 0o777 == 0o700
 
 
 @pytest.mark.parametrize("mode", [0o777, 0o775])
-def test_a_folder_that_others_may_write_and_that_stays_so_is_not_used(
-    kept: Path, mode: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_that_others_may_write_and_that_stays_so_is_not_used(kept, mode, monkeypatch):
     kept.parent.chmod(mode)
     monkeypatch.setattr(Path, "chmod", lambda *args: None)  # a file system without modes
     hit, (message,) = told()
@@ -155,7 +151,7 @@ def test_a_folder_that_others_may_write_and_that_stays_so_is_not_used(
 
 
 @as_root
-def test_a_folder_of_another_user_is_not_used(kept: Path) -> None:
+def test_a_folder_of_another_user_is_not_used(kept):
     os.chown(kept.parent, NOBODY, NOBODY)
     before = kept.read_bytes()
     hit, (message,) = told()
@@ -165,7 +161,7 @@ def test_a_folder_of_another_user_is_not_used(kept: Path) -> None:
     assert kept.read_bytes() == before
 
 
-def test_folders_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folders_that_cannot_be_made(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("mine")
     (tmp_path / "link").symlink_to("nowhere")
     for place, why in (
@@ -184,7 +180,7 @@ def test_folders_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert (tmp_path / "file").read_text() == "mine"
 
 
-def test_a_file_where_the_folder_should_be(folder: Path) -> None:
+def test_a_file_where_the_folder_should_be(folder):
     folder.parent.mkdir(parents=True)
     folder.write_text("mine")
     hit, (message,) = told()
@@ -195,7 +191,7 @@ def test_a_file_where_the_folder_should_be(folder: Path) -> None:
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to root")
 @pytest.mark.parametrize("mode", [0o000, 0o500])
-def test_a_folder_without_permission(kept: Path, mode: int) -> None:
+def test_a_folder_without_permission(kept, mode):
     kept.unlink()
     kept.parent.chmod(mode)
     hit, (message,) = told()
@@ -206,10 +202,10 @@ def test_a_folder_without_permission(kept: Path, mode: int) -> None:
 
 
 @pytest.mark.parametrize("failing", ["mkdir", "open", "replace"])
-def test_what_the_system_forbids(failing: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_the_system_forbids(failing, folder, monkeypatch):
     """As for a user who may not; root may everything, so the system is not asked."""
 
-    def refuse(*args: object, **more: object) -> None:
+    def refuse(*args, **more):
         raise PermissionError(13, "Permission denied", str(args[0]))
 
     monkeypatch.setattr(os, failing, refuse)
@@ -219,8 +215,8 @@ def test_what_the_system_forbids(failing: str, folder: Path, monkeypatch: pytest
     assert "permission denied" in message
 
 
-def test_no_home(monkeypatch: pytest.MonkeyPatch) -> None:
-    def homeless() -> Path:
+def test_no_home(monkeypatch):
+    def homeless():
         raise RuntimeError("Could not determine home directory.")
 
     for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"):
@@ -232,7 +228,7 @@ def test_no_home(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "NUMBA_CACHE_DIR" in message
 
 
-def test_a_full_disk(folder: Path) -> None:
+def test_a_full_disk(folder):
     """A limit on the length of files takes the place of the full disk."""
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, limit[1]))
@@ -248,7 +244,7 @@ def test_a_full_disk(folder: Path) -> None:
     assert told() == (True, [])
 
 
-def test_one_warning_in_a_process(kept: Path) -> None:
+def test_one_warning_in_a_process(kept):
     kept.write_bytes(b"")
     assert len(told()[1]) == 1
     kept.write_bytes(b"")
@@ -258,11 +254,11 @@ def test_one_warning_in_a_process(kept: Path) -> None:
         assert third().address
 
 
-def test_other_processes_see_a_whole_file_or_none(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_processes_see_a_whole_file_or_none(folder, monkeypatch):
     moves = []
     replace = os.replace
 
-    def watched(source: Any, target: Any) -> None:
+    def watched(source, target):
         content = Path(source).read_bytes()
         moves.append((Path(source).parent, Path(target).exists(), content == sealed(content[32:])))
         replace(source, target)

@@ -1,8 +1,6 @@
 """The elementary functions against mpmath: 2 ulp for sine, cosine and direction, 1e-9
 for the logarithm."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath
@@ -48,7 +46,7 @@ def angles() -> np.ndarray:
     return np.concatenate([rng.uniform(-1e5, 1e5, 500), sizes, -sizes, near, np.nextafter(near, np.inf), [0.0]])
 
 
-def test_sine_and_cosine_are_within_two_ulp() -> None:
+def test_sine_and_cosine_are_within_two_ulp():
     worst = max(
         max(ulps(found, exact, 1e-11) for found, exact in zip(sincos(a), (mpmath.sin(a), mpmath.cos(a)), strict=True))
         for a in angles().tolist()
@@ -58,7 +56,7 @@ def test_sine_and_cosine_are_within_two_ulp() -> None:
     assert worst <= 2.0
 
 
-def test_sine_keeps_its_absolute_accuracy_up_to_a_million_radians() -> None:
+def test_sine_keeps_its_absolute_accuracy_up_to_a_million_radians():
     rng = np.random.default_rng(2)
     for a in rng.uniform(-1e6, 1e6, 500).tolist():
         s, c = sincos(a)
@@ -66,7 +64,7 @@ def test_sine_keeps_its_absolute_accuracy_up_to_a_million_radians() -> None:
         assert abs(c - mpmath.cos(a)) < 2.3e-16
 
 
-def test_direction_is_within_two_ulp() -> None:
+def test_direction_is_within_two_ulp():
     rng = np.random.default_rng(3)
     sizes = 10.0 ** rng.uniform(-300, 6, 600)
     edges = np.array([0.66, 2.41421356237309504880, 1.0])
@@ -75,7 +73,7 @@ def test_direction_is_within_two_ulp() -> None:
     assert max(ulps(direction(x), 2 / mpmath.pi * mpmath.atan(x)) for x in points.tolist()) <= 2.0
 
 
-def test_logarithm_and_power_of_two_are_good_to_1e_9() -> None:
+def test_logarithm_and_power_of_two_are_good_to_1e_9():
     rng = np.random.default_rng(4)
     # the controller bounds the squared error to this range
     for x in (10.0 ** rng.uniform(-16, 16, 500)).tolist():
@@ -85,12 +83,12 @@ def test_logarithm_and_power_of_two_are_good_to_1e_9() -> None:
 
 
 @pytest.mark.parametrize("power", [-50, -1, 0, 1, 2, 53])
-def test_whole_powers_of_two_are_exact(power: int) -> None:
+def test_whole_powers_of_two_are_exact(power):
     assert exp2(float(power)) == 2.0**power
     assert log2(2.0**power) == power
 
 
-def test_fused_multiply_add_rounds_once() -> None:
+def test_fused_multiply_add_rounds_once():
     # (1 + 2^-30)^2 - (1 + 2^-29) = 2^-60, lost when the product is rounded first
     a = 1 + 2.0**-30
     assert fma(a, a, -(1 + 2.0**-29)) == 2.0**-60
@@ -98,14 +96,14 @@ def test_fused_multiply_add_rounds_once() -> None:
 
 @given(finite)
 @QUICK
-def test_sine_is_odd_and_cosine_even(angle: float) -> None:
+def test_sine_is_odd_and_cosine_even(angle):
     s, c = sincos(angle)
     assert sincos(-angle) == (-s, c)
 
 
 @given(finite)
 @QUICK
-def test_sine_and_cosine_lie_on_the_unit_circle(angle: float) -> None:
+def test_sine_and_cosine_lie_on_the_unit_circle(angle):
     s, c = sincos(angle)
     assert abs(s * s + c * c - 1) <= 4.5e-16  # two roundings of squares, each off by 1 ulp at most
     assert abs(s) <= 1
@@ -114,31 +112,31 @@ def test_sine_and_cosine_lie_on_the_unit_circle(angle: float) -> None:
 
 @given(st.floats(-1e300, 1e300))
 @QUICK
-def test_direction_is_odd_and_bounded(x: float) -> None:
+def test_direction_is_odd_and_bounded(x):
     assert direction(-x) == -direction(x)
     assert abs(direction(x)) <= 1.0
 
 
 @given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))
 @QUICK
-def test_direction_never_decreases_by_more_than_its_error(x: float, y: float) -> None:
+def test_direction_never_decreases_by_more_than_its_error(x, y):
     low, high = sorted((x, y))
     assert direction(low) <= direction(high) + 2 * math.ulp(abs(direction(high)))
 
 
 @given(st.floats(-900, 900))
 @QUICK
-def test_logarithm_undoes_the_power(x: float) -> None:
+def test_logarithm_undoes_the_power(x):
     assert abs(log2(exp2(x)) - x) < 3e-9
 
 
-def test_a_blown_up_angle_stays_visible() -> None:
+def test_a_blown_up_angle_stays_visible():
     """NaN in, NaN out: the step is then rejected and the run marked as diverged."""
     assert all(map(math.isnan, sincos(math.nan)))
     assert math.isnan(direction(math.nan))
 
 
-def test_the_exponential_less_one_is_within_two_ulp() -> None:
+def test_the_exponential_less_one_is_within_two_ulp():
     rng = np.random.default_rng(4)
     edges = -(np.arange(1, 40) - 0.5) * math.log(2)  # where the whole number of halvings changes
     values = np.concatenate([-(10.0 ** rng.uniform(-300, 2.8, 800)), -rng.uniform(0, 2, 800), edges])
@@ -147,7 +145,7 @@ def test_the_exponential_less_one_is_within_two_ulp() -> None:
     assert expm1(-1e9) == expm1(-700.0) == -1.0
 
 
-def test_angle_between_two_vectors() -> None:
+def test_angle_between_two_vectors():
     """As the arctangent of cross and dot product has it; 0 where both lie on one line."""
 
     rng = np.random.default_rng(3)

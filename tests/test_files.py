@@ -1,8 +1,6 @@
 """Temporary names and locks: whole files, one winner, nothing left behind, no lock that
 outlives its owner."""
 
-from __future__ import annotations
-
 import errno
 import mmap
 import os
@@ -41,11 +39,11 @@ def killed_while_writing(path: Path, *more: str) -> None:
     assert [name for name in os.listdir(path.parent) if ".tmp-" in name]
 
 
-def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:
+def test_a_file_is_whole_or_as_it_was(tmp_path):
     path = tmp_path / "a"
     write_text(path, "old")
 
-    def fail() -> None:
+    def fail():
         with replacing(path) as temporary:
             temporary.write(b"half")
             raise OSError(28, "No space left on device")
@@ -57,7 +55,7 @@ def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("at_most", [1, 4096])
-def test_a_write_that_takes_a_part_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at_most: int) -> None:
+def test_a_write_that_takes_a_part_goes_on(tmp_path, monkeypatch, at_most):
     """As on a disk that fills up, or beyond 2 GiB."""
     data, real, real_at = os.urandom(10_000), os.write, os.pwrite
     monkeypatch.setattr(os, "write", lambda fd, part: real(fd, part[:at_most]))
@@ -70,11 +68,11 @@ def test_a_write_that_takes_a_part_goes_on(tmp_path: Path, monkeypatch: pytest.M
     assert (tmp_path / "a").read_bytes() == data[:3] + data[::-1] + ("ä\r\n" * 5000).encode()[3:]
 
 
-def test_more_than_the_system_writes_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_than_the_system_writes_at_once(tmp_path, monkeypatch):
     """Linux writes 0x7ffff000 bytes at most; the pages of the map are never touched."""
     size, most, calls = (2 << 30) + 10, 0x7FFFF000, []
 
-    def taken(fd: int, part: memoryview, at: int = -1) -> int:
+    def taken(fd, part, at=-1):
         calls.append((len(part), at))
         return min(len(part), most)
 
@@ -88,18 +86,16 @@ def test_more_than_the_system_writes_at_once(tmp_path: Path, monkeypatch: pytest
 
 
 @pytest.mark.parametrize("deferring", [False, True])
-def test_the_first_error_stays_also_where_a_library_hides_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, deferring: bool
-) -> None:
+def test_the_first_error_stays_also_where_a_library_hides_it(tmp_path, monkeypatch, deferring):
     write_text(tmp_path / "a", "old")
     codes = iter([errno.EDQUOT, errno.EIO])
 
-    def refuse(fd: int, part: memoryview) -> int:
+    def refuse(fd, part):
         raise OSError(code := next(codes), os.strerror(code))
 
     monkeypatch.setattr(os, "write", refuse)
 
-    def write() -> None:
+    def write():
         with replacing(tmp_path / "a") as file:
             file.deferring = deferring
             for _ in range(2):
@@ -113,7 +109,7 @@ def test_the_first_error_stays_also_where_a_library_hides_it(
 
 
 @pytest.mark.parametrize("more", [(), ("linked",)])
-def test_what_a_killed_process_left_is_removed(tmp_path: Path, more: tuple[str, ...]) -> None:
+def test_what_a_killed_process_left_is_removed(tmp_path, more):
     path = tmp_path / "a"
     killed_while_writing(path, *more)
     write_text(path, "new")
@@ -121,7 +117,7 @@ def test_what_a_killed_process_left_is_removed(tmp_path: Path, more: tuple[str, 
     assert os.listdir(tmp_path) == ["a"]
 
 
-def test_what_a_living_one_writes_and_what_is_not_ours_is_left(tmp_path: Path) -> None:
+def test_what_a_living_one_writes_and_what_is_not_ours_is_left(tmp_path):
     path = tmp_path / "a"
     others = [tmp_path / ".a.tmp-mine", tmp_path / ".ab.tmp-12345678", tmp_path / ".a.tmp-abcdef01"]
     for other in others[:2]:
@@ -136,7 +132,7 @@ def test_what_a_living_one_writes_and_what_is_not_ours_is_left(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("state", ["new", "resume"])
-def test_a_run_begins_with_an_empty_folder(tmp_path: Path, state: str) -> None:
+def test_a_run_begins_with_an_empty_folder(tmp_path, state):
     """What a kill in the last phase leaves is as large as the results: it goes before
     the run needs the room."""
     path = tmp_path / "out.h5"
@@ -148,7 +144,7 @@ def test_a_run_begins_with_an_empty_folder(tmp_path: Path, state: str) -> None:
     assert [name for name in os.listdir(tmp_path) if ".tmp-" in name] == []
 
 
-def test_the_temporary_name_is_taken_by_no_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_temporary_name_is_taken_by_no_link(tmp_path, monkeypatch):
     monkeypatch.setattr(files.secrets, "token_hex", lambda size: "00" * size)
     (tmp_path / "precious").write_text("precious")
     (tmp_path / ".a.tmp-00000000").symlink_to(tmp_path / "precious")
@@ -157,7 +153,7 @@ def test_the_temporary_name_is_taken_by_no_link(tmp_path: Path, monkeypatch: pyt
     assert (tmp_path / "precious").read_text() == "precious"
 
 
-def test_a_link_as_run_log_is_refused_and_two_names_of_a_file_have_one_log(tmp_path: Path) -> None:
+def test_a_link_as_run_log_is_refused_and_two_names_of_a_file_have_one_log(tmp_path):
     path, link = tmp_path / "out.h5", tmp_path / "link.h5"
     link.symlink_to(path)
     assert part_path(link) == part_path(path)
@@ -186,7 +182,7 @@ def race(count: int, work: Callable[[], Any]) -> list[Any]:
     return ends
 
 
-def test_of_several_writers_one_wins_and_the_others_are_told(tmp_path: Path) -> None:
+def test_of_several_writers_one_wins_and_the_others_are_told(tmp_path):
     for turn in range(20):
         part, path = tmp_path / f"{turn}.part", tmp_path / f"{turn}"
         logs = race(4, lambda part=part: RunLog.create(part, header(), POINTS, Kept(0)))
@@ -225,21 +221,21 @@ def interrupted_at(moment: int, work: Callable[[], object]) -> bool:
     return left <= 0
 
 
-OURS = ("nsdrill/files.py", "store/log.py", "store/log_header.py")
+OURS = ("nsdrill/files.py", "store/log.py", "store/log_format.py")
 last: BaseException | None = None
 
 
 @pytest.mark.parametrize("what", ["create", "open"])
-def test_an_interrupt_at_any_moment_leaves_no_lock(tmp_path: Path, what: str) -> None:
+def test_an_interrupt_at_any_moment_leaves_no_lock(tmp_path, what):
     part, moment = tmp_path / "out.h5.part", 0
     if what == "open":
         RunLog.create(part, header(), POINTS, Kept(0)).close()
     got_there = True
     while got_there:
         moment += 1
-        opened: list[RunLog] = []
+        opened = []
 
-        def work(opened: list[RunLog] = opened) -> None:
+        def work(opened=opened):
             opened.append(RunLog.create(part, header(), POINTS, Kept(0)) if what == "create" else RunLog.open(part))
 
         got_there = interrupted_at(moment, work)
@@ -255,7 +251,7 @@ def test_an_interrupt_at_any_moment_leaves_no_lock(tmp_path: Path, what: str) ->
     assert moment > 20
 
 
-def test_a_log_that_is_gone_is_not_called_safe(tmp_path: Path) -> None:
+def test_a_log_that_is_gone_is_not_called_safe(tmp_path):
     from store.samples import made
 
     folder = tmp_path / "folder"

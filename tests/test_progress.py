@@ -1,14 +1,11 @@
 """What a run says of its progress: a bar, lines, a call, or nothing."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess
 import sys
 import time
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
@@ -21,14 +18,12 @@ from nsdrill.progress import Progress, reporting
 from nsdrill.sweep.engine import Progress as Counts
 
 
-def test_without_a_terminal_a_short_run_says_nothing(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_terminal_a_short_run_says_nothing(small, capsys):
     nsdrill.run(small)
     assert capsys.readouterr() == ("", "")
 
 
-def test_without_a_terminal_a_line_now_and_then(
-    small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_terminal_a_line_now_and_then(small, capsys, monkeypatch):
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
     nsdrill.run(small)
     out, lines = capsys.readouterr()
@@ -38,7 +33,7 @@ def test_without_a_terminal_a_line_now_and_then(
     assert capsys.readouterr() == ("", "")
 
 
-def test_lines_name_failures_and_the_pass(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lines_name_failures_and_the_pass(capsys, monkeypatch):
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
     with reporting(True) as watch:
         watch(Counts(total=40, before=10, done=0, failed=0))
@@ -49,13 +44,11 @@ def test_lines_name_failures_and_the_pass(capsys: pytest.CaptureFixture[str], mo
     assert second.endswith(" left (check: tight)")
 
 
-def test_compiling_is_told_and_is_no_part_of_an_estimate(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_compiling_is_told_and_is_no_part_of_an_estimate(capsys, monkeypatch):
     """A second of compiling before 10 points in no time: the other 30 take no second."""
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
     monkeypatch.setattr(progress, "COMPILING_SECONDS", 0.1)
-    seen: list[Progress] = []
+    seen = []
     with reporting(True) as watch, reporting(seen.append) as record:
         watch(Counts(total=40, note="compiling"))
         for _ in range(5):
@@ -72,7 +65,7 @@ def test_compiling_is_told_and_is_no_part_of_an_estimate(
     assert seen[0].seconds_left < 0.5
 
 
-def test_loading_code_is_not_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_loading_code_is_not_told(capsys):
     with reporting(True) as watch:
         with compiling.function():
             pass
@@ -89,7 +82,7 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_command_tells_its_compiling(name: str, tmp_path: Path) -> None:
+def test_every_command_tells_its_compiling(name, tmp_path):
     (tmp_path / "study.yaml").write_text(
         "model: torsion\noperation: {rotary_speed: 5 rad/s}\n"
         "simulation: {transient: 5 s, observe: 5 s}\n"
@@ -116,11 +109,11 @@ def test_every_command_tells_its_compiling(name: str, tmp_path: Path) -> None:
     assert re.fullmatch(r"compiled in \d+\.\d s; kept for the next run", lines[told + 1])
 
 
-def test_branches_say_how_far_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_branches_say_how_far_they_are(monkeypatch):
     """At 20 points in 10 s on the longest side, 30 more take up to 15 s."""
     clock = iter([0.0, 5.0, 10.0, 11.0])
     monkeypatch.setattr(seeding, "_seconds", lambda: next(clock))
-    said: list[str] = []
+    said = []
     lines = seeding.Following(said.append)
     for wave in (
         Wave(1, 4, 4, 4, 1, 50),
@@ -138,7 +131,7 @@ def test_branches_say_how_far_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     assert seeding.dropped_words(32, 22).startswith("32 branches were followed; 10 of them")
 
 
-def test_a_bar_in_a_terminal(small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bar_in_a_terminal(small, capsys, monkeypatch):
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
     nsdrill.run(small)
     out, shown = capsys.readouterr()
@@ -146,9 +139,7 @@ def test_a_bar_in_a_terminal(small: Path, capsys: pytest.CaptureFixture[str], mo
     assert "16/16" in shown
 
 
-def test_a_notebook_without_widgets_has_lines(
-    small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_notebook_without_widgets_has_lines(small, capsys, monkeypatch):
     monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
     monkeypatch.setattr(progress, "find_spec", lambda name: None)
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
@@ -156,10 +147,10 @@ def test_a_notebook_without_widgets_has_lines(
     assert "16 of 16 points" in capsys.readouterr().err
 
 
-def test_a_function_is_told_how_far_the_run_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_function_is_told_how_far_the_run_is(monkeypatch):
     clock = iter([100.0, 101.0, 104.0])
     monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
-    seen: list[Progress] = []
+    seen = []
     with reporting(seen.append) as watch:
         watch(Counts(total=40, before=10, done=0, failed=0))
         watch(Counts(total=40, before=10, done=10, failed=1, note="check: long"))
@@ -167,8 +158,8 @@ def test_a_function_is_told_how_far_the_run_is(monkeypatch: pytest.MonkeyPatch) 
     assert seen == [Progress(10, 40, 0, None), Progress(20, 40, 1, 8.0, "check: long")]
 
 
-def test_a_refined_and_checked_run_ends_at_its_total() -> None:
-    seen: list[Progress] = []
+def test_a_refined_and_checked_run_ends_at_its_total():
+    seen = []
     nsdrill.run(
         {
             "operation.depth": "2 km",
@@ -185,8 +176,8 @@ def test_a_refined_and_checked_run_ends_at_its_total() -> None:
     assert all(a.done <= b.done for a, b in pairwise(seen))
 
 
-def test_a_fault_in_the_function_is_not_hidden(small: Path, tmp_path: Path) -> None:
-    def broken(now: Progress) -> None:
+def test_a_fault_in_the_function_is_not_hidden(small, tmp_path):
+    def broken(now):
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):

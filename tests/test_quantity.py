@@ -1,8 +1,6 @@
 """The registry of quantities: complete, consistent with what files hold, and readable
 back."""
 
-from __future__ import annotations
-
 import pytest
 from model_tables import TRACE_VARIABLES, VARIABLES
 
@@ -16,7 +14,7 @@ HELD = {v.name: v.units for v in (*VARIABLES, *TRACE_VARIABLES) if v.units} | {k
 
 
 @pytest.mark.parametrize("name", HELD)
-def test_every_variable_of_a_file_is_there_with_its_units(name: str) -> None:
+def test_every_variable_of_a_file_is_there_with_its_units(name):
     one = quantity(name)
     assert one.units == ("" if HELD[name] == "1" else plain_units(HELD[name]))
     assert one.words
@@ -26,7 +24,7 @@ def test_every_variable_of_a_file_is_there_with_its_units(name: str) -> None:
             assert to_si(f"1 {one.unit(system)}", one.units) > 0.0
 
 
-def test_every_number_of_a_study_has_field_units() -> None:
+def test_every_number_of_a_study_has_field_units():
     for name, (key, units) in further_axes(described(MODEL)).items():
         assert find(key) is find(name)
         assert quantity(key).units == units
@@ -36,7 +34,7 @@ def test_every_number_of_a_study_has_field_units() -> None:
         assert units in SHOWN or units in same, key
 
 
-def test_there_is_no_quantity_of_another_name() -> None:
+def test_there_is_no_quantity_of_another_name():
     assert find("points") is None
     with pytest.raises(KeyError):
         quantity("points")
@@ -55,11 +53,11 @@ def test_there_is_no_quantity_of_another_name() -> None:
         (3.0, "", "3"),
     ],
 )
-def test_amounts_have_no_powers_of_ten(value: float, unit: str, text: str) -> None:
+def test_amounts_have_no_powers_of_ten(value, unit, text):
     assert amount(value, unit) == text
 
 
-def test_values_for_programs() -> None:
+def test_values_for_programs():
     assert in_system(22241.1080763025, "N", "field") == (5.0, "klbf")
     assert in_system(22241.1080763025, "N", "si") == (22241.1080763025, "N")
     assert in_system(13558.179483314004, "N m", "field") == (pytest.approx(10.0), "kft*lbf")
@@ -67,7 +65,7 @@ def test_values_for_programs() -> None:
     assert in_system(10.0, "s", "field") == (10.0, "s")
 
 
-def test_an_amount_beside_another_is_short() -> None:
+def test_an_amount_beside_another_is_short():
     assert [amount(metres, "ft", 4) for metres in (5000.0, 3047.99, 2000.0, 12.5)] == [
         "16404 ft",
         "10000 ft",

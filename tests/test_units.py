@@ -48,40 +48,40 @@ LBF = 4.4482216152605  # N, exact: 0.45359237 kg x 9.80665 m/s^2
         ("1e-3 m", "m", 1e-3),
     ],
 )
-def test_reads_what_people_write(text: str, si: str, value: float) -> None:
+def test_reads_what_people_write(text, si, value):
     assert to_si(text, si) == value
     assert math.copysign(1.0, to_si(text, si)) == math.copysign(1.0, value)
 
 
-def test_a_value_beyond_the_range_in_its_units_is_infinite() -> None:
+def test_a_value_beyond_the_range_in_its_units_is_infinite():
     assert from_si(1e308, "ft/h") == math.inf
     assert from_si(-1e308, "ft/h") == -math.inf
 
 
-def test_thousand_pound_force_is_exact() -> None:
+def test_thousand_pound_force_is_exact():
     assert abs(to_si("5 klbf", "N") - 5 * 1000 * LBF) <= math.ulp(22241.0)
     assert to_si("5 klbf", "N") == 22241.1080763025
 
 
 @pytest.mark.parametrize("text", ["5 t", "5 kg", "5 tonne", "5 lb", "5 klb", "5 ton"])
-def test_a_mass_is_no_weight_on_bit(text: str) -> None:
+def test_a_mass_is_no_weight_on_bit(text):
     with pytest.raises(QuantityError, match=r"a mass.*not of force: write kN, klbf, lbf or tonne_force"):
         to_si(text, "N")
 
 
 @pytest.mark.parametrize("text", ["3 Hz", "3 1/s", "3 s^-1", "180 1/min"])
-def test_a_frequency_is_no_speed_of_rotation(text: str) -> None:
+def test_a_frequency_is_no_speed_of_rotation(text):
     with pytest.raises(QuantityError, match="revolutions or radians: write rpm or rad/s"):
         to_si(text, "rad/s")
 
 
-def test_damping_without_its_radian_is_refused() -> None:
+def test_damping_without_its_radian_is_refused():
     with pytest.raises(QuantityError, match=r"N\*m\*s/rad"):
         to_si("50 N*m*s", "N m s/rad")
 
 
 @pytest.mark.parametrize(("text", "meant"), [("5 KN", "kN"), ("5 KLBF", "klbf")])
-def test_capitals_are_suggested(text: str, meant: str) -> None:
+def test_capitals_are_suggested(text, meant):
     with pytest.raises(QuantityError, match=f"Did you mean {meant}"):
         to_si(text, "N")
 
@@ -101,7 +101,7 @@ def test_capitals_are_suggested(text: str, meant: str) -> None:
         ("3 1/s", "1/s", 3.0),  # no fraction
     ],
 )
-def test_quantities_as_people_write_them(text: str, si: str, value: float) -> None:
+def test_quantities_as_people_write_them(text, si, value):
     assert to_si(text, si) == pytest.approx(value, rel=1e-15)
     assert to_si("8 1/2 in", "m") == 0.2159
 
@@ -119,7 +119,7 @@ def test_quantities_as_people_write_them(text: str, si: str, value: float) -> No
         ("8 1/2", "m", "a number without a unit"),
     ],
 )
-def test_a_hint_says_what_to_write(text: str, si: str, hint: str) -> None:
+def test_a_hint_says_what_to_write(text, si, hint):
     with pytest.raises(QuantityError) as caught:
         to_si(text, si)
     assert hint in str(caught.value)
@@ -170,7 +170,7 @@ def test_a_hint_says_what_to_write(text: str, si: str, hint: str) -> None:
         "5 [m]",
     ],
 )
-def test_anything_else_is_a_clear_error_at_once(text: str) -> None:
+def test_anything_else_is_a_clear_error_at_once(text):
     start = time.process_time()
     with pytest.raises(QuantityError) as caught:
         to_si(text, "m")
@@ -179,7 +179,7 @@ def test_anything_else_is_a_clear_error_at_once(text: str) -> None:
     assert len(str(caught.value)) < 400
 
 
-def test_every_unit_of_the_table_is_read_or_refused() -> None:
+def test_every_unit_of_the_table_is_read_or_refused():
     prefixes = ("", *unit_table.PREFIXES)
     for name in [f"{prefix}{unit}{s}" for prefix in prefixes for unit in unit_table.TABLE for s in ("", "s")]:
         for si in ("m", "rad/s"):
@@ -208,12 +208,12 @@ def test_every_unit_of_the_table_is_read_or_refused() -> None:
         ("10 kft*lbf", "N m", 10000 * 0.3048 * LBF),
     ],
 )
-def test_names_prefixes_and_plurals(text: str, si: str, value: float) -> None:
+def test_names_prefixes_and_plurals(text, si, value):
     assert to_si(text, si) == pytest.approx(value, rel=1e-10)
 
 
 @pytest.mark.parametrize("text", ["5 Ns/m", "5 bbl", "5 kkg", "5 ms", "5 MNs/m"])
-def test_a_symbol_has_no_plural(text: str) -> None:
+def test_a_symbol_has_no_plural(text):
     with pytest.raises(QuantityError):
         to_si(text, "N/m")
 
@@ -222,12 +222,12 @@ def test_a_symbol_has_no_plural(text: str) -> None:
     ("text", "meant"),
     [("5 klb", "klbf"), ("5 klbs", "klbf"), ("5000 lb", "lbf"), ("5000 lbs", "lbf"), ("2 t", "tonne_force")],
 )
-def test_the_force_that_was_meant_by_a_mass(text: str, meant: str) -> None:
+def test_the_force_that_was_meant_by_a_mass(text, meant):
     with pytest.raises(QuantityError, match=f"Did you mean {meant}[?]"):
         to_si(text, "N")
 
 
-def test_every_suggested_unit_would_do() -> None:
+def test_every_suggested_unit_would_do():
     for si, names in units.USUAL.items():
         for name in names:
             assert to_si(f"1 {name}", si) > 0.0
@@ -241,24 +241,24 @@ magnitudes = st.floats(1e-9, 1e12) | st.floats(-1e12, -1e-9)
 
 
 @given(pairs, magnitudes)
-def test_units_round_trip(pair: tuple[str, str], value: float) -> None:
+def test_units_round_trip(pair, value):
     si, name = pair
     assert to_si(f"{from_si(value, name)!r} {name}", si) == pytest.approx(value, rel=1e-12)
 
 
 @given(st.sampled_from(list(units.USUAL)), magnitudes)
-def test_exact_text_is_exact(si: str, value: float) -> None:
+def test_exact_text_is_exact(si, value):
     assert to_si(exact_text(value, si), si) == value
 
 
 @given(st.text(max_size=60) | st.from_regex(r"[0-9.eE+\-]{1,5} ?[a-z*/^()0-9. ]{0,20}", fullmatch=True))
 @settings(max_examples=300)
-def test_no_text_raises_anything_else(text: str) -> None:
+def test_no_text_raises_anything_else(text):
     with contextlib.suppress(QuantityError):
         assert math.isfinite(to_si(text, "N/m"))
 
 
-def test_display() -> None:
+def test_display():
     assert format_quantity(22240.0, "kN") == "22.24 kN"
     assert format_quantity(2 * math.pi, "rpm") == "60 rpm"
     assert format_quantity(3048.0, "ft") == "10000 ft"
@@ -272,7 +272,7 @@ def test_display() -> None:
     ]
 
 
-def test_the_study_needs_no_parser_until_one_is_read() -> None:
+def test_the_study_needs_no_parser_until_one_is_read():
     code = (
         "import sys, nsdrill.units, nsdrill.study.study, nsdrill.study.study;"
         "print([name for name in ('pydantic', 'ruamel') if name in sys.modules])"
@@ -281,7 +281,7 @@ def test_the_study_needs_no_parser_until_one_is_read() -> None:
     assert done.stdout.strip() == "[]"
 
 
-def test_a_value_remembers_the_unit_in_which_it_was_asked_for() -> None:
+def test_a_value_remembers_the_unit_in_which_it_was_asked_for():
     value = units.parse_with_unit("10 klbf", "N")
     assert value == to_si("10 klbf", "N")
     for same in (value, copy.copy(value), pickle.loads(pickle.dumps(value))):
@@ -291,7 +291,7 @@ def test_a_value_remembers_the_unit_in_which_it_was_asked_for() -> None:
     assert type(value * 2) is float
 
 
-def test_round_values_stay_round_in_another_unit() -> None:
+def test_round_values_stay_round_in_another_unit():
     """8 klbf in newtons are no float; the nearest one, taken back exactly, is
     7.999999999999999 klbf."""
     for unit, si in (("klbf", "N"), ("rpm", "rad/s"), ("ft", "m"), ("in", "m")):
@@ -302,12 +302,12 @@ def test_round_values_stay_round_in_another_unit() -> None:
 
 
 @given(st.floats(-1e9, 1e9))
-def test_rounded_values_give_back_the_same_bits_or_are_those_of_from_si(value: float) -> None:
+def test_rounded_values_give_back_the_same_bits_or_are_those_of_from_si(value):
     number = units.rounded_from_si(value, "klbf")
     assert to_si(f"{number!r} klbf", "N") == value or number == from_si(value, "klbf")
 
 
-def test_a_dimension_has_its_usual_name() -> None:
+def test_a_dimension_has_its_usual_name():
     for text, si, said in (
         ("8 kN", "m", "in units of force"),
         ("8 kN*m", "N", "in units of torque"),
@@ -318,7 +318,7 @@ def test_a_dimension_has_its_usual_name() -> None:
             to_si(text, si)
 
 
-def test_other_capitals_are_named() -> None:
+def test_other_capitals_are_named():
     """kn is the knot, a speed."""
     with pytest.raises(QuantityError, match=r"Did you mean kN\? \(Capitals matter\.\)"):
         to_si("22 kn", "N")

@@ -16,7 +16,7 @@ from nsdrill import api
 from nsdrill.analysis.probability import SEVERITIES
 from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
-from nsdrill.observe.labels import CHECK_FAILED, RESPONSE_DIFFERS, verdict
+from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
 from nsdrill.variables import INFERRED, OK, TRUST
 
 if TYPE_CHECKING:

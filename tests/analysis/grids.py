@@ -1,7 +1,5 @@
 """Made-up maps, drawn as text: what the analyses read, and nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Groups of starts: known ones are found, labels part them, shares have their
 intervals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from model_tables import VARIABLES
@@ -13,7 +11,7 @@ from scipy.stats import binomtest
 
 from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, places, wilson
 from nsdrill.analysis.branches import number
-from nsdrill.models.christoforou_yigit.collar import WEIGHTS, extent, scaled
+from nsdrill.models.christoforou_yigit.collar import WEIGHTS, extent, scaled_features
 from nsdrill.models.christoforou_yigit.variables import DISTINGUISHING
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.variables import CHAOTIC, DIVERGED, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
@@ -48,7 +46,7 @@ def starts(count: int, **features: object) -> dict[str, np.ndarray]:
 
 def coordinates(variables: dict, speed: np.ndarray, gap: np.ndarray, axial: np.ndarray) -> tuple:
     """As the main model has them."""
-    apart = scaled(variables, speed[:, None], gap[:, None])
+    apart = scaled_features(variables, speed[:, None], gap[:, None])
     return apart, np.concatenate(
         [apart * WEIGHTS, extent(variables, speed[:, None], gap[:, None], axial[:, None])], axis=-1
     )
@@ -67,7 +65,7 @@ def found(*groups: dict[str, np.ndarray], tolerance: float = TOLERANCE) -> list[
 BOUNCE = {"response": BIT_BOUNCE, "lift_off_fraction": 0.7, "axial_acceleration_rms": 0.4}
 
 
-def test_a_bistable_point() -> None:
+def test_a_bistable_point():
     """Smooth drilling and bounce beside each other, as near 2000 m in the worked
     example."""
     rng = np.random.default_rng(1)
@@ -76,7 +74,7 @@ def test_a_bistable_point() -> None:
     assert found(starts(3), bounce) == [2] * 3 + [1] * 7, "the largest is the first"
 
 
-def test_two_bounces_with_the_same_labels_are_told_apart() -> None:
+def test_two_bounces_with_the_same_labels_are_told_apart():
     assert found(starts(4, **BOUNCE), starts(2, **BOUNCE | {"lift_off_fraction": 0.78})) == [1] * 4 + [2] * 2
 
 
@@ -90,43 +88,43 @@ def test_two_bounces_with_the_same_labels_are_told_apart() -> None:
         ("radius_mean", GAP),
     ],
 )
-def test_the_scales(name: str, step: float) -> None:
+def test_the_scales(name, step):
     base = float(starts(1)[name][0])
     assert found(starts(2), starts(1, **{name: base + 0.9 * TOLERANCE * step})) == [1, 1, 1]
     assert found(starts(2), starts(1, **{name: base + 1.1 * TOLERANCE * step})) == [1, 1, 2]
 
 
-def test_ten_percent_of_acceleration_is_one_tolerance() -> None:
+def test_ten_percent_of_acceleration_is_one_tolerance():
     assert found(starts(2), starts(1, axial_acceleration_rms=0.1 * np.exp(0.09))) == [1, 1, 1]
     assert found(starts(2), starts(1, axial_acceleration_rms=0.1 * np.exp(0.11))) == [1, 1, 2]
 
 
-def test_the_direction_of_whirl_counts_on_a_large_orbit_only() -> None:
+def test_the_direction_of_whirl_counts_on_a_large_orbit_only():
     assert found(starts(2), starts(1, whirl_speed_mean=0.9 * SPEED, radius_mean=4e-3)) == [1, 1, 1]
     wide = {"radius_mean": 0.9 * GAP}
     assert found(starts(2, **wide), starts(1, **wide, whirl_speed_mean=-1.48 * SPEED)) == [1, 1, 2]
 
 
 @pytest.mark.parametrize("change", [{"response": WHIRL}, {"response": STICK_SLIP}, {"whirl_kind": 2}])
-def test_labels_part(change: dict[str, int]) -> None:
+def test_labels_part(change):
     assert found(starts(2), starts(1, **change)) == [1, 1, 2]
 
 
-def test_a_chain_is_one_group() -> None:
+def test_a_chain_is_one_group():
     chain = starts(30, radius_mean=np.linspace(0, 1, 30) * GAP)
     assert found(chain) == [1] * 30
     gap = np.delete(np.linspace(0, 1, 30), [10, 11]) * GAP
     assert found(starts(28, radius_mean=gap)) == [2] * 10 + [1] * 18
 
 
-def test_unsettled_motions_may_scatter_more() -> None:
+def test_unsettled_motions_may_scatter_more():
     far = {"lift_off_fraction": 0.7 + 0.4 * UNSETTLED_SHARE * 0.99}
     loose, firm = {"half_difference": 0.4, "settled": 0}, {"half_difference": 0.01}
     assert found(starts(2, **BOUNCE | loose), starts(1, **BOUNCE | far | loose)) == [1, 1, 1]
     assert found(starts(2, **BOUNCE | loose), starts(1, **BOUNCE | far | firm)) == [1, 1, 2], "the steadier one decides"
 
 
-def test_a_start_on_its_way_bridges_nothing() -> None:
+def test_a_start_on_its_way_bridges_nothing():
     """It changes from one motion to the other within the window, so that its means lie
     between theirs."""
     chain = 0.6 + 0.02 * np.arange(11)
@@ -139,8 +137,8 @@ def test_a_start_on_its_way_bridges_nothing() -> None:
     assert set(found(*ends, starts(9, **BOUNCE | between | {"settled": 1}))) == {1}
 
 
-def test_kinds_of_motion_part_where_they_are_decided() -> None:
-    def of(count: int, motion: int, period: int = 0) -> dict[str, np.ndarray]:
+def test_kinds_of_motion_part_where_they_are_decided():
+    def of(count, motion, period=0):
         return starts(count, **BOUNCE, motion=motion, period=period)
 
     assert found(of(3, PERIODIC, 1), of(2, PERIODIC, 3), of(1, CHAOTIC)) == [1] * 3 + [2] * 2 + [3]
@@ -153,18 +151,18 @@ def test_kinds_of_motion_part_where_they_are_decided() -> None:
     assert found(of(2, UNDETERMINED), of(1, UNSETTLED)) == [1, 1, 1]
 
 
-def test_failed_starts_are_on_none() -> None:
+def test_failed_starts_are_on_none():
     bad = starts(2, status=DIVERGED) | {"radius_mean": np.full(2, np.nan)}
     assert found(bad, starts(3), starts(1, status=PENDING)) == [0, 0, 1, 1, 1, 0]
     assert found(bad) == [0, 0]
 
 
-def test_a_bit_that_does_not_turn() -> None:
+def test_a_bit_that_does_not_turn():
     stuck = {"response": STICK_SLIP, "stick_slip_index": np.inf, "stuck_fraction": 1.0, "axial_acceleration_rms": 0.0}
     assert found(starts(2, **stuck), starts(1, **stuck | {"stick_slip_index": np.nan})) == [1, 1, 1]
 
 
-def test_the_order_of_the_starts_changes_no_group() -> None:
+def test_the_order_of_the_starts_changes_no_group():
     rng = np.random.default_rng(7)
     features = {"lift_off_fraction": rng.uniform(0, 1, 60), "radius_mean": rng.uniform(0, GAP, 60)}
     straight = np.array(found(starts(60, **features)))
@@ -192,14 +190,14 @@ def clumps(count: int, apart: float) -> np.ndarray:
         (clumps(1, 0.0), [1]),
     ],
 )
-def test_linkage_is_that_of_scipy(vectors: np.ndarray, groups: list[int]) -> None:
+def test_linkage_is_that_of_scipy(vectors, groups):
     mine = linked(vectors, np.zeros(len(vectors)), 0.09)
     theirs = fcluster(linkage(vectors, "single", metric="chebyshev"), 0.09, "distance")
     assert len(set(theirs)) in groups
     assert np.array_equal(mine[:, None] == mine[None], theirs[:, None] == theirs[None])
 
 
-def test_two_are_linked_where_each_is_in_reach_of_the_other() -> None:
+def test_two_are_linked_where_each_is_in_reach_of_the_other():
     rng = np.random.default_rng(5)
     vectors, scatter = rng.normal(0, 0.2, (400, 2)), rng.uniform(0, 0.4, 400)
     reach = np.maximum(0.01, UNSETTLED_SHARE * scatter)
@@ -210,15 +208,15 @@ def test_two_are_linked_where_each_is_in_reach_of_the_other() -> None:
     assert np.array_equal(found[:, None] == found[None], expected[:, None] == expected[None])
 
 
-def test_points_are_grouped_each_for_itself() -> None:
+def test_points_are_grouped_each_for_itself():
     one = {
         name: np.stack([a, b])
         for (name, a), b in zip(starts(3).items(), starts(3, lift_off_fraction=[0, 0.5, 0.5]).values(), strict=True)
     }
-    first, second = label(one, scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)), TOLERANCE).tolist()
+    first, second = label(one, scaled_features(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)), TOLERANCE).tolist()
     assert first == [1, 1, 1]
     assert second[0] != second[1] == second[2]
-    assert scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)).shape == (2, 3, 7)
+    assert scaled_features(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)).shape == (2, 3, 7)
 
 
 # Known intervals: Wilson 1927 as tabulated by Newcombe 1998, Statist. Med. 17:857-872,
@@ -227,22 +225,22 @@ def test_points_are_grouped_each_for_itself() -> None:
     ("count", "total", "low", "high"),
     [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)],
 )
-def test_known_intervals(count: int, total: int, low: float, high: float) -> None:
+def test_known_intervals(count, total, low, high):
     assert wilson(count, total) == pytest.approx((low, high), abs=5e-5)
 
 
 @pytest.mark.parametrize(("count", "total"), [(0, 5), (5, 5), (1, 64), (31, 64), (4000, 4900)])
-def test_intervals_are_those_of_scipy(count: int, total: int) -> None:
+def test_intervals_are_those_of_scipy(count, total):
     assert wilson(count, total) == pytest.approx(tuple(binomtest(count, total).proportion_ci(method="wilson")))
 
 
-def test_intervals_at_the_ends() -> None:
+def test_intervals_at_the_ends():
     assert wilson(0, 10)[0] == 0.0
     assert wilson(10, 10)[1] == 1.0
     assert wilson(0, 0) == (0.0, 1.0)
 
 
-def test_what_is_told_of_attractors() -> None:
+def test_what_is_told_of_attractors():
     parts = [
         starts(6, **BOUNCE, radius_max=[1, 2, 3, 4, 5, 60.0]),
         starts(2, radius_max=0.5, settled=0),

@@ -1,16 +1,22 @@
-"""One number for one attractor along the axes: crossings, births, gaps, folds; whatever
-the order."""
+"""One number for one attractor along the axes, and intervals of hysteresis, against
+drawings in which they can be counted."""
 
-from __future__ import annotations
+import json
 
 import numpy as np
 import pytest
 
+import nsdrill
 from nsdrill.analysis.attractors import label, places
 from nsdrill.analysis.branches import KIND_PENALTY, MAX_MISSED, Places, number
+from nsdrill.analysis.hysteresis import differences, disagreement, hysteresis, spans
+from nsdrill.analysis.probability import known, outcome
+from nsdrill.app.summary import summarize
 from nsdrill.observe.thresholds import Attractors
+from nsdrill.store import read_results
 from nsdrill.variables import CHAOTIC, PERIODIC
 
+from .grids import grid
 from .test_attractors import GAP, SPEED, TOLERANCE, coordinates, starts
 
 MATCHING = Attractors().matching
@@ -45,7 +51,7 @@ def made_up(*attractors: tuple[int, float], members: int = 8, settled: bool = Tr
     return Places(point.astype(int), np.full(n, members), place[:, None], np.full(n, kinds), np.full(n, settled))
 
 
-def test_branches_whose_features_cross_are_told_apart_by_their_states() -> None:
+def test_branches_whose_features_cross_are_told_apart_by_their_states():
     """The time off the rock of the one rises as that of the other falls. From 0.34 at
     one point the nearest at the next is 0.34 of the other; the greatest radius says
     which is which."""
@@ -62,13 +68,13 @@ def test_branches_whose_features_cross_are_told_apart_by_their_states() -> None:
 
 
 @pytest.mark.parametrize("state", ["radius_max", "axial_max", "bit_speed_min", "bit_speed_max"])
-def test_each_state_tells_apart(state: str) -> None:
+def test_each_state_tells_apart(state):
     far = {"radius_max": 0.5 * GAP, "axial_max": 10e-3, "bit_speed_min": -0.5 * SPEED, "bit_speed_max": 2.5 * SPEED}
     points = stacked(starts(2), starts(2, **{state: far[state]}))
     assert numbered(points).tolist() == [[1, 1], [2, 2]]
 
 
-def test_one_vanishes_and_another_is_born() -> None:
+def test_one_vanishes_and_another_is_born():
     """At the third operating point the first has no starts any more; the second is
     there from the second one on."""
     low, high = starts(4, lift_off_fraction=0.1), starts(4, lift_off_fraction=0.7)
@@ -76,13 +82,13 @@ def test_one_vanishes_and_another_is_born() -> None:
     assert numbered(stacked(low, mixed, high, high)).tolist() == [[2] * 4, [2, 2, 2, 1], [1] * 4, [1] * 4]
 
 
-def test_the_largest_in_the_whole_sweep_is_the_first() -> None:
+def test_the_largest_in_the_whole_sweep_is_the_first():
     a, b = starts(3, lift_off_fraction=0.1), starts(1, lift_off_fraction=0.7)
     points = [joined(a, b), joined(b, a), joined(b, b, b, b), joined(b, b, b, b)]
     assert numbered(stacked(*points)).tolist() == [[2, 2, 2, 1], [1, 2, 2, 2], [1] * 4, [1] * 4]
 
 
-def test_labels_and_contact_with_the_wall_change_along_a_branch() -> None:
+def test_labels_and_contact_with_the_wall_change_along_a_branch():
     """As between 5.2 and 5.4 rad/s in the worked example: from rattling along the wall
     to rolling."""
     wide = {"radius_mean": 0.99 * GAP, "radius_max": 1.02 * GAP, "whirl_speed_mean": -1.4 * SPEED, "response": 5}
@@ -92,19 +98,19 @@ def test_labels_and_contact_with_the_wall_change_along_a_branch() -> None:
 
 
 @pytest.mark.parametrize(("step", "same"), [(0.99, True), (1.01, False)])
-def test_the_threshold(step: float, same: bool) -> None:
+def test_the_threshold(step, same):
     a, b = number(made_up((0, 0.0), (1, step * MATCHING)), (2,), MATCHING)
     assert (a == b) == same
 
 
-def test_nearest_in_sum_rather_than_one_by_one() -> None:
+def test_nearest_in_sum_rather_than_one_by_one():
     """All move by 0.1: the second is then where the third was, but each goes on."""
     found = made_up(*((0, x) for x in (0.0, 0.1, 0.2)), *((1, x) for x in (0.1, 0.2, 0.3)))
     assert number(found, (2,), MATCHING).tolist() == [1, 2, 3, 1, 2, 3]
 
 
 @pytest.mark.parametrize("missed", range(1, MAX_MISSED + 2))
-def test_what_comes_back(missed: int) -> None:
+def test_what_comes_back(missed):
     """A branch that a few operating points miss keeps its number; over more of them it
     gets a new one."""
     ever = [(point, 5.0) for point in range(2 + missed)]
@@ -113,12 +119,12 @@ def test_what_comes_back(missed: int) -> None:
     assert (first == last) == (missed <= MAX_MISSED)
 
 
-def test_an_unsettled_motion_does_not_come_back() -> None:
+def test_an_unsettled_motion_does_not_come_back():
     assert number(made_up((0, 0.0), (2, 0.0), settled=False), (3,), MATCHING).tolist() == [1, 2]
     assert number(made_up((0, 0.0), (1, 0.0), settled=False), (2,), MATCHING).tolist() == [1, 1]
 
 
-def test_the_same_kind_of_motion_is_preferred_and_no_other_excluded() -> None:
+def test_the_same_kind_of_motion_is_preferred_and_no_other_excluded():
     once, twice, never = 10_000 * PERIODIC + 1, 10_000 * PERIODIC + 2, 10_000 * CHAOTIC
     found = made_up((0, 0.0), (1, 0.05), (1, -0.04))
     for kinds, expected in [
@@ -137,7 +143,7 @@ def test_the_same_kind_of_motion_is_preferred_and_no_other_excluded() -> None:
     assert number(doubled, (2,), MATCHING).tolist() == [1, 1], "a period that doubles ends no branch"
 
 
-def test_a_start_on_its_way_takes_no_number_from_a_settled_one() -> None:
+def test_a_start_on_its_way_takes_no_number_from_a_settled_one():
     """As at 2.2 rad/s: a single start, almost at rest, lies nearer to the attractor of
     the next speed."""
     found = made_up((0, 0.0), (0, 0.06), (1, 0.07))
@@ -146,13 +152,13 @@ def test_a_start_on_its_way_takes_no_number_from_a_settled_one() -> None:
     assert number(found, (2,), MATCHING).tolist() == [1, 2, 1]
 
 
-def test_pieces_of_a_chaotic_motion_are_paired_by_size() -> None:
+def test_pieces_of_a_chaotic_motion_are_paired_by_size():
     found = made_up((0, 0.0), (0, 0.1), (1, 0.08), (1, 0.0), settled=False)
     found.members[:] = [30, 2, 30, 2]
     assert number(found, (2,), MATCHING).tolist() == [1, 2, 1, 2]
 
 
-def test_a_way_around_joins_no_two_attractors_of_one_operating_point() -> None:
+def test_a_way_around_joins_no_two_attractors_of_one_operating_point():
     """Around the four operating points each is near the next, from 0 to 0.47 at the
     first one. The widest step parts them."""
     found = made_up((0, 0.0), (0, 0.47), (1, 0.11), (2, 0.36), (3, 0.24))
@@ -177,7 +183,7 @@ def cusp(a: np.ndarray, b: np.ndarray, count: int) -> tuple[Table, np.ndarray]:
     }, above
 
 
-def test_the_basins_of_a_cubic() -> None:
+def test_the_basins_of_a_cubic():
     """Upper and lower state of x' = b + 1.5 x - x^3 coexist for 27 b^2 < 4 * 1.5^3; the
     unstable state between divides their basins. Each has its number, until it ends in a
     fold."""
@@ -198,7 +204,7 @@ def same(a: np.ndarray, b: np.ndarray) -> bool:
     return len(set(zip(a.ravel(), b.ravel(), strict=True))) == len(set(a.ravel())) == len(set(b.ravel()))
 
 
-def test_two_axes_around_a_cusp_in_any_order() -> None:
+def test_two_axes_around_a_cusp_in_any_order():
     """On the far side of the cusp both states are one. No operating point has a number
     twice, and nothing depends on the order of the axes, their direction, or the order
     of the starts."""
@@ -220,7 +226,7 @@ def test_two_axes_around_a_cusp_in_any_order() -> None:
     assert np.array_equal(other, numbers[:, shuffled])
 
 
-def test_scattered_motions_are_numbered_whatever_the_order_of_the_starts() -> None:
+def test_scattered_motions_are_numbered_whatever_the_order_of_the_starts():
     rng = np.random.default_rng(8)
     variables = stacked(
         *(starts(30, lift_off_fraction=rng.uniform(0, 1, 30), radius_mean=rng.uniform(0, GAP, 30)) for _ in range(6))
@@ -229,3 +235,112 @@ def test_scattered_motions_are_numbered_whatever_the_order_of_the_starts() -> No
     shuffled = rng.permutation(30)
     assert np.array_equal(numbered({name: v[:, shuffled] for name, v in variables.items()}), numbers[:, shuffled])
     assert same(numbered({name: v[::-1] for name, v in variables.items()}), numbers[::-1])
+
+
+SPEEDS = np.arange(1.0, 9.0)
+
+
+def test_one_interval_with_its_ends_step_and_responses():
+    [row] = hysteresis(grid({"up": ["...bbwww"], "down": ["...BBwww"]}, SPEEDS))
+    assert row == {
+        "axis": "rotary_speed",
+        "from": 4.0,
+        "to": 5.0,
+        "points": 2,
+        "up": "bit_bounce",
+        "down": "bit_bounce+whirl",
+        "differs": ["whirl"],
+        "depth": 5000.0,
+        "wob": 20e3,
+        "step": 1.0,
+        "open": [],
+        "up_whirl": [],
+        "down_whirl": ["backward_rolling"],
+    }
+
+
+def test_another_pair_of_responses_is_another_interval():
+    rows = hysteresis(grid({"up": ["ss...bb."], "down": ["s..bbbB."]}, SPEEDS))
+    assert [(row["from"], row["to"], row["up"], row["down"], row["differs"]) for row in rows] == [
+        (2.0, 2.0, "stick_slip", "none", ["stick_slip"]),
+        (4.0, 5.0, "none", "bit_bounce", ["bit_bounce"]),
+        (7.0, 7.0, "bit_bounce", "bit_bounce+whirl", ["whirl"]),
+    ]
+
+
+@pytest.mark.parametrize("sign", ["x", "?"])
+@pytest.mark.parametrize("side", ["up", "down"])
+def test_a_point_that_is_not_known_interrupts(sign, side):
+    maps = {"up": ["........"], "down": ["..bbbb.."]}
+    line = list(maps[side][0])
+    line[3] = sign
+    rows = hysteresis(grid({**maps, side: ["".join(line)]}, SPEEDS))
+    assert [(row["from"], row["to"], row["open"]) for row in rows] == [(3.0, 3.0, ["to"]), (5.0, 6.0, ["from"])]
+
+
+def test_an_inferred_point_does_not():
+    [row] = hysteresis(grid({"up": ["...i...."], "down": ["..bbbb.."]}, SPEEDS))
+    assert (row["from"], row["to"]) == (3.0, 6.0)
+
+
+def test_the_end_of_the_sweep_leaves_an_interval_open():
+    rows = hysteresis(grid({"up": ["bb....ww"], "down": ["........"]}, SPEEDS))
+    assert [row["open"] for row in rows] == [["from"], ["to"]]
+    [whole] = hysteresis(grid({"up": ["bbbbbbbb"], "down": ["........"]}, SPEEDS))
+    assert (whole["open"], whole["step"]) == (["from", "to"], None)
+
+
+def test_the_larger_of_two_unequal_steps_is_told():
+    [row] = hysteresis(grid({"up": ["...."], "down": [".bb."]}, [1.0, 2.0, 2.5, 5.0]))
+    assert row["step"] == 2.5
+
+
+def test_both_responses_may_differ():
+    [row] = hysteresis(grid({"up": ["B"], "down": ["."]}, [3.0], wob=[1e3]), "rotary_speed")
+    assert row["differs"] == ["bit_bounce", "whirl"]
+
+
+def test_every_combination_of_the_other_axes_has_its_own():
+    data = grid(
+        {"up": [["....", "...."], ["....", "...."]], "down": [["b...", "...."], ["..ww", ".b.."]]},
+        [1, 2, 3, 4],
+        wob=[10e3, 20e3],
+        depth=[1000, 2000],
+    )
+    assert hysteresis(data) == [], "three axes, and the study does not say along which"
+    data.attrs["study_resolved"] = json.dumps({"sweep": {"along": "rotary_speed"}})
+    found = [(row["depth"], row["wob"], row["from"], row["to"]) for row in hysteresis(data)]
+    assert found == [(1000, 10e3, 1, 1), (2000, 10e3, 3, 4), (2000, 20e3, 2, 2)]
+    data.attrs["study_resolved"] = json.dumps({"sweep": {"along": "wob"}})
+    found = [(row["depth"], row["rotary_speed"], row["from"], row["to"]) for row in hysteresis(data)]
+    assert found == [(1000, 1, 10e3, 10e3), (2000, 2, 20e3, 20e3), (2000, 3, 10e3, 10e3), (2000, 4, 10e3, 10e3)]
+
+
+@pytest.mark.parametrize("names", [("same",), ("up",), ("same", "up")])
+def test_without_both_directions_there_is_nothing_to_compare(names):
+    maps = {name: ["b.w."] for name in names}
+    assert hysteresis(grid(maps, [1, 2, 3, 4])) == []
+    assert disagreement(names, np.zeros((len(names), 4))) is None
+
+
+def test_stretches_for_shading_join_what_touches():
+    data = grid({"up": ["..bbx.b."], "down": [".bw..b.."]}, SPEEDS)
+    outcomes = outcome(data["status"], data["response"])[:, 0, 0]
+    found = differences(("up", "down"), outcomes)
+    assert [(one.first, one.last) for one in found] == [(1, 1), (2, 2), (3, 3), (5, 5), (6, 6)]
+    assert spans(found) == [(1, 3), (5, 6)]
+
+
+def test_known_are_points_run_to_the_end_or_inferred():
+    assert known(np.arange(7)).tolist() == [False, True, False, False, False, True, False]
+
+
+def test_the_file_says_the_same(shared):
+    """From Python, and in the JSON of show; where the responses of the file differ, and
+    nowhere else."""
+    rows = nsdrill.hysteresis(shared / "small.h5")
+    assert rows == summarize(read_results(shared / "small.h5"))["hysteresis"]
+    data = read_results(shared / "small.h5")
+    up, down = data["response"][:, 0, 0]
+    assert sum(row["points"] for row in rows) == np.count_nonzero(up != down) > 0
+    assert nsdrill.hysteresis(shared / "map.h5") == []

@@ -1,7 +1,5 @@
 """Two sets of numbers of which the differences are put in by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from model_tables import TRACE_VARIABLES
@@ -31,7 +29,7 @@ def row(found: dict, name: str) -> dict:
     return next(row for row in found["variables"] if row["name"] == name)
 
 
-def test_nothing_differs_from_itself() -> None:
+def test_nothing_differs_from_itself():
     a, b = made(), made()
     for data in (a, b):
         data["radius_max"][0, 0, 0, 0] = np.nan
@@ -43,7 +41,7 @@ def test_nothing_differs_from_itself() -> None:
     assert len([one for one in found["variables"] if one["name"].startswith("final_state[")]) == 9
 
 
-def test_differences_are_measured_and_placed() -> None:
+def test_differences_are_measured_and_placed():
     a, b = made(), made()
     b["radius_max"][1, 0, 1, 2] += 0.5  # 14 and 14.5
     b["radius_max"][0, 0, 0, 1] += 0.25  # 1 and 1.25: relatively larger
@@ -70,14 +68,14 @@ def test_differences_are_measured_and_placed() -> None:
     assert row(found, "axial_peaks")["points"] == 1, "two peaks of one point"
 
 
-def test_the_sign_of_zero_is_a_bit() -> None:
+def test_the_sign_of_zero_is_a_bit():
     a, b = made(), made()
     b["radius_max"][0, 0, 0, 0] = -0.0
     found = row(compare_results(a, b), "radius_max")
     assert (found["points"], found["largest"]) == (1, 0.0)
 
 
-def test_changed_responses_are_counted_and_named() -> None:
+def test_changed_responses_are_counted_and_named():
     """A run that failed has none: it is told by how it ended."""
     a, b = made(), made()
     b["response"][0, 0, 0, 1:3] = 4
@@ -98,7 +96,7 @@ def test_changed_responses_are_counted_and_named() -> None:
     }
 
 
-def test_common_points_of_different_axes() -> None:
+def test_common_points_of_different_axes():
     """The second file has every second speed of the first, one of its own, one
     procedure, and rounds otherwise."""
     a = made()
@@ -118,7 +116,7 @@ def test_common_points_of_different_axes() -> None:
     assert found["only_a"] == ["steps", "final_state", "axial_peaks"]
 
 
-def test_what_cannot_be_compared_is_said() -> None:
+def test_what_cannot_be_compared_is_said():
     a, b = made(), made()
     b.variables["axial_peaks"] = np.ones((2, 1, 2, 4, 5))
     found = compare_results(a, b)
@@ -141,7 +139,7 @@ def test_what_cannot_be_compared_is_said() -> None:
         (["up", "down"], ["down"], [1], [0], False),
     ],
 )
-def test_common_values(a: list, b: list, i: list, j: list, same: bool) -> None:
+def test_common_values(a, b, i, j, same):
     found = common_places(np.array(a), np.array(b))
     assert (found[0].tolist(), found[1].tolist(), found[2]) == (i, j, same)
 
@@ -151,7 +149,7 @@ def trace(samples: int, interval: float = 0.1) -> Trace:
     return Trace(time, {variable.name: np.sin(time) for variable in TRACE_VARIABLES}, {})
 
 
-def test_traces_part_at_a_time() -> None:
+def test_traces_part_at_a_time():
     a, b = trace(50), trace(40)
     b["z"][20:] += 0.01
     b["z"][30] += 1.0
@@ -164,12 +162,12 @@ def test_traces_part_at_a_time() -> None:
     assert compare_traces(a, trace(5, 0.037))["points"] == 1, "time zero"
 
 
-def test_samples_are_compared_where_their_values_are_the_same() -> None:
+def test_samples_are_compared_where_their_values_are_the_same():
     """A number of a sample says nothing where another seed, or another distribution,
     drew it."""
     friction = Unknown("bit.friction.static", "1", "friction")
 
-    def with_samples(values: list[float]) -> Results:
+    def with_samples(values):
         data = made()
         count = len(values)
         coords = {**{name: data.coords[name] for name in data.grid}, "sample": np.arange(count)}
@@ -192,7 +190,7 @@ def test_samples_are_compared_where_their_values_are_the_same() -> None:
     assert compare_results(a, other)["points"] == 0
 
 
-def test_points_of_two_constant_values_are_compared_all_the_same() -> None:
+def test_points_of_two_constant_values_are_compared_all_the_same():
     a, b = made(), made()
     b.coords["depth"] = b.coords["depth"] + 100.0
     found = compare_results(a, b)
@@ -204,12 +202,12 @@ def test_points_of_two_constant_values_are_compared_all_the_same() -> None:
     assert compare_results(a, b)["points"] == 0, "an axis with several values, none of them common"
 
 
-def test_probabilities_of_other_samples_are_compared() -> None:
+def test_probabilities_of_other_samples_are_compared():
     """One operating point of which the intervals lie apart, one where they do not; the
     counts are put in by hand."""
     rock = Unknown("bit.rock_stiffness", "N/m", "stiffness")
 
-    def results(critical: list[int], values: np.ndarray) -> Results:
+    def results(critical, values):
         coords = {
             "procedure": np.array(["same"]),
             "depth": np.array([1e3]),

@@ -1,15 +1,13 @@
 """Two windows against each other, in maps in which gains, losses and moves can be counted
 by eye."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
 import pytest
 
 from nsdrill.analysis.contrast import contrast
-from nsdrill.app.window import contrast as app_contrast
+from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.errors import InputError
 from nsdrill.text.diff import sentence, side_by_side, thresholds
 
@@ -22,18 +20,18 @@ B = ["s...ww", "s..www"]
 
 
 @pytest.fixture
-def found() -> dict:
+def found():
     return contrast(grid({"up": [A]}, SPEEDS, WEIGHTS), grid({"up": [B]}, SPEEDS, WEIGHTS))
 
 
-def test_points_are_gained_and_lost(found: dict) -> None:
+def test_points_are_gained_and_lost(found):
     """Gained: the second speed of the lower weight, the second and third of the upper;
     lost: the fourth and fifth of the upper one."""
     assert (found["points"], found["both"]) == (12, 2)
     assert (found["gained"], found["lost"]) == (1 + 2, 2)
 
 
-def test_every_border_says_how_far_it_moved_and_what_lies_beyond(found: dict) -> None:
+def test_every_border_says_how_far_it_moved_and_what_lies_beyond(found):
     low, *upper = found["borders"]
     assert low["at"] == {"wob": 10e3}
     assert low["lower"] == {
@@ -49,7 +47,7 @@ def test_every_border_says_how_far_it_moved_and_what_lies_beyond(found: dict) ->
     assert all(row["upper"]["moved"] is None for row in upper)
 
 
-def test_onsets_are_where_a_response_occurs(found: dict) -> None:
+def test_onsets_are_where_a_response_occurs(found):
     spans = {(row["at"]["wob"], row["response"]): (row["a"], row["b"]) for row in found["onsets"]}
     assert spans == {
         (10e3, "stick_slip"): ([1.0, 2.0], [1.0, 1.0]),
@@ -59,7 +57,7 @@ def test_onsets_are_where_a_response_occurs(found: dict) -> None:
     }
 
 
-def test_the_rate_is_compared_at_the_best_point_and_where_both_are_safe() -> None:
+def test_the_rate_is_compared_at_the_best_point_and_where_both_are_safe():
     a, b = (grid({"up": [lines]}, SPEEDS, WEIGHTS) for lines in (A, B))
     for data, factor in ((a, 1.0), (b, 2.0)):
         rate = np.broadcast_to(factor * SPEEDS, data["status"].shape).copy()
@@ -71,7 +69,7 @@ def test_the_rate_is_compared_at_the_best_point_and_where_both_are_safe() -> Non
     assert found["both_safe"] == {"a": 3.5, "b": 7.0}  # the third and fourth of the lower weight
 
 
-def test_axes_that_differ_in_their_values_meet_where_they_can() -> None:
+def test_axes_that_differ_in_their_values_meet_where_they_can():
     coarse = grid({"up": [[line[::2] for line in B]]}, SPEEDS[::2], WEIGHTS)
     found = contrast(grid({"up": [A]}, SPEEDS, WEIGHTS), coarse)
     assert found["points"] == 6
@@ -79,16 +77,16 @@ def test_axes_that_differ_in_their_values_meet_where_they_can() -> None:
     assert (none["points"], none["gained"], none["lost"]) == (0, 0, 0)
 
 
-def test_other_axes_are_refused() -> None:
+def test_other_axes_are_refused():
     with pytest.raises(InputError, match="the same axes"):
         contrast(grid({"up": [A]}, SPEEDS, WEIGHTS), grid({"up": [A[0]]}, SPEEDS))
 
 
-def test_it_is_plain_data(found: dict) -> None:
+def test_it_is_plain_data(found):
     json.dumps(found, allow_nan=False)
 
 
-def test_a_comparison_says_what_is_lost_and_names_the_two() -> None:
+def test_a_comparison_says_what_is_lost_and_names_the_two():
     """With b the lower weight is gained and the fastest point, of the upper one, is lost."""
     data = []
     for kind, drawing in (("ideal", ["sssww", "s...w"]), ("soft_torque", ["s...w", "sssww"])):

@@ -1,8 +1,6 @@
 """Samples of the unknowns, against problems whose answer is known, and against what
 coverage demands."""
 
-from __future__ import annotations
-
 from zlib import crc32
 
 import numpy as np
@@ -127,13 +125,13 @@ def test_data_that_no_run_gives_have_a_large_misfit():
     ],
 )
 @pytest.mark.parametrize("count", [60, 1000])
-def test_an_unknown_that_presses_against_an_end_is_told(draw, width, expected, count) -> None:
+def test_an_unknown_that_presses_against_an_end_is_told(draw, width, expected, count):
     """Of sixty samples as of a thousand: the mass lies at the end although little of it
     is in the outermost hundredths."""
     z = np.random.default_rng(3).standard_normal(count)
     assert end_pressed(draw(z), np.full(count, 1 / count), width) == expected
 
 
-def test_few_samples_are_drawn_in_few_bins() -> None:
+def test_few_samples_are_drawn_in_few_bins():
     """Sixty in eight (2 * 60^(1/3) = 7.8); a million in thirty at most."""
     assert (bins_for(60), bins_for(1000), bins_for(1e6)) == (8, 20, 30)

@@ -1,7 +1,5 @@
 """Probabilities from samples: counts, intervals, and the window at a confidence."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +8,7 @@ from scipy import stats
 
 from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
 from nsdrill.analysis.window import find_window
-from nsdrill.app.window import contrast as app_contrast
+from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
@@ -38,7 +36,7 @@ def made_up(response: Array, status: Array | None = None, attrs: dict[str, str] 
     return Results(coords, {"status": status, "response": response}, attrs or {}, (), drawn)
 
 
-def test_shares_are_counted_for_each_history_and_for_all() -> None:
+def test_shares_are_counted_for_each_history_and_for_all():
     response = np.zeros((2, 1, 1, 8), int)
     response[0, 0, 0, :3] = STICK_SLIP
     response[1, 0, 0, 2:6] = WHIRL | BIT_BOUNCE
@@ -51,7 +49,7 @@ def test_shares_are_counted_for_each_history_and_for_all() -> None:
     assert float(found.of("safe", "up")[0].ravel()[0]) == 5 / 8
 
 
-def test_a_failed_run_is_not_safe_and_leaves_open_what_it_might_be() -> None:
+def test_a_failed_run_is_not_safe_and_leaves_open_what_it_might_be():
     response, status = np.zeros((2, 1, 3, 10), int), np.full((2, 1, 3, 10), OK)
     status[0, 0, 0, :2] = DIVERGED  # safe downwards: open
     # not safe downwards: known not to be safe
@@ -68,7 +66,7 @@ def test_a_failed_run_is_not_safe_and_leaves_open_what_it_might_be() -> None:
 
 @pytest.mark.parametrize("probability", [0.02, 0.1, 0.5, 0.9, 0.97])
 @pytest.mark.parametrize("samples", [64, 256])
-def test_intervals_hold_as_often_as_they_say(probability: float, samples: int) -> None:
+def test_intervals_hold_as_often_as_they_say(probability, samples):
     counts = np.random.default_rng(1).binomial(samples, probability, 20_000)
     low, high = interval(counts, samples)
     held = np.mean((low <= probability) & (probability <= high))
@@ -78,12 +76,12 @@ def test_intervals_hold_as_often_as_they_say(probability: float, samples: int) -
 
 
 @pytest.mark.parametrize(("count", "samples"), [(0, 32), (1, 32), (17, 32), (256, 256), (250, 256)])
-def test_intervals_are_those_of_scipy(count: int, samples: int) -> None:
+def test_intervals_are_those_of_scipy(count, samples):
     theirs = stats.binomtest(count, samples).proportion_ci(0.95, method="wilson")
     assert [float(end) for end in interval(np.array(count), samples)] == pytest.approx([theirs.low, theirs.high])
 
 
-def test_rows_of_a_table_that_are_the_same_count_as_fewer() -> None:
+def test_rows_of_a_table_that_are_the_same_count_as_fewer():
     """Samples that a fit has drawn again by weight: of 5, 2 and 1 of three rows, 64/30
     are worth as much."""
     response = np.zeros((1, 1, 2, 8), int)
@@ -103,7 +101,7 @@ def test_rows_of_a_table_that_are_the_same_count_as_fewer() -> None:
     assert find_window(results, confidence=0.3)["effective"] == pytest.approx(64 / 30)
 
 
-def test_intervals_of_sobol_samples_hold_more_often() -> None:
+def test_intervals_of_sobol_samples_hold_more_often():
     """The answer depends on three unknowns at once; its probability is known."""
     shapes = {name: {"uniform": [0.0, 1.0]} for name in "abc"}
     exact, held, far = 1.0 - 1.0 / 6.0, 0, []
@@ -117,7 +115,7 @@ def test_intervals_of_sobol_samples_hold_more_often() -> None:
     assert np.std(far) < 0.6 * np.sqrt(exact * (1 - exact) / 64)
 
 
-def test_interval_is_whole_without_samples_and_closed_at_the_ends() -> None:
+def test_interval_is_whole_without_samples_and_closed_at_the_ends():
     low, high = interval(np.array([0, 0, 10]), np.array([0, 10, 10]))
     assert (low[0], high[0]) == (0.0, 1.0)
     assert low[1] == 0.0
@@ -133,7 +131,7 @@ def map_of_safety(safe: list[list[float]], samples: int = 20) -> Array:
     return np.where(np.arange(samples) < np.round(share * samples)[..., None], 0, WHIRL)[None]
 
 
-def test_window_is_where_the_confidence_is_reached_and_the_point_inside_is_recommended() -> None:
+def test_window_is_where_the_confidence_is_reached_and_the_point_inside_is_recommended():
     share = [[0.50, 0.85, 0.90, 0.85, 0.10], [0.60, 0.90, 1.00, 0.95, 0.20], [0.70, 0.85, 0.90, 0.90, 0.30]]
     results = made_up(map_of_safety(share))
     note = find_window(results, confidence=0.9)
@@ -152,7 +150,7 @@ def test_window_is_where_the_confidence_is_reached_and_the_point_inside_is_recom
     assert note["most_probable"]["probability"] == 1.0
 
 
-def test_history_makes_the_window_smaller() -> None:
+def test_history_makes_the_window_smaller():
     up, down = map_of_safety([[0.95, 0.95, 0.95]]), map_of_safety([[0.95, 0.95, 0.10]])[..., ::-1]
     note = find_window(made_up(np.concatenate([up, down])), confidence=0.9)
     assert [(one["procedure"], one["safe"]) for one in note["alone"]] == [("up", 3), ("down", 2)]
@@ -162,7 +160,7 @@ def test_history_makes_the_window_smaller() -> None:
     assert note["most_probable"]["probability"] == 0.9
 
 
-def test_of_the_saltelli_design_two_matrices_count() -> None:
+def test_of_the_saltelli_design_two_matrices_count():
     response = np.full((1, 1, 1, 30), WHIRL)  # of one unknown: 10 x (1 + 2)
     response[..., :20] = 0
     attrs = {"study_resolved": '{"uncertain": {"design": "saltelli", "samples": 10}}'}
@@ -172,7 +170,7 @@ def test_of_the_saltelli_design_two_matrices_count() -> None:
         probabilities_of(made_up(response[..., :20], attrs=attrs))
 
 
-def test_by_severity() -> None:
+def test_by_severity():
     results = made_up(map_of_safety([[0.5, 0.5]]))
     grade = np.where(results["response"] > 0, 2, 0).astype(np.int8)
     for name in ("stick_slip_severity", "bounce_severity", "whirl_severity"):
@@ -181,7 +179,7 @@ def test_by_severity() -> None:
     assert find_window(results, severity=2)["safe"] == 2
 
 
-def test_results_without_samples_have_no_probability() -> None:
+def test_results_without_samples_have_no_probability():
     results = made_up(np.zeros((1, 1, 2, 4), int))
     del results.coords["sample"]
     plain = Results(results.coords, {name: values[..., 0] for name, values in results.variables.items()})
@@ -192,11 +190,11 @@ def test_results_without_samples_have_no_probability() -> None:
     assert find_window(plain)["confidence"] is None
 
 
-def test_too_few_samples_to_show_the_confidence_are_told() -> None:
+def test_too_few_samples_to_show_the_confidence_are_told():
     """Of n samples that are all safe the interval begins at n / (n + 1.96^2): 35 reach
     90 %, 34 do not."""
 
-    def warned(count: int, confidence: float, sign: int = 0) -> str:
+    def warned(count, confidence, sign=0):
         note = find_window(made_up(np.full((1, 1, 3, count), sign)), confidence=confidence)
         return "\n".join(warnings(note, "si"))
 
@@ -209,14 +207,14 @@ def test_too_few_samples_to_show_the_confidence_are_told() -> None:
     assert [samples_for(level) for level in (0.5, 0.9, 0.95)] == [4, 35, 73]
 
 
-def test_the_history_decides_a_window_of_samples_as_well() -> None:
+def test_the_history_decides_a_window_of_samples_as_well():
     up, down = map_of_safety([[0.95, 0.10]]), map_of_safety([[0.10, 0.10]])
     note = find_window(made_up(np.concatenate([up, down])), confidence=0.9)
     assert note["safe"] == 0
     assert "HISTORY DECIDES at 1 point (50.0 %)" in "\n".join(warnings(note, "si"))
 
 
-def test_a_window_with_samples_says_what_may_be_and_stands_beside_one_without() -> None:
+def test_a_window_with_samples_says_what_may_be_and_stands_beside_one_without():
     """Beyond the window some of the samples stick, and the others do not; the other map, of
     single numbers, has no probability."""
     response = np.zeros((1, 1, 3, 10), int)

@@ -1,8 +1,6 @@
 """Sobol indices against functions whose indices are known, through the code that
 studies use."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -31,7 +29,7 @@ def samples(count: int, design: str, seed: int = 1) -> Array:
     return np.column_stack([*draw(Uncertain(shapes, samples=count, seed=seed, design=design)).values()])
 
 
-def test_saltelli_gives_the_indices_of_ishigami() -> None:
+def test_saltelli_gives_the_indices_of_ishigami():
     x = samples(1 << 14, "saltelli")
     found = indices(x, ishigami(x), "saltelli")
     assert found is not None
@@ -41,7 +39,7 @@ def test_saltelli_gives_the_indices_of_ishigami() -> None:
     assert found.total == pytest.approx(TOTAL, abs=0.01)
 
 
-def test_saltelli_is_that_of_scipy() -> None:
+def test_saltelli_is_that_of_scipy():
     x = samples(256, "saltelli")
     y = ishigami(x)[:, 0]
     mine = indices(x, y[:, None], "saltelli")
@@ -55,7 +53,7 @@ def test_saltelli_is_that_of_scipy() -> None:
 
 
 @pytest.mark.parametrize(("count", "within"), [(256, 0.05), (2048, 0.015)])
-def test_samples_at_hand_give_the_first_order_indices(count: int, within: float) -> None:
+def test_samples_at_hand_give_the_first_order_indices(count, within):
     for seed in range(3):
         x = samples(count, "sobol", seed)
         found = indices(x, ishigami(x), "sobol")
@@ -64,7 +62,7 @@ def test_samples_at_hand_give_the_first_order_indices(count: int, within: float)
         assert found.first == pytest.approx(FIRST, abs=within)
 
 
-def test_what_does_not_depend_on_an_unknown_has_no_index() -> None:
+def test_what_does_not_depend_on_an_unknown_has_no_index():
     rng = np.random.default_rng(3)
     x = samples(512, "sobol")
     found = indices(x, rng.normal(size=(512, 1)), "sobol")  # as of chaotic motion
@@ -72,7 +70,7 @@ def test_what_does_not_depend_on_an_unknown_has_no_index() -> None:
     assert np.all(found.first < 0.04)
 
 
-def test_yes_and_no_are_answers_too() -> None:
+def test_yes_and_no_are_answers_too():
     # P(x0 < 0.3 and x1 < 0.5): the parts of the variance of the product of two
     # indicators are known.
     shapes = {name: {"uniform": [0.0, 1.0]} for name in "abc"}
@@ -88,7 +86,7 @@ def test_yes_and_no_are_answers_too() -> None:
     assert found.total == pytest.approx(first + np.array([both, both, 0.0]), abs=0.03)
 
 
-def test_missing_answers_are_left_out_where_they_are_missing() -> None:
+def test_missing_answers_are_left_out_where_they_are_missing():
     rng = np.random.default_rng(5)
     for design, count in (("sobol", 1024), ("saltelli", 512)):
         x = samples(count, design)
@@ -99,7 +97,7 @@ def test_missing_answers_are_left_out_where_they_are_missing() -> None:
         assert found.first == pytest.approx(FIRST, abs=0.06)
 
 
-def test_standard_errors_tell_the_scatter() -> None:
+def test_standard_errors_tell_the_scatter():
     # Independent draws: the scatter over repetitions is what the bootstrap of one of
     # them says.
     rng = np.random.default_rng(11)
@@ -110,7 +108,7 @@ def test_standard_errors_tell_the_scatter() -> None:
     assert said[:2] == pytest.approx(firsts.std(axis=0)[:2], rel=0.35)
 
 
-def test_what_does_not_vary_has_no_indices() -> None:
+def test_what_does_not_vary_has_no_indices():
     x = samples(64, "sobol")
     assert indices(x, np.ones((64, 1)), "sobol") is None
     assert indices(x, np.full((64, 1), np.nan), "sobol") is None

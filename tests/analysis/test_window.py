@@ -1,10 +1,7 @@
 """The operating window against maps in which it can be read off by eye. Margins and
 distances are worked out by hand."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,11 +24,11 @@ WEIGHTS = np.arange(10e3, 60e3, 10e3)
 
 
 @pytest.fixture
-def both() -> dict:
+def both():
     return find_window(grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS))
 
 
-def test_safe_history_dependent_and_critical_are_counted(both: dict) -> None:
+def test_safe_history_dependent_and_critical_are_counted(both):
     """Safe: 4 + 3 + 3. History-dependent: the fifth speed of the third weight, the fifth
     and sixth of the fourth."""
     assert (both["safe"], both["rim"], both["critical"], both["points"]) == (10, 3, 22, 35)
@@ -44,7 +41,7 @@ def test_safe_history_dependent_and_critical_are_counted(both: dict) -> None:
     assert both["obstacles"] == {"bit_bounce": 7, "stick_slip": 8, "whirl": 10}
 
 
-def test_each_procedure_is_counted_over_all_axes() -> None:
+def test_each_procedure_is_counted_over_all_axes():
     """A number of the study as an axis beside the speed: each of its values counts by
     itself."""
     made = grid({"up": [["s..w", "ssww"]], "down": [["s.ww", ".sww"]]}, SPEEDS[:4], WEIGHTS[:2])
@@ -57,7 +54,7 @@ def test_each_procedure_is_counted_over_all_axes() -> None:
     assert (found["safe"], found["rim"], found["points"]) == (1, 2, 8)
 
 
-def test_region_and_recommended_point(both: dict) -> None:
+def test_region_and_recommended_point(both):
     """The third speed of the third weight: two steps of six from what is not safe, on
     either side."""
     [one] = both["maps"]
@@ -67,10 +64,10 @@ def test_region_and_recommended_point(both: dict) -> None:
     assert best["margin"] == pytest.approx(2 / 6)  # a step of the speed is 1/6, of the weight 1/4
 
 
-def test_margins_go_to_the_last_safe_point_and_say_what_comes_next(both: dict) -> None:
+def test_margins_go_to_the_last_safe_point_and_say_what_comes_next(both):
     margins = both["maps"][0]["recommended"]["margins"]
 
-    def side(margin: float, safe_to: float, beyond: float, why: str, response: str) -> dict:
+    def side(margin, safe_to, beyond, why, response):
         return {
             "margin": margin,
             "safe_to": safe_to,
@@ -130,18 +127,16 @@ def carried(up: list[str], down: list[str]) -> dict:
         (["ss...."], ["s....."], "rotary_speed", "less", {"code": "sticking_lasts", "procedure": "up", "value": None}),
     ],
 )
-def test_a_border_that_surprises_has_its_reason(
-    up: list[str], down: list[str], axis: str, side: str, expected: dict
-) -> None:
+def test_a_border_that_surprises_has_its_reason(up, down, axis, side, expected):
     assert carried(up, down)[axis][side]["reason"] == {"axis": "rotary_speed", **expected}
 
 
-def test_a_border_that_is_what_it_seems_needs_no_reason() -> None:
+def test_a_border_that_is_what_it_seems_needs_no_reason():
     """Whirl that begins there on either way."""
     assert carried(["...ww"], ["...ww"])["rotary_speed"]["more"]["reason"] is None
 
 
-def test_a_region_of_one_axis_says_what_bounds_it() -> None:
+def test_a_region_of_one_axis_says_what_bounds_it():
     [area] = find_window(grid({"same": [["s..w"]]}, SPEEDS[:4]))["maps"][0]["regions"]
     assert {name: side["responses"] for name, side in area["sides"].items()} == {
         "less": ["stick_slip"],
@@ -149,7 +144,7 @@ def test_a_region_of_one_axis_says_what_bounds_it() -> None:
     }
 
 
-def test_points_that_did_not_settle_and_runs_that_are_missing_are_counted() -> None:
+def test_points_that_did_not_settle_and_runs_that_are_missing_are_counted():
     data = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
     data.variables["settled"] = np.ones(data["status"].shape, dtype=np.int8)
     data["settled"][1, 0, 2, 2] = 0  # the recommended point
@@ -161,14 +156,14 @@ def test_points_that_did_not_settle_and_runs_that_are_missing_are_counted() -> N
     assert find_window(data)["pending_runs"] == 3
 
 
-def test_one_procedure_leaves_history_open() -> None:
+def test_one_procedure_leaves_history_open():
     note = find_window(grid({"up": [UP]}, SPEEDS, WEIGHTS))
     assert not note["history_examined"]
     assert (note["safe"], note["rim"]) == (13, 0)
 
 
 @pytest.mark.parametrize("sign", ["x", "?"])
-def test_failed_points_are_neither_safe_nor_critical(sign: str) -> None:
+def test_failed_points_are_neither_safe_nor_critical(sign):
     """Of the two points of the third weight that are taken from the window one has
     failed, the other bounces going down; both are safe going up."""
     hole = [*DOWN[:2], f"s.{sign}bwww", *DOWN[3:]]
@@ -183,7 +178,7 @@ def test_failed_points_are_neither_safe_nor_critical(sign: str) -> None:
     ("up", "down", "word"),
     [("x", "x", "unknown"), ("x", ".", "unknown"), ("x", "w", "unknown"), (".", "w", "rim"), ("w", "s", "critical")],
 )
-def test_a_failed_run_leaves_a_point_unknown(up: str, down: str, word: str) -> None:
+def test_a_failed_run_leaves_a_point_unknown(up, down, word):
     note = find_window(grid({"up": [f".{up}."], "down": [f".{down}."]}, [1, 2, 3]))
     assert {name: note[name] for name in ("rim", "critical", "unknown")} == {
         "rim": 0,
@@ -195,17 +190,17 @@ def test_a_failed_run_leaves_a_point_unknown(up: str, down: str, word: str) -> N
     assert {"failed" if word == "unknown" else word, "edge"} == {side["why"] for side in limits}
 
 
-def test_a_map_that_failed_throughout_is_unknown() -> None:
+def test_a_map_that_failed_throughout_is_unknown():
     note = find_window(grid({"same": [["xx", "xx"]]}, [1, 2], [10e3, 20e3]))
     assert note["share"] == {"safe": 0.0, "rim": 0.0, "critical": 0.0, "unknown": 1.0}
 
 
-def test_inferred_points_are_as_good_as_run_ones() -> None:
+def test_inferred_points_are_as_good_as_run_ones():
     inferred = [line.replace("..", ".i") for line in DOWN]
     assert find_window(grid({"up": [UP], "down": [inferred]}, SPEEDS, WEIGHTS))["safe"] == 10
 
 
-def test_points_whose_checks_answer_otherwise_are_not_safe() -> None:
+def test_points_whose_checks_answer_otherwise_are_not_safe():
     """That only the numbers differ is no danger: chaotic motion is like that."""
     data = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
     for check in CHECKS:
@@ -227,7 +222,7 @@ def test_points_whose_checks_answer_otherwise_are_not_safe() -> None:
     assert (note["failed_runs"], note["distrusted_points"]) == (1, 0)
 
 
-def test_by_severity() -> None:
+def test_by_severity():
     """Whatever the responses say: the worst of the three severities counts."""
     data = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
     for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
@@ -238,7 +233,7 @@ def test_by_severity() -> None:
     assert find_window(data, 0)["rim"] == 5
 
 
-def test_by_severity_an_inferred_point_is_unknown() -> None:
+def test_by_severity_an_inferred_point_is_unknown():
     data = grid({"up": [".i.."], "down": [".i.w"]}, [1, 2, 3, 4])
     for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
         data.variables[name] = np.zeros(data["status"].shape, dtype=np.int8)
@@ -256,7 +251,7 @@ def of_three_starts() -> Results:
     return data
 
 
-def test_all_starts_of_an_ensemble_must_be_safe() -> None:
+def test_all_starts_of_an_ensemble_must_be_safe():
     data = of_three_starts()
     data["response"][0, 0, 0, 1, 2] = 1
     data["response"][0, 0, 0, 3] = 1
@@ -265,7 +260,7 @@ def test_all_starts_of_an_ensemble_must_be_safe() -> None:
     assert note["history_examined"]
 
 
-def test_a_failed_start_beside_a_safe_and_a_critical_one_is_on_the_rim() -> None:
+def test_a_failed_start_beside_a_safe_and_a_critical_one_is_on_the_rim():
     """Whatever the third would have done: the point depends on the history."""
     data = of_three_starts()
     data["response"][0, 0, 0, 1, 1] = 1
@@ -274,7 +269,7 @@ def test_a_failed_start_beside_a_safe_and_a_critical_one_is_on_the_rim() -> None
     assert (note["safe"], note["rim"], note["unknown"], note["failed_points"]) == (3, 1, 0, 1)
 
 
-def test_one_axis_has_intervals() -> None:
+def test_one_axis_has_intervals():
     note = find_window(grid({"up": ["s..w...b"], "down": ["s..w...b"]}, [1, 2, 3, 4, 5, 7, 8, 10]))
     [one] = note["maps"]
     assert note["axes"] == ["rotary_speed"]
@@ -285,7 +280,7 @@ def test_one_axis_has_intervals() -> None:
     assert [best["margins"]["rotary_speed"][side]["margin"] for side in ("less", "more")] == [2.0, 1.0]
 
 
-def test_nothing_safe_gives_no_recommendation() -> None:
+def test_nothing_safe_gives_no_recommendation():
     note = find_window(grid({"up": ["sssw"], "down": ["sss."]}, [1, 2, 3, 4]))
     assert (note["safe"], note["rim"]) == (0, 1)
     assert note["maps"][0]["recommended"] is None
@@ -299,7 +294,7 @@ def stack(*maps: list[str]) -> dict:
     return find_window(grid({"up": list(maps), "down": list(maps)}, [1, 2, 3], [10e3, 20e3], DEPTHS[: len(maps)]))
 
 
-def test_the_depth_at_which_it_closes_and_reopens() -> None:
+def test_the_depth_at_which_it_closes_and_reopens():
     full, some, none = ["...", "..."], ["w.w", "www"], ["www", "www"]
     note = stack(full, some, none, some, none)
     assert note["depth"]["open"] == [[1000, 2000], [4000, 4000]]
@@ -313,7 +308,7 @@ def test_the_depth_at_which_it_closes_and_reopens() -> None:
     assert stack(none, none)["depth"] == {**stack(none, none)["depth"], "open": [], "closes": None, "reopens": None}
 
 
-def test_what_is_safe_at_every_depth() -> None:
+def test_what_is_safe_at_every_depth():
     note = stack([".w.", "..."], ["...", "w.."], ["..b", "..."])
     every = note["throughout"]
     assert (every["safe"], every["points"]) == (3, 6)
@@ -326,7 +321,7 @@ def test_what_is_safe_at_every_depth() -> None:
     assert {word for side in limits for word in side["responses"]} <= {"whirl", "bit_bounce"}
 
 
-def test_depth_across_weight_and_depth_across_speed() -> None:
+def test_depth_across_weight_and_depth_across_speed():
     data = grid({"up": [["..w"], ["..."], ["sss"]], "down": [["..w"], ["..w"], ["sss"]]}, [1, 2, 3], [20e3], DEPTHS[:3])
     note = find_window(data)
     assert note["axes"] == ["rotary_speed", "depth"]
@@ -339,7 +334,7 @@ def test_depth_across_weight_and_depth_across_speed() -> None:
     assert note["maps"][0]["recommended"]["depth"] == 1000
 
 
-def test_a_single_point_has_no_window() -> None:
+def test_a_single_point_has_no_window():
     with pytest.raises(InputError, match="at least one axis"):
         find_window(grid({"same": ["."]}, [3.0]))
 
@@ -347,24 +342,24 @@ def test_a_single_point_has_no_window() -> None:
 # -- the plane
 
 
-def test_regions_touch_along_the_axes_only() -> None:
+def test_regions_touch_along_the_axes_only():
     safe = np.array([[1, 1, 0, 0], [1, 0, 1, 0], [0, 0, 1, 1]], dtype=bool)
     assert regions(safe) == [(3, (0, 1, 0, 1)), (3, (1, 2, 2, 3))]
     assert regions(np.zeros((2, 2), dtype=bool)) == []
 
 
-def test_the_middle_of_a_map_that_is_safe_all_over() -> None:
+def test_the_middle_of_a_map_that_is_safe_all_over():
     assert largest_margin(np.ones((5, 9), dtype=bool), np.arange(5.0), np.arange(9.0)) == (2, 4, 0.5)
 
 
-def test_the_largest_disc_on_unequal_steps() -> None:
+def test_the_largest_disc_on_unequal_steps():
     """The only bad point is at the left end of a line 0, 1, 2, 4, 10: halfway to the
     right end is 5, nearest 4."""
     safe = np.array([[False, True, True, True, True]])
     assert largest_margin(safe, np.zeros(1), np.array([0.0, 1.0, 2.0, 4.0, 10.0])) == (0, 3, pytest.approx(0.4))
 
 
-def test_by_brute_force() -> None:
+def test_by_brute_force():
     rng = np.random.default_rng(5)
     for _ in range(20):
         y, x = np.cumsum(rng.uniform(0.1, 1.0, 7)), np.cumsum(rng.uniform(0.1, 1.0, 9))
@@ -384,7 +379,7 @@ def test_by_brute_force() -> None:
 # -- files
 
 
-def test_from_a_file(shared: Path) -> None:
+def test_from_a_file(shared):
     note = nsdrill.window(shared / "small.h5")
     assert note["procedures"] == ["up", "down"]
     assert note["safe"] + note["rim"] + note["critical"] == note["points"] == 8
@@ -397,7 +392,7 @@ def test_from_a_file(shared: Path) -> None:
         nsdrill.window(shared / "nowhere.h5")
 
 
-def test_what_the_points_yield_is_told() -> None:
+def test_what_the_points_yield_is_told():
     """The fastest safe point is the third speed of the third weight among those that
     are safe in both."""
     results = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
@@ -418,7 +413,7 @@ def said(results: Results, confidence: float | None = None) -> tuple[str, str]:
     return answer(note, "si"), "\n".join(warnings(note, "si"))
 
 
-def test_only_a_point_with_room_that_settled_is_an_order() -> None:
+def test_only_a_point_with_room_that_settled_is_an_order():
     """No room, a motion that was changing, a sweep that begins above a critical speed:
     each makes the best point a hint."""
     speeds, weights = [1.0, 2.0, 3.0, 4.0, 5.0], [1e3, 2e3, 3e3]
@@ -438,7 +433,7 @@ def test_only_a_point_with_room_that_settled_is_an_order() -> None:
         assert word in warned
 
 
-def test_without_a_safe_point_the_warnings_are_of_all_points() -> None:
+def test_without_a_safe_point_the_warnings_are_of_all_points():
     """Three points of six are not settled, two are safe one way."""
     results = grid({"up": [["ss.", "sss"]], "down": [["sss", ".ss"]]}, [1.0, 2.0, 3.0], [1e3, 2e3])
     results.variables["settled"] = np.ones(results["status"].shape, dtype=np.int8)

@@ -1,9 +1,6 @@
 """Files that differ in one number become the file that a sweep of it would have
 made."""
 
-from __future__ import annotations
-
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,7 +29,7 @@ def same(a: xarray.Dataset, b: xarray.Dataset) -> None:
     assert a.attrs["study_sha256"] == b.attrs["study_sha256"]
 
 
-def test_a_number_becomes_an_axis_whatever_the_order(tmp_path: Path) -> None:
+def test_a_number_becomes_an_axis_whatever_the_order(tmp_path):
     parts = []
     for stiffness in ("30 MN/m", "10 MN/m", "20 MN/m"):
         parts.append(tmp_path / f"{stiffness[:2]}.h5")
@@ -49,19 +46,19 @@ def test_a_number_becomes_an_axis_whatever_the_order(tmp_path: Path) -> None:
     assert "combine" in whole.attrs["history"].splitlines()[-1]
 
 
-def test_an_operating_value_becomes_an_axis() -> None:
+def test_an_operating_value_becomes_an_axis():
     parts = [run(operation={"depth": depth}) for depth in ("2000 m", "1000 m")]
     swept = run(sweep={"depth": ["1000 m", "2000 m"], **STUDY["sweep"]})
     made = nsdrill.combine(parts)
     same(made.transpose(*swept["status"].dims, ...), swept)
 
 
-def test_an_axis_of_all_gets_the_values_of_all() -> None:
+def test_an_axis_of_all_gets_the_values_of_all():
     parts = [run(sweep={"rotary_speed": values}) for values in (["3 rad/s", "9 rad/s"], ["6 rad/s"])]
     same(nsdrill.combine(parts), run(sweep={"rotary_speed": ["3 rad/s", "6 rad/s", "9 rad/s"]}))
 
 
-def test_carried_states_and_samples_stay_as_they_are() -> None:
+def test_carried_states_and_samples_stay_as_they_are():
     both = {
         "sweep": {**STUDY["sweep"], "procedure": "up-down", "along": "rotary_speed"},
         "uncertain": {"bit.rock_stiffness": {"uniform": ["10 MN/m", "40 MN/m"]}, "samples": 3},
@@ -75,17 +72,17 @@ def test_carried_states_and_samples_stay_as_they_are() -> None:
         nsdrill.combine([parts[0], other])
 
 
-def test_a_state_of_the_start_becomes_an_axis() -> None:
+def test_a_state_of_the_start_becomes_an_axis():
     parts = [run(initial={"x": x}) for x in ("1 mm", "40 mm")]
     same(nsdrill.combine(parts), run(sweep={**STUDY["sweep"], "initial.x": ["1 mm", "40 mm"]}))
 
 
-def test_what_is_compiled_in_becomes_an_axis() -> None:
+def test_what_is_compiled_in_becomes_an_axis():
     parts = [run(bit={"lobes": lobes}) for lobes in (1, 3)]
     same(nsdrill.combine(parts), run(sweep={**STUDY["sweep"], "bit.lobes": [1, 3]}))
 
 
-def test_attractors_are_numbered_alike_along_the_new_axis() -> None:
+def test_attractors_are_numbered_alike_along_the_new_axis():
     drawn = {"ensemble": 4, "spread": 0.1}
     parts = [run(initial=drawn, operation={"wob": wob}) for wob in ("20 kN", "40 kN")]
     swept = run(initial=drawn, sweep={"wob": ["20 kN", "40 kN"], **STUDY["sweep"]})
@@ -93,9 +90,9 @@ def test_attractors_are_numbered_alike_along_the_new_axis() -> None:
 
 
 @pytest.mark.parametrize("carried", [False, True])
-def test_refined_sweeps_are_the_refined_sweep_of_all(tmp_path: Path, carried: bool) -> None:
+def test_refined_sweeps_are_the_refined_sweep_of_all(tmp_path, carried):
     """Each value of the new axis is refined by itself, also in one study."""
-    sweep: dict[str, Any] = {"rotary_speed": {"from": "1 rad/s", "to": "9 rad/s", "points": 3}, "refine": 3}
+    sweep = {"rotary_speed": {"from": "1 rad/s", "to": "9 rad/s", "points": 3}, "refine": 3}
     if carried:
         sweep |= {"wob": ["20 kN", "60 kN"], "procedure": "up", "along": "wob"}
     torsion = {"model": "torsion", "sweep": sweep}
@@ -111,7 +108,7 @@ def test_refined_sweeps_are_the_refined_sweep_of_all(tmp_path: Path, carried: bo
     assert nsdrill.classify(made, {}).sizes == made.sizes
 
 
-def test_a_refined_axis_is_not_put_together() -> None:
+def test_a_refined_axis_is_not_put_together():
     parts = [
         run(model="torsion", sweep={"rotary_speed": {"from": low, "to": high, "points": 2}, "refine": 1})
         for low, high in (("1 rad/s", "3 rad/s"), ("5 rad/s", "9 rad/s"))
@@ -121,7 +118,7 @@ def test_a_refined_axis_is_not_put_together() -> None:
 
 
 @pytest.fixture(scope="module")
-def plain() -> xarray.Dataset:
+def plain():
     return run()
 
 
@@ -149,12 +146,12 @@ def plain() -> xarray.Dataset:
         ({"simulation": {"transient": "5 s", "observe": "8 s"}}, "simulation.transient"),
     ],
 )
-def test_what_differs_in_anything_else_is_refused(plain: xarray.Dataset, changes: Any, message: str) -> None:
+def test_what_differs_in_anything_else_is_refused(plain, changes, message):
     with pytest.raises(InputError, match=message):
         nsdrill.combine([plain, run(**changes)])
 
 
-def test_files_of_other_versions_and_labels_are_refused(plain: xarray.Dataset) -> None:
+def test_files_of_other_versions_and_labels_are_refused(plain):
     other = run(operation={"wob": "30 kN"})
     with pytest.raises(InputError, match="other versions"):
         nsdrill.combine([plain, other.assign_attrs(model_digest="of another time")])

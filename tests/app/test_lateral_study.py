@@ -1,18 +1,18 @@
-"""Swirl, stabilisers and inclination in a study: what is refused, what files say, the
-label of the low side."""
-
-from __future__ import annotations
+"""Swirl, stabilisers, inclination and the wall in a study: what is refused, what files
+say, the label of the low side, a start on the wall."""
 
 import copy
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill import StudyError
+from nsdrill.app.run import run_in_memory
 from nsdrill.app.summary import reclassify
 from nsdrill.models.christoforou_yigit.parameters import Parameters, Stabilizer
+from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.study import parse_study, study_from_resolved
 from nsdrill.variables import IRREGULAR, LOW_SIDE
 
@@ -49,23 +49,23 @@ simulation: {transient: 100 s, observe: 40 s}
         ("mud: {swirl: -0.1}", "at least 0 and at most 1"),
     ],
 )
-def test_what_cannot_be_is_refused(text: str, said: str) -> None:
+def test_what_cannot_be_is_refused(text, said):
     with pytest.raises(nsdrill.StudyError, match=said):
         parse_study(text)
 
 
-def test_records_check_the_clearance_too() -> None:
+def test_records_check_the_clearance_too():
     with pytest.raises(ValueError, match=r"stabilizer\.clearance: found 0.08 m, allowed: below the gap"):
         Parameters(stabilizer=Stabilizer(0.08))
 
 
-def test_a_span_that_nothing_holds_is_told() -> None:
+def test_a_span_that_nothing_holds_is_told():
     soft = "operation: {wob: 3 MN}\nwell: {stiffness: 0.1 MN/m}"
     assert any(word.startswith("Unheld") for word in nsdrill.check(soft).warnings)
     assert any(word.startswith("Buckled") for word in nsdrill.check("operation: {wob: 3 MN}").warnings)
 
 
-def test_a_study_of_before_is_the_same_study() -> None:
+def test_a_study_of_before_is_the_same_study():
     """Without the new keys, and with the same digest."""
     study = parse_study("sweep: {depth: [1 km, 2 km]}")
     old = copy.deepcopy(study.resolved)
@@ -78,7 +78,7 @@ def test_a_study_of_before_is_the_same_study() -> None:
 
 
 @pytest.fixture(scope="module")
-def inclined(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def inclined(tmp_path_factory):
     path = tmp_path_factory.mktemp("inclined") / "out.h5"
     study = (
         f"{WHIRL}\nsweep: {{well.inclination: [0 deg, 60 deg], rotary_speed: [3 rad/s, 12 "
@@ -89,7 +89,7 @@ def inclined(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_a_collar_on_the_low_side_is_called_so(inclined: Path) -> None:
+def test_a_collar_on_the_low_side_is_called_so(inclined):
     found = nsdrill.open_results(inclined)
     rides = found.sel(well_inclination=np.radians(60), rotary_speed=3.0, method="nearest")
     assert int(rides.whirl_kind) == LOW_SIDE
@@ -103,7 +103,7 @@ def test_a_collar_on_the_low_side_is_called_so(inclined: Path) -> None:
     assert found.whirl_kind.attrs["flag_meanings"].split()[LOW_SIDE] == "low_side"
 
 
-def test_labels_of_a_file_can_be_made_anew(inclined: Path, tmp_path: Path) -> None:
+def test_labels_of_a_file_can_be_made_anew(inclined, tmp_path):
     """A collar that is never that long on the wall is irregular, and low side comes
     back with the old threshold."""
     path = tmp_path / "again.h5"
@@ -119,8 +119,53 @@ def test_labels_of_a_file_can_be_made_anew(inclined: Path, tmp_path: Path) -> No
     assert np.array_equal(now == LOW_SIDE, rides)
 
 
-def test_points_are_replayed_to_the_bit(inclined: Path) -> None:
+def test_points_are_replayed_to_the_bit(inclined):
     """Also the vertical one, which a replay runs without the code of the option."""
     for degrees in (0.0, 60.0):
         at = {"well.inclination": f"{degrees} deg"}
         assert nsdrill.replay(inclined, rotary_speed="3 rad/s", at=at).attrs["same_bits"]
+
+
+# 67 kN buckle the span, so the collar leans on the wall, and at 10 rad/s it rolls all
+# the time.
+ROLLING = """\
+operation: {depth: 3000 m, wob: 66.72 kN}
+sweep: {rotary_speed: [10 rad/s]}
+simulation: {transient: 20 s, observe: 5 s}
+record: {peaks: 4}
+"""
+UNITS = {
+    "x": "m",
+    "y": "m",
+    "z": "m",
+    "vx": "m/s",
+    "vy": "m/s",
+    "vz": "m/s",
+    "twist": "rad",
+    "drive_angle": "rad",
+    "bit_speed": "rad/s",
+}
+
+
+def test_the_final_state_of_a_rolling_run_is_the_start_of_another():
+    first = run_in_memory(parse_study(ROLLING))
+    assert first["wall_contact_fraction"].item() == 1.0
+    final = first["final_state"].ravel()
+    gap = (0.381 - 0.2286) / 2
+    assert np.hypot(final[0], final[2]) > gap + 1e-3
+    given = [f"initial.{name}={value!r} {UNITS[name]}" for name, value in zip(STATE_NAMES, final.tolist(), strict=True)]
+    second = run_in_memory(parse_study(ROLLING, "s", [*given, "simulation.transient=0 s"]))
+    assert second["initial_state"].tobytes() == first["final_state"].tobytes()
+    assert second["wall_contact_fraction"].item() == 1.0
+    assert second["rolling_ratio"].item() == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("wall", "deepest"),
+    # The gap, 76.2 mm, and what 10 MN press: F/k, or (F/k)^(2/3) with the Hertz law.
+    [("stiffness: 1 GN/m", 0.0762 + 0.01), ("law: hertz, stiffness: 1e10 N/m^1.5", 0.0762 + 0.01)],
+)
+def test_how_deep_in_the_wall(wall, deepest):
+    parse_study(f"{ROLLING}well: {{{wall}}}\ninitial: {{x: 0 m, y: {deepest - 1e-6} m}}")
+    with pytest.raises(StudyError, match=r"at most 86.2 mm: the gap between collar and wall, 76.2 mm"):
+        parse_study(f"{ROLLING}well: {{{wall}}}\ninitial: {{x: 0 m, y: {deepest + 1e-6} m}}")

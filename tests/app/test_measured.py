@@ -1,8 +1,6 @@
 """Tables as rigs export them: what is read, in which unit, and what is refused with its
 line."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

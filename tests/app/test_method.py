@@ -1,8 +1,6 @@
 """Which method integrates friction: from the parameters, said in the file, the same for
 a replay."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -22,15 +20,15 @@ initial: {twist: -8 rad}
 """
 
 
-def study_of(method: str = "auto", procedure: str = ""):  # type: ignore[no-untyped-def]
+def study_of(method: str = "auto", procedure: str = ""):
     return parse_study(STEEP.replace("METHOD", method).replace("PROCEDURE", procedure))
 
 
-def test_the_default_study_is_explicit() -> None:
+def test_the_default_study_is_explicit():
     assert prepare(parse_study("title: The default")).methods == ("explicit",)
 
 
-def test_auto_is_implicit_where_friction_is_steep_and_the_file_says_so() -> None:
+def test_auto_is_implicit_where_friction_is_steep_and_the_file_says_so():
     found = run_in_memory(study_of())
     assert found.attrs["method"] == "explicit and implicit"
     assert found["method"].ravel().tolist() == [0, 1]
@@ -47,14 +45,14 @@ CHAIN = STEEP.replace("[100 s/rad, 20000 s/rad]PROCEDURE", "[A, B, C, D, E], pro
 )
 
 
-def chain_of(*smoothings: float):  # type: ignore[no-untyped-def]
+def chain_of(*smoothings: float):
     text = CHAIN
     for letter, smoothing in zip("ABCDE", smoothings, strict=True):
         text = text.replace(f"{letter},", f"{smoothing} s/rad,").replace(f"{letter}]", f"{smoothing} s/rad]")
     return parse_study(text)
 
 
-def test_a_chain_changes_the_method_between_points_and_hands_its_state_over() -> None:
+def test_a_chain_changes_the_method_between_points_and_hands_its_state_over():
     """Each point by its own method, from the state in which the one before has ended,
     on the way up and back."""
     found = run_in_memory(chain_of(100, 300, 5000, 20000, 80000))
@@ -69,7 +67,7 @@ def test_a_chain_changes_the_method_between_points_and_hands_its_state_over() ->
         assert again.trace.attrs["method"] == method
 
 
-def test_bits_of_a_chain_that_changes_its_method(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+def test_bits_of_a_chain_that_changes_its_method(tmp_path, monkeypatch):
     """The same on one lane and on eight, on one worker and on two, and of a run that
     was stopped and goes on."""
     study = chain_of(100, 300, 5000, 20000, 80000)
@@ -79,7 +77,7 @@ def test_bits_of_a_chain_that_changes_its_method(tmp_path, monkeypatch) -> None:
         run_study(study, files[name], lanes=lanes, workers=workers)
     count = 0
 
-    def stop(progress) -> None:  # type: ignore[no-untyped-def]
+    def stop(progress):
         nonlocal count
         count += 1
         if progress.done >= 3:
@@ -95,14 +93,14 @@ def test_bits_of_a_chain_that_changes_its_method(tmp_path, monkeypatch) -> None:
             assert np.asarray(values).tobytes() == np.asarray(results[other][name]).tobytes(), (name, other)
 
 
-def test_a_model_that_cannot_says_why() -> None:
+def test_a_model_that_cannot_says_why():
     several = ", ".join(f"{{at: {place / 14:.3f}}}" for place in range(1, 14))
     study = parse_study(f"model: beam\nsimulation: {{method: implicit}}\nbeam: {{stations: [{several}]}}")
     with pytest.raises(InputError, match=r"as 13 stations rub on the same modes"):
         prepare(study).check_method()
 
 
-def test_stabilisers_and_wall_with_friction_along_the_hole_are_implicit_together() -> None:
+def test_stabilisers_and_wall_with_friction_along_the_hole_are_implicit_together():
     """Three contacts, two of them with a slip in a plane: the same motion as by explicit
     steps. It is chaotic, so it is compared over a short time."""
     ends = []
@@ -118,7 +116,7 @@ def test_stabilisers_and_wall_with_friction_along_the_hole_are_implicit_together
     assert ends[1] == pytest.approx(ends[0], rel=1e-6, abs=1e-8)
 
 
-def test_a_limit_of_steps_says_which_friction_and_what_to_set() -> None:
+def test_a_limit_of_steps_says_which_friction_and_what_to_set():
     text = STEEP.replace("METHOD", "explicit, max_steps: 1000").replace("PROCEDURE", "")
     found = simulate(parse_study(text.replace("modes:", "bit: {friction: {smoothing: 20000 s/rad}}\nmodes:")))
     assert found.trace.attrs["status"] == "step_limit"

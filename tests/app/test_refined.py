@@ -1,10 +1,6 @@
 """A refined sweep: the runs of the full grid, fewer of them, and the same file whatever
 happened on the way."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from interrupts import Interrupt, look_often
@@ -38,13 +34,13 @@ def study_of(text: str, *overrides: str) -> Study:
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def whole(tmp_path_factory):
     path = tmp_path_factory.mktemp("refined") / "whole.h5"
     run_study(study_of(GRID), path)
     return path
 
 
-def test_what_was_run_has_the_bits_of_the_full_grid(whole: Path) -> None:
+def test_what_was_run_has_the_bits_of_the_full_grid(whole):
     full = run_in_memory(
         study_of(GRID.replace("points: 4", "points: 13").replace("points: 5", "points: 17"), "sweep.refine=0")
     )
@@ -69,7 +65,7 @@ def test_what_was_run_has_the_bits_of_the_full_grid(whole: Path) -> None:
         assert np.array_equal(first[mixed], second[mixed])
 
 
-def test_the_coarse_values_keep_their_bits() -> None:
+def test_the_coarse_values_keep_their_bits():
     coarse, fine = study_of(GRID, "sweep.refine=0").axes, study_of(GRID, "sweep.refine=5").axes
     for axis in ("wob", "rotary_speed"):
         assert np.array_equal(fine[axis][::32], coarse[axis])
@@ -77,7 +73,7 @@ def test_the_coarse_values_keep_their_bits() -> None:
     assert np.array_equal(study_of(odd).axes["wob"][::64], study_of(odd, "sweep.refine=0").axes["wob"])
 
 
-def test_what_the_file_says_of_it(whole: Path) -> None:
+def test_what_the_file_says_of_it(whole):
     attrs, summary = read_attributes(whole), summarize(read_results(whole))
     status = read_results(whole)["status"]
     told = summary["refinement"]
@@ -94,7 +90,7 @@ def test_what_the_file_says_of_it(whole: Path) -> None:
 
 @TEXTS
 @pytest.mark.parametrize("after", [1, 4])
-def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_run_goes_on(tmp_path, text, after, monkeypatch):
     look_often(monkeypatch)
     study, out, one = study_of(text), tmp_path / "out.h5", tmp_path / "one.h5"
     run_study(study, one, workers=2, lanes=8)
@@ -114,7 +110,7 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monke
     assert not part_path(out).exists()
 
 
-def test_chains_are_run_whole_and_where_neighbours_differ(tmp_path: Path) -> None:
+def test_chains_are_run_whole_and_where_neighbours_differ(tmp_path):
     out = tmp_path / "out.h5"
     run_study(study_of(CHAINS), out)
     found = read_results(out)
@@ -137,7 +133,7 @@ def test_chains_are_run_whole_and_where_neighbours_differ(tmp_path: Path) -> Non
         assert values[found["status"] == OK].tobytes() == one[name][found["status"] == OK].tobytes()
 
 
-def test_failed_points_are_surrounded_and_retried(tmp_path: Path, whole: Path) -> None:
+def test_failed_points_are_surrounded_and_retried(tmp_path, whole):
     steps = read_results(whole)["steps"]
     limit = int(np.quantile(steps[steps > 0], 0.85))
     out = tmp_path / "out.h5"
@@ -153,7 +149,7 @@ def test_failed_points_are_surrounded_and_retried(tmp_path: Path, whole: Path) -
     assert not different(out, whole)
 
 
-def test_new_labels_are_inferred_anew_or_refused(tmp_path: Path, whole: Path) -> None:
+def test_new_labels_are_inferred_anew_or_refused(tmp_path, whole):
     out = tmp_path / "out.h5"
     out.write_bytes(whole.read_bytes())
     before = read_results(out)
@@ -175,13 +171,13 @@ def test_new_labels_are_inferred_anew_or_refused(tmp_path: Path, whole: Path) ->
 
 
 @pytest.mark.parametrize("more", [["record.poincare=12"], ["simulation.verify=true", "record.exponent=true"]])
-def test_the_labels_of_the_study_are_those_in_the_file(tmp_path: Path, more: list[str]) -> None:
+def test_the_labels_of_the_study_are_those_in_the_file(tmp_path, more):
     out = tmp_path / "out.h5"
     run_study(study_of(GRID, *more), out)
     assert not any(changed for changed, _ in reclassify(out, []).values())
 
 
-def test_an_inferred_point_cannot_be_replayed(whole: Path) -> None:
+def test_an_inferred_point_cannot_be_replayed(whole):
     found = read_results(whole)
     _, _, w, s = np.argwhere(found["status"] == INFERRED)[0]
     place = {"wob": float(found.coords["wob"][w]), "rotary_speed": float(found.coords["rotary_speed"][s])}
@@ -189,7 +185,7 @@ def test_an_inferred_point_cannot_be_replayed(whole: Path) -> None:
         replay(whole, **place)
 
 
-def test_without_a_file(whole: Path) -> None:
+def test_without_a_file(whole):
     found, there = run_in_memory(study_of(GRID)), read_results(whole)
     assert all(found[name].tobytes() == there[name].tobytes() for name in there.variables)
     assert found.attrs["points_run"] == there.attrs["points_run"]
@@ -205,6 +201,6 @@ def test_without_a_file(whole: Path) -> None:
         (["sweep.wob.points=10000000"], "over all axes, refined"),
     ],
 )
-def test_what_cannot_be_refined(overrides: list[str], words: str) -> None:
+def test_what_cannot_be_refined(overrides, words):
     with pytest.raises(StudyError, match=words):
         study_of(GRID, *overrides)

@@ -1,11 +1,8 @@
 """The results file as others see it: by xarray and by h5py, against the table of the
 contract."""
 
-from __future__ import annotations
-
 import hashlib
 import json
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -68,17 +65,17 @@ GRID = {
 
 
 @pytest.fixture(params=list(GRID))
-def name(request: pytest.FixtureRequest) -> str:
+def name(request):
     return str(request.param)
 
 
 @pytest.fixture
-def data(name: str, shared: Path):  # type: ignore[no-untyped-def]
+def data(name, shared):
     with xarray.open_dataset(shared / f"{name}.h5", engine="h5netcdf") as opened:
         yield opened
 
 
-def test_variables_units_and_names(data, name: str) -> None:  # type: ignore[no-untyped-def]
+def test_variables_units_and_names(data, name):
     grid = GRID[name]
     for name, units in POINTS.items():
         assert data[name].dims == grid, name
@@ -94,7 +91,7 @@ def test_variables_units_and_names(data, name: str) -> None:  # type: ignore[no-
         assert dict(zip(STATES, data[name].attrs["state_units"].split(", "), strict=True)) == STATE_UNITS
 
 
-def test_coordinates(data, name: str) -> None:  # type: ignore[no-untyped-def]
+def test_coordinates(data, name):
     assert {axis: data[axis].attrs["units"] for axis in AXES} == AXES
     assert {axis: data[axis].attrs["key"] for axis in AXES} == {axis: f"operation.{axis}" for axis in AXES}
     assert set(data.coords) == {"procedure", *AXES, "peak", "state"}
@@ -108,7 +105,7 @@ def test_coordinates(data, name: str) -> None:  # type: ignore[no-untyped-def]
     assert data.sizes["peak"] == 4
 
 
-def test_values_of_the_axes(shared: Path) -> None:
+def test_values_of_the_axes(shared):
     with xarray.open_dataset(shared / "map.h5", engine="h5netcdf") as data:
         assert data["wob"].values.tolist() == [20e3, 40e3, 60e3, 80e3, 100e3]
         # The list of the study is 60, 30, 45, 75 rpm: ascending in the file, in rad/s.
@@ -116,7 +113,7 @@ def test_values_of_the_axes(shared: Path) -> None:
         assert float(data["depth"]) == 2000.0
 
 
-def test_flags(data) -> None:  # type: ignore[no-untyped-def]
+def test_flags(data):
     status, response, kind = data["status"].attrs, data["response"].attrs, data["whirl_kind"].attrs
     assert list(status["flag_values"][:4]) == [0, 1, 2, 3]
     assert status["flag_meanings"].split()[:4] == ["pending", "ok", "diverged", "step_limit"]
@@ -127,7 +124,7 @@ def test_flags(data) -> None:  # type: ignore[no-untyped-def]
     assert data["status"].dtype.kind == "i"
 
 
-def test_values_are_consistent(data) -> None:  # type: ignore[no-untyped-def]
+def test_values_are_consistent(data):
     ok = data["status"].values == 1
     v = {name: data[name].values[ok] for name in POINTS}
     for name in ("stuck_fraction", "lift_off_fraction", "wall_contact_fraction"):
@@ -151,7 +148,7 @@ def test_values_are_consistent(data) -> None:  # type: ignore[no-untyped-def]
     assert np.isfinite(data["final_state"].values).all()
 
 
-def test_failed_points_have_no_features_but_their_end(shared: Path) -> None:
+def test_failed_points_have_no_features_but_their_end(shared):
     with xarray.open_dataset(shared / "failing.h5", engine="h5netcdf") as data:
         failed = data["status"].values == 3
         assert failed.any()
@@ -160,7 +157,7 @@ def test_failed_points_have_no_features_but_their_end(shared: Path) -> None:
         assert (data["steps"].values[failed] + data["rejected"].values[failed] >= 1000).all()
 
 
-def test_root_attributes(shared: Path) -> None:
+def test_root_attributes(shared):
     import numpy
 
     with xarray.open_dataset(shared / "small.h5", engine="h5netcdf") as data:
@@ -180,7 +177,7 @@ def test_root_attributes(shared: Path) -> None:
     assert attrs["history"].endswith(" run")
 
 
-def test_study_digest_is_of_the_resolved_study(shared: Path) -> None:
+def test_study_digest_is_of_the_resolved_study(shared):
     """What changes no number changes no digest: comments, the title, the order of keys,
     another unit for one value."""
     study = nsdrill.load_study(shared / "small.yaml")
@@ -204,7 +201,7 @@ def test_study_digest_is_of_the_resolved_study(shared: Path) -> None:
     assert hashlib.sha256(line.encode()).hexdigest() == study.sha256
 
 
-def test_overrides_are_on_record(shared: Path, tmp_path: Path) -> None:
+def test_overrides_are_on_record(shared, tmp_path):
     changes = ("operation.wob=30 kN", "title=Changed")
     study = nsdrill.load_study(shared / "small.yaml", changes)
     run_study(study, tmp_path / "out.h5")
@@ -216,7 +213,7 @@ def test_overrides_are_on_record(shared: Path, tmp_path: Path) -> None:
         assert file["wob"][()] == 30e3
 
 
-def test_trace_file(shared: Path, tmp_path: Path) -> None:
+def test_trace_file(shared, tmp_path):
     from nsdrill.store import write_trace
 
     write_trace(tmp_path / "trace.h5", replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
@@ -253,9 +250,7 @@ def test_trace_file(shared: Path, tmp_path: Path) -> None:
         ("procedure", "over", "found over along"),
     ],
 )
-def test_a_study_that_is_not_that_of_the_points(
-    shared: Path, tmp_path: Path, key: str, value: object, words: str
-) -> None:
+def test_a_study_that_is_not_that_of_the_points(shared, tmp_path, key, value, words):
     """Labels and replays are made from the study in the file, so it must be the one
     that the points were run with."""
     from nsdrill.app.summary import reclassify
@@ -271,7 +266,7 @@ def test_a_study_that_is_not_that_of_the_points(
             ask()
 
 
-def test_the_window_by_severity_of_a_file_without_severities(shared: Path, tmp_path: Path) -> None:
+def test_the_window_by_severity_of_a_file_without_severities(shared, tmp_path):
     """The first files have the severity of stick-slip only."""
     path = tmp_path / "out.h5"
     path.write_bytes((shared / "map.h5").read_bytes())

@@ -1,8 +1,6 @@
 """Failed points once more: the file becomes that of an undisturbed run with the limit
 that is now given."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -36,7 +34,7 @@ def study_of(text: str, max_steps: int) -> Study:
 
 
 @pytest.fixture
-def out(tmp_path: Path) -> Path:
+def out(tmp_path):
     return tmp_path / "out.h5"
 
 
@@ -49,7 +47,7 @@ def limits(text: str, folder: Path) -> tuple[int, int]:
 
 
 @TEXTS
-def test_with_nothing_changed_the_file_stays_what_it_was(out: Path, tmp_path: Path, text: str) -> None:
+def test_with_nothing_changed_the_file_stays_what_it_was(out, tmp_path, text):
     low, _ = limits(text, tmp_path)
     study = study_of(text, low)
     first = run_study(study, out)
@@ -63,7 +61,7 @@ def test_with_nothing_changed_the_file_stays_what_it_was(out: Path, tmp_path: Pa
 
 
 @TEXTS
-def test_a_larger_limit_gives_the_file_of_a_run_with_it(out: Path, tmp_path: Path, text: str) -> None:
+def test_a_larger_limit_gives_the_file_of_a_run_with_it(out, tmp_path, text):
     low, high = limits(text, tmp_path)
     run_study(study_of(text, low), out)
     for limit in (high, 10**7):
@@ -82,9 +80,7 @@ def test_a_larger_limit_gives_the_file_of_a_run_with_it(out: Path, tmp_path: Pat
 
 @TEXTS
 @pytest.mark.parametrize("after", [1, 3])
-def test_an_interrupted_retry_goes_on(
-    out: Path, tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_retry_goes_on(out, tmp_path, text, after, monkeypatch):
     """Of a chain nothing stays that followed from a point that has become another."""
     look_often(monkeypatch)
     low, high = limits(text, tmp_path)
@@ -98,9 +94,7 @@ def test_an_interrupted_retry_goes_on(
     assert not different(out, tmp_path / "whole.h5")
 
 
-def test_an_unfinished_run_takes_the_larger_limit_too(
-    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unfinished_run_takes_the_larger_limit_too(out, tmp_path, monkeypatch):
     look_often(monkeypatch)
     low, _ = limits(GRID, tmp_path)
     with pytest.raises(Interrupted):
@@ -113,7 +107,7 @@ def test_an_unfinished_run_takes_the_larger_limit_too(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["free.h5", "out.h5"]
 
 
-def test_what_may_not_differ(out: Path, tmp_path: Path) -> None:
+def test_what_may_not_differ(out, tmp_path):
     low, high = limits(GRID, tmp_path)
     run_study(study_of(GRID, high), out)
     before = out.read_bytes()
@@ -130,7 +124,7 @@ def test_what_may_not_differ(out: Path, tmp_path: Path) -> None:
     assert not part_path(out).exists()
 
 
-def test_other_labels_are_not_mixed_with_those_of_the_study(out: Path, tmp_path: Path) -> None:
+def test_other_labels_are_not_mixed_with_those_of_the_study(out, tmp_path):
     low, high = limits(GRID, tmp_path)
     run_study(study_of(GRID, low), out)
     reclassify(out, ["classify.stick_slip.stick_slip_index=60"])
@@ -141,7 +135,7 @@ def test_other_labels_are_not_mixed_with_those_of_the_study(out: Path, tmp_path:
     assert np.any(read_results(out)["status"] == STEP_LIMIT)
 
 
-def test_where_nothing_failed_nothing_changes(out: Path) -> None:
+def test_where_nothing_failed_nothing_changes(out):
     # and where nothing is there, it is a run like any other
     nsdrill.run(study_of(GRID, 10**7), out, retry_failed=True)
     before = out.read_bytes()
@@ -150,20 +144,18 @@ def test_where_nothing_failed_nothing_changes(out: Path) -> None:
 
 
 @pytest.mark.parametrize("where", ["os.replace", "nsdrill.store.RunLog._write_slots"])
-def test_a_full_disk_leaves_the_failed_points_where_they_are(
-    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: str
-) -> None:
+def test_a_full_disk_leaves_the_failed_points_where_they_are(out, tmp_path, monkeypatch, where):
     low, _ = limits(GRID, tmp_path)
     run_study(study_of(GRID, low), out)
     before = out.read_bytes()
     real = RunLog._write_slots
 
-    def refuse(*inputs: object) -> None:
+    def refuse(*inputs):
         error = OSError(28, "No space left on device")
         if not isinstance(log := inputs[0], RunLog):
             raise error
         if ".tmp-" not in log.path.name:
-            return real(*inputs)  # type: ignore[arg-type]
+            return real(*inputs)
         log._raise_write_error(error)
 
     with monkeypatch.context() as patch:
@@ -178,7 +170,7 @@ def test_a_full_disk_leaves_the_failed_points_where_they_are(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["free.h5", "out.h5"]
 
 
-def test_the_command(out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command(out, tmp_path, monkeypatch):
     low, _ = limits(GRID, tmp_path)
     study = tmp_path / "s.yaml"
     study.write_text(GRID)

@@ -1,11 +1,8 @@
 """An ensemble from the study to the file and back: resumed, replayed, classified,
 exported, opened."""
 
-from __future__ import annotations
-
 import csv
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,7 +36,7 @@ SLICE = TEXT.replace(
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("starts") / "out.h5"
     run_study(parse_study(TEXT), path, workers=1)
     return path
@@ -49,7 +46,7 @@ def same(a: Results, b: Results) -> bool:
     return list(a.variables) == list(b.variables) and all(a[n].tobytes() == b[n].tobytes() for n in a.variables)
 
 
-def test_the_file(made: Path) -> None:
+def test_the_file(made):
     results = read_results(made)
     assert results.grid == ("procedure", "depth", "wob", "rotary_speed", "start")
     assert results.shape == results["response"].shape == (1, 2, 1, 1, 7)
@@ -60,7 +57,7 @@ def test_the_file(made: Path) -> None:
     assert not results.slice
 
 
-def test_the_file_opens_in_xarray(made: Path) -> None:
+def test_the_file_opens_in_xarray(made):
     with open_results(made) as data:
         assert data.sizes["start"] == 7
         assert data["attractor"].dims == ("depth", "start")
@@ -68,12 +65,12 @@ def test_the_file_opens_in_xarray(made: Path) -> None:
 
 
 @pytest.mark.parametrize(("workers", "lanes"), [(1, 1), (2, 16)])
-def test_the_same_bits(made: Path, tmp_path: Path, workers: int, lanes: int) -> None:
+def test_the_same_bits(made, tmp_path, workers, lanes):
     run_study(parse_study(TEXT), tmp_path / "out.h5", workers=workers, lanes=lanes)
     assert same(read_results(tmp_path / "out.h5"), read_results(made))
 
 
-def test_in_memory(made: Path) -> None:
+def test_in_memory(made):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("nsdrill.app.attractors._BLOCK", 1)  # one operating point after the other
         results = run_in_memory(parse_study(TEXT), workers=1)
@@ -81,7 +78,7 @@ def test_in_memory(made: Path) -> None:
     assert attractors(results) == nsdrill.attractors(made)
 
 
-def test_resumed(made: Path, tmp_path: Path) -> None:
+def test_resumed(made, tmp_path):
     path = tmp_path / "out.h5"
     slow = parse_study(TEXT)
     with pytest.MonkeyPatch.context() as patch:
@@ -97,7 +94,7 @@ def test_resumed(made: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("start", [0, 6])
-def test_replay_is_bit_for_bit(made: Path, start: int) -> None:
+def test_replay_is_bit_for_bit(made, start):
     result = replay(made, depth=3000.0, start=start)
     assert result.same_bits is True
     assert result.trace.attrs["start"] == start
@@ -107,7 +104,7 @@ def test_replay_is_bit_for_bit(made: Path, start: int) -> None:
     assert np.array_equal(simulated.trace.attrs["final_state"], result.trace.attrs["final_state"])
 
 
-def test_which_start_must_be_said(made: Path, shared: Path) -> None:
+def test_which_start_must_be_said(made, shared):
     with pytest.raises(InputError, match=r"has 7 starts. Say which one with start, 0 to 6"):
         replay(made, depth=3000.0)
     with pytest.raises(InputError, match=r"start: found 7; allowed: 0 to 6"):
@@ -118,7 +115,7 @@ def test_which_start_must_be_said(made: Path, shared: Path) -> None:
         simulate(parse_study(TEXT))
 
 
-def test_attractors_as_plain_data(made: Path) -> None:
+def test_attractors_as_plain_data(made):
     points, results = nsdrill.attractors(made), read_results(made)
     json.dumps(points, allow_nan=False)
     assert [point["depth"] for point in points] == [2000.0, 3000.0]
@@ -137,12 +134,12 @@ def test_attractors_as_plain_data(made: Path) -> None:
             assert len(np.unique(results["response"][0, i, 0, 0][chosen])) == 1
 
 
-def test_without_several_starts_there_are_no_attractors(shared: Path) -> None:
+def test_without_several_starts_there_are_no_attractors(shared):
     with pytest.raises(FileError, match=r"one start.*initial\.ensemble"):
         nsdrill.attractors(shared / "map.h5")
 
 
-def test_another_tolerance_makes_other_groups_and_comes_back(made: Path, tmp_path: Path) -> None:
+def test_another_tolerance_makes_other_groups_and_comes_back(made, tmp_path):
     path = tmp_path / "copy.h5"
     path.write_bytes(made.read_bytes())
     changed = reclassify(path, ["classify.attractors.tolerance=100"])
@@ -155,7 +152,7 @@ def test_another_tolerance_makes_other_groups_and_comes_back(made: Path, tmp_pat
     assert same(read_results(path), read_results(made))
 
 
-def test_numbers_are_the_same_along_the_axis(made: Path, tmp_path: Path) -> None:
+def test_numbers_are_the_same_along_the_axis(made, tmp_path):
     """With all allowed to match, each operating point has the numbers from 1, the
     motions of the other among them."""
     path = tmp_path / "copy.h5"
@@ -174,7 +171,7 @@ def test_numbers_are_the_same_along_the_axis(made: Path, tmp_path: Path) -> None
     assert same(read_results(path), read_results(made))
 
 
-def test_the_table_has_a_column_for_the_start(made: Path, tmp_path: Path) -> None:
+def test_the_table_has_a_column_for_the_start(made, tmp_path):
     write_rows(table(read_results(made)), tmp_path / "out.csv")
     with open(tmp_path / "out.csv", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -184,7 +181,7 @@ def test_the_table_has_a_column_for_the_start(made: Path, tmp_path: Path) -> Non
     assert [int(row["attractor"]) for row in rows] == stored.tolist()
 
 
-def test_a_slice(tmp_path: Path) -> None:
+def test_a_slice(tmp_path):
     path = tmp_path / "slice.h5"
     run_study(parse_study(SLICE), path, workers=1)
     results = read_results(path)
@@ -198,7 +195,7 @@ def test_a_slice(tmp_path: Path) -> None:
     assert summarize(results)["slice"] == results.slice
 
 
-def test_failed_starts_are_counted_and_named(tmp_path: Path) -> None:
+def test_failed_starts_are_counted_and_named(tmp_path):
     path = tmp_path / "failing.h5"
     outcome = run_study(parse_study(TEXT, overrides=["simulation.max_steps=1000"]), path, workers=1)
     failed = read_results(path)["status"] != 1

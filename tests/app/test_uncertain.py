@@ -1,9 +1,6 @@
 """Studies with uncertain numbers: every sample is a run of its own, and probabilities
 are those of a closed form."""
 
-from __future__ import annotations
-
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,7 +28,7 @@ CARRIED = {**SHORT, "sweep": {**SHORT["sweep"], "procedure": "up-down", "along":
 
 
 @pytest.fixture(scope="module")
-def carried(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def carried(tmp_path_factory):
     path = tmp_path_factory.mktemp("uncertain") / "carried.h5"
     nsdrill.run(CARRIED, path, progress=False, workers=1).close()
     return path
@@ -56,7 +53,7 @@ def same(a: xarray.Dataset, b: xarray.Dataset) -> None:
         assert np.array_equal(a[name].values, b[name].values, equal_nan=a[name].dtype.kind == "f"), name
 
 
-def test_each_sample_has_the_bits_of_a_study_of_its_own(carried: Path) -> None:
+def test_each_sample_has_the_bits_of_a_study_of_its_own(carried):
     with nsdrill.open_results(carried) as data:
         assert data["status"].dims == ("procedure", "wob", "rotary_speed", "sample")
         assert data["bit_rock_stiffness"].attrs["key"] == "bit.rock_stiffness"
@@ -66,14 +63,14 @@ def test_each_sample_has_the_bits_of_a_study_of_its_own(carried: Path) -> None:
             same(alone, data.isel(sample=number)[list(data.data_vars)])
 
 
-def test_numbers_do_not_depend_on_workers_or_neighbours(carried: Path) -> None:
+def test_numbers_do_not_depend_on_workers_or_neighbours(carried):
     with nsdrill.open_results(carried) as data:
         same(data.load(), nsdrill.run(CARRIED, progress=False, workers=3))
         alone = nsdrill.run({**CARRIED, "sweep": {**CARRIED["sweep"], "wob": ["60 kN"]}}, progress=False)
         same(data.isel(wob=1), alone)
 
 
-def test_any_sample_is_replayed_bit_for_bit(carried: Path) -> None:
+def test_any_sample_is_replayed_bit_for_bit(carried):
     for number, procedure in ((0, "up"), (7, "down")):
         at = {"wob": "60 kN", "rotary_speed": "9 rad/s", "sample": number}
         trace = nsdrill.replay(carried, at=at, procedure=procedure)
@@ -85,7 +82,7 @@ def test_any_sample_is_replayed_bit_for_bit(carried: Path) -> None:
         nsdrill.replay(carried, at={"wob": "60 kN", "rotary_speed": "9 rad/s", "sample": 8}, procedure="up")
 
 
-def test_one_sample_is_simulated_from_the_study(carried: Path) -> None:
+def test_one_sample_is_simulated_from_the_study(carried):
     at = {"wob": "20 kN", "rotary_speed": "3 rad/s", "sample": 4}
     trace = nsdrill.simulate(SHORT, at=at)
     with nsdrill.open_results(carried) as data:
@@ -96,11 +93,11 @@ def test_one_sample_is_simulated_from_the_study(carried: Path) -> None:
     assert trace.attrs["final_state"][:-1] == pytest.approx(final[:-1], rel=0.05, abs=0.05)
 
 
-def test_an_interrupted_run_goes_on_to_the_same_numbers(tmp_path: Path, carried: Path) -> None:
+def test_an_interrupted_run_goes_on_to_the_same_numbers(tmp_path, carried):
     class Enough(Exception):
         pass
 
-    def stop(progress: Any) -> None:
+    def stop(progress):
         if progress.done >= 20:
             raise Enough
 
@@ -111,29 +108,29 @@ def test_an_interrupted_run_goes_on_to_the_same_numbers(tmp_path: Path, carried:
     same(nsdrill.run(many, path, resume=True, progress=False), nsdrill.open_results(carried).load())
 
 
-def test_a_log_with_other_samples_is_not_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_log_with_other_samples_is_not_gone_on_with(tmp_path, monkeypatch):
     class Enough(Exception):
         pass
 
-    def stop(progress: Any) -> None:
+    def stop(progress):
         raise Enough
 
     with pytest.raises(Enough):
         nsdrill.run(SHORT, tmp_path / "out.h5", progress=stop)
-    real = nsdrill.sampling.rounded  # type: ignore[attr-defined]
+    real = nsdrill.sampling.rounded
     monkeypatch.setattr("nsdrill.sampling.rounded", lambda values: real(values * (1 + 1e-6)))
     with pytest.raises(FileError, match="not those that this version of SciPy draws"):
         run_study(nsdrill.load_study(SHORT), tmp_path / "out.h5", resume=True)
 
 
-def test_files_bring_their_own_samples(carried: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = nsdrill.sampling.rounded  # type: ignore[attr-defined]
+def test_files_bring_their_own_samples(carried, monkeypatch):
+    real = nsdrill.sampling.rounded
     monkeypatch.setattr("nsdrill.sampling.rounded", lambda values: real(values * (1 + 1e-6)))
     at = {"wob": "60 kN", "rotary_speed": "9 rad/s", "sample": 3}
     assert nsdrill.replay(carried, at=at, procedure="down").attrs["same_bits"] == 1
 
 
-def test_files_go_out_and_in(carried: Path, tmp_path: Path) -> None:
+def test_files_go_out_and_in(carried, tmp_path):
     with nsdrill.open_results(carried) as data:
         nsdrill.save(data, tmp_path / "again.h5")
         nsdrill.save(data, tmp_path / "table.csv")
@@ -153,14 +150,14 @@ def test_files_go_out_and_in(carried: Path, tmp_path: Path) -> None:
     ]
 
 
-def test_diff_names_another_distribution(carried: Path) -> None:
+def test_diff_names_another_distribution(carried):
     other = {**CARRIED, "uncertain": {**CARRIED["uncertain"], "seed": 2}}
     found = nsdrill.diff(carried, nsdrill.run(other, progress=False))
     assert [row["key"] for row in found["study"]] == ["uncertain.seed"]
     assert not found["same_numbers"]
 
 
-def test_failed_points_are_run_again(tmp_path: Path) -> None:
+def test_failed_points_are_run_again(tmp_path):
     few = {**SHORT, "simulation": {**SHORT["simulation"], "max_steps": 1000}}
     with pytest.warns(nsdrill.RunWarning):
         nsdrill.run(few, tmp_path / "out.h5", progress=False)
@@ -168,7 +165,7 @@ def test_failed_points_are_run_again(tmp_path: Path) -> None:
     same(nsdrill.run(more, tmp_path / "out.h5", retry_failed=True, progress=False), nsdrill.run(SHORT, progress=False))
 
 
-def test_a_table_of_samples_is_run_row_by_row() -> None:
+def test_a_table_of_samples_is_run_row_by_row():
     table = {"bit.rock_stiffness": ["10 MN/m", "40 MN/m", "20 MN/m"], "bit.friction.static": [0.3, 0.5, 0.4]}
     data = nsdrill.run({**SHORT, "uncertain": {"table": table}}, progress=False)
     assert data["bit_rock_stiffness"].values.tolist() == [10e6, 40e6, 20e6]
@@ -177,7 +174,7 @@ def test_a_table_of_samples_is_run_row_by_row() -> None:
     same(nsdrill.run(one, progress=False), data.isel(sample=2)[list(data.data_vars)])
 
 
-def test_each_sample_is_refined_by_itself() -> None:
+def test_each_sample_is_refined_by_itself():
     speed = {"from": "3 rad/s", "to": "9 rad/s", "points": 4}
     fine = {**SHORT, "sweep": {"rotary_speed": speed, "refine": 2}, "operation": {"wob": "60 kN"}}
     data = nsdrill.run(fine, progress=False)
@@ -207,7 +204,7 @@ classify: {bit_bounce: {lift_off_fraction: 1.0e-3}}
 
 
 @pytest.fixture(scope="module")
-def lift_off() -> tuple[nsdrill.Study, xarray.Dataset]:
+def lift_off():
     study = parse_study(AXIAL, "axial.yaml")
     return study, nsdrill.run(study, progress=False)
 
@@ -223,16 +220,16 @@ def least_weight(study: nsdrill.Study, stiffness: Any) -> Any:
     return bit.surface_amplitude * (made.k_a + stiffness) * abs(string) / abs(string + stiffness)
 
 
-def test_probability_of_lift_off_is_that_of_the_closed_form(lift_off: tuple[nsdrill.Study, xarray.Dataset]) -> None:
+def test_probability_of_lift_off_is_that_of_the_closed_form(lift_off):
     study, data = lift_off
     low, mode, high, least, most = 10e6, 20e6, 60e6, 5e3, 40e3
 
-    def density(k: float) -> float:
+    def density(k):
         return (
             2 * (k - low) / (high - low) / (mode - low) if k < mode else 2 * (high - k) / (high - low) / (high - mode)
         )
 
-    def lifted(k: float) -> float:
+    def lifted(k):
         return float(density(k) * np.clip((least_weight(study, k) - least) / (most - least), 0.0, 1.0))
 
     exact, _ = integrate.quad(lifted, low, high, points=[mode], limit=200)
@@ -244,14 +241,14 @@ def test_probability_of_lift_off_is_that_of_the_closed_form(lift_off: tuple[nsdr
     assert float(found["probability"].sel(outcome="safe")) == pytest.approx(1.0 - exact, abs=0.01)
 
 
-def test_each_sample_lifts_off_where_the_closed_form_says(lift_off: tuple[nsdrill.Study, xarray.Dataset]) -> None:
+def test_each_sample_lifts_off_where_the_closed_form_says(lift_off):
     study, data = lift_off
     margin = data["operation_wob"].values / least_weight(study, data["bit_rock_stiffness"].values)
     clear = np.abs(margin - 1.0) > 0.02
     assert np.array_equal((data["response"].values & 1)[clear] > 0, margin[clear] < 1.0)
 
 
-def test_sensitivity_of_lift_off_is_that_of_the_closed_form() -> None:
+def test_sensitivity_of_lift_off_is_that_of_the_closed_form():
     text = AXIAL.replace("design: sobol", "design: saltelli").replace("samples: 1024", "samples: 512")
     study = parse_study(text, "axial.yaml")
     data = nsdrill.run(study, progress=False)
@@ -272,7 +269,7 @@ def test_sensitivity_of_lift_off_is_that_of_the_closed_form() -> None:
     assert found["measure_first"]["key"] == "operation.wob"
 
 
-def test_results_without_samples_are_refused() -> None:
+def test_results_without_samples_are_refused():
     plain = {key: value for key, value in SHORT.items() if key != "uncertain"}
     data = nsdrill.run(plain, progress=False)
     for function in (nsdrill.probability, nsdrill.sensitivity):
@@ -282,7 +279,7 @@ def test_results_without_samples_are_refused() -> None:
         nsdrill.window(data, confidence=0.9)
 
 
-def test_the_other_models_have_samples_too() -> None:
+def test_the_other_models_have_samples_too():
     for model in ("torsion",):
         section = {"wob": {"uniform": ["20 kN", "30 kN"]}, "samples": 4}
         study = {"model": model, "uncertain": section, "simulation": {"transient": "1 s", "observe": "2 s"}}

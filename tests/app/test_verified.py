@@ -1,10 +1,7 @@
 """Checks of every point: right runs from right states, and the same file whatever
 happened on the way."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +13,7 @@ from nsdrill.app import stages
 from nsdrill.app.check import check
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.summary import reclassify, summarize
-from nsdrill.observe.labels import RESPONSE_DIFFERS, verdict
+from nsdrill.observe.motion import RESPONSE_DIFFERS, verdict
 from nsdrill.store import part_path, read_partial, read_results
 from nsdrill.study import Study, parse_study
 from nsdrill.variables import INFERRED, OK, PENDING, STEP_LIMIT
@@ -40,7 +37,7 @@ def study_of(text: str, *overrides: str) -> Study:
 
 
 @TEXTS
-def test_the_runs_are_those_of_the_unchecked_sweep(text: str) -> None:
+def test_the_runs_are_those_of_the_unchecked_sweep(text):
     plain, checked = (run_in_memory(study_of(text, "simulation.verify=false")), run_in_memory(study_of(text)))
     for name, values in plain.variables.items():
         assert values.tobytes() == checked[name].tobytes(), name
@@ -53,7 +50,7 @@ def test_the_runs_are_those_of_the_unchecked_sweep(text: str) -> None:
     assert np.all(np.isnan(checked["tight_difference"][checked["status"] == INFERRED]))
 
 
-def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
+def test_each_check_is_the_run_that_it_says(tmp_path):
     """The same simulations made by hand: to a hundredth of the tolerance from the
     stored initial state, and on from the stored final state. In a carried sweep these
     states are no points of another study, so one axis of one value."""
@@ -85,7 +82,7 @@ def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
             assert one["response"].item() == found[f"{check_.name}_response"][1, 0, 0, i]
 
 
-def test_run_again_alike_nothing_differs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_again_alike_nothing_differs(monkeypatch):
     monkeypatch.setattr("nsdrill.app.stages.TIGHTER", 1.0)
     found = run_in_memory(study_of(CHAINS))
     assert np.all(found["tight_difference"] == 0)
@@ -95,7 +92,7 @@ def test_run_again_alike_nothing_differs(monkeypatch: pytest.MonkeyPatch) -> Non
 
 @TEXTS
 @pytest.mark.parametrize("after", [1, 3])
-def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_run_goes_on(tmp_path, text, after, monkeypatch):
     look_often(monkeypatch)
     study, out, one = study_of(text), tmp_path / "out.h5", tmp_path / "one.h5"
     run_study(study, one, workers=2, lanes=8)
@@ -114,7 +111,7 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monke
     assert out.read_bytes() == before
 
 
-def test_checks_that_failed_are_retried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_checks_that_failed_are_retried(tmp_path, monkeypatch):
     """A check may take so many times the steps of the run; here as many, and most need
     more."""
     monkeypatch.setattr("nsdrill.app.stages.MORE_STEPS", 1)
@@ -141,7 +138,7 @@ def test_checks_that_failed_are_retried(tmp_path: Path, monkeypatch: pytest.Monk
     assert not different(out, whole)
 
 
-def test_new_thresholds_give_new_trust(tmp_path: Path) -> None:
+def test_new_thresholds_give_new_trust(tmp_path):
     out, other = tmp_path / "out.h5", tmp_path / "other.h5"
     thresholds = ["classify.trust.tolerance=20", "classify.stick_slip.stick_slip_index=30"]
     run_study(study_of(GRID), out)
@@ -152,7 +149,7 @@ def test_new_thresholds_give_new_trust(tmp_path: Path) -> None:
     assert not different(out, other)
 
 
-def test_what_is_said_of_it() -> None:
+def test_what_is_said_of_it():
     found = run_in_memory(study_of(REFINED))
     told = summarize(found)["trust"]
     ran = int(np.count_nonzero(found["status"] == OK))
@@ -165,7 +162,7 @@ def test_what_is_said_of_it() -> None:
     assert not any("Verify" in warning for warning in check(study_of(GRID, "simulation.verify=false")).warnings)
 
 
-def test_what_was_inferred_is_no_cause_of_distrust() -> None:
+def test_what_was_inferred_is_no_cause_of_distrust():
     """For the operating window: it was not checked because it was not run."""
     found = run_in_memory(study_of(REFINED))
     inferred = found["status"] == INFERRED
@@ -175,7 +172,7 @@ def test_what_was_inferred_is_no_cause_of_distrust() -> None:
     assert distrusted.sum() == untrusted.sum() > 0
 
 
-def test_starts_of_an_ensemble_are_checked_too() -> None:
+def test_starts_of_an_ensemble_are_checked_too():
     found = run_in_memory(study_of(GRID, "initial.ensemble=3", "sweep.wob=40 kN"))
     assert found["trusted"].shape == (1, 1, 1, 8, 3)
     assert np.all(found["tight_status"] == OK)
@@ -183,6 +180,6 @@ def test_starts_of_an_ensemble_are_checked_too() -> None:
     assert told["agree"] + told["features_differ"] + told["response_differs"] == 24
 
 
-def test_the_tolerance_has_a_floor() -> None:
+def test_the_tolerance_has_a_floor():
     simulation = replace(study_of(GRID).simulation, rtol=1e-12)
     assert stages.checks(simulation)[0].simulation.rtol == 1e-13

@@ -1,10 +1,7 @@
-"""An axis over words: the kind of a drive, a friction law, frozen modes. The numbers of
-single studies, in one file."""
-
-from __future__ import annotations
+"""Axes over words and over what is fixed when the model is compiled: the numbers of single
+studies, in one file."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,7 +30,7 @@ record: {peaks: 2}
 
 
 @pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def path(tmp_path_factory):
     found = tmp_path_factory.mktemp("words") / "drives.h5"
     nsdrill.run(STUDY, found)
     return found
@@ -54,7 +51,7 @@ def alone(kind: str, inertia: str) -> xarray.Dataset:
     return nsdrill.run(study)
 
 
-def test_each_word_has_the_bits_of_a_study_of_its_own(path: Path) -> None:
+def test_each_word_has_the_bits_of_a_study_of_its_own(path):
     every = nsdrill.open_results(path)
     assert every.drive_kind.values.tolist() == ["ideal", "stiff"]
     assert every.drive_kind.attrs["key"] == "drive.kind"
@@ -82,7 +79,7 @@ simulation: {transient: 3 s, observe: 6 s, verify: true}
 WORDS = ("ideal", "stiff", "soft_torque")
 
 
-def test_each_word_of_a_carried_sweep_is_a_chain_of_its_own(tmp_path: Path) -> None:
+def test_each_word_of_a_carried_sweep_is_a_chain_of_its_own(tmp_path):
     """The kinds differ in their states: a state that went from one kind to another
     would change the bits."""
     every = nsdrill.run(CARRIED % f"drive.kind: [{', '.join(WORDS)}]", tmp_path / "every.h5")
@@ -97,10 +94,10 @@ def test_each_word_of_a_carried_sweep_is_a_chain_of_its_own(tmp_path: Path) -> N
     assert run.same_bits
 
 
-def test_chains_of_words_go_on_where_a_run_was_interrupted(tmp_path: Path) -> None:
+def test_chains_of_words_go_on_where_a_run_was_interrupted(tmp_path):
     study = CARRIED % f"drive.kind: [{', '.join(WORDS)}]"
 
-    def interrupt(progress: nsdrill.Progress) -> None:
+    def interrupt(progress):
         if progress.done >= 4:
             raise KeyboardInterrupt
 
@@ -112,7 +109,7 @@ def test_chains_of_words_go_on_where_a_run_was_interrupted(tmp_path: Path) -> No
         assert np.array_equal(whole[name].values, resumed[name].values, equal_nan=True), name
 
 
-def test_carried_sweeps_that_differ_in_a_word_become_one(tmp_path: Path) -> None:
+def test_carried_sweeps_that_differ_in_a_word_become_one(tmp_path):
     files = [tmp_path / f"{kind}.h5" for kind in ("ideal", "stiff")]
     for file in files:
         nsdrill.run(CARRIED % f"drive.kind: {file.stem}", file)
@@ -129,7 +126,7 @@ def test_carried_sweeps_that_differ_in_a_word_become_one(tmp_path: Path) -> None
     assert to_dataset(whole).attrs["study_sha256"] == swept.attrs["study_sha256"]
 
 
-def test_points_are_replayed_bit_for_bit(path: Path) -> None:
+def test_points_are_replayed_bit_for_bit(path):
     for place, kind in enumerate(("ideal", "stiff")):
         code = float(read_results(path, ()).coords["drive_kind"][place])
         run = replay(path, rotary_speed=5.0, at={"drive.kind": code, "drive.inertia": 2500.0})
@@ -138,7 +135,7 @@ def test_points_are_replayed_bit_for_bit(path: Path) -> None:
         assert ("lag" in run.trace.variables) == (kind == "stiff")
 
 
-def test_a_dataset_and_its_file_say_the_same(path: Path) -> None:
+def test_a_dataset_and_its_file_say_the_same(path):
     held = read_results(path)
     back = from_dataset(to_dataset(held))
     assert isinstance(back, Results)
@@ -147,7 +144,7 @@ def test_a_dataset_and_its_file_say_the_same(path: Path) -> None:
     assert part.coords["drive_kind"].tolist() == held.coords["drive_kind"][1:].tolist()
 
 
-def test_files_that_differ_in_a_word_become_one(tmp_path: Path, path: Path) -> None:
+def test_files_that_differ_in_a_word_become_one(tmp_path, path):
     """Also where one drive has states and numbers that the other has not, and keys that
     it alone reads."""
     several = []
@@ -176,7 +173,7 @@ def test_files_that_differ_in_a_word_become_one(tmp_path: Path, path: Path) -> N
     assert replay(tmp_path / "both.h5", rotary_speed=3.0, at={"drive.kind": 1.0}).same_bits
 
 
-def test_a_file_with_words_is_classified_shown_and_seen(path: Path) -> None:
+def test_a_file_with_words_is_classified_shown_and_seen(path):
     note = summarize(read_results(path))
     assert note["axes"]["drive_kind"] == {"values": ["ideal", "stiff"], "points": 2}
     window = nsdrill.window(path)
@@ -188,7 +185,7 @@ def test_a_file_with_words_is_classified_shown_and_seen(path: Path) -> None:
         assert np.array_equal(again[name].values, before[name].values)
 
 
-def test_switches_and_starts_are_words_too() -> None:
+def test_switches_and_starts_are_words_too():
     study = """
 model: segments
 segments: {pipe: 2, collar: 2}
@@ -205,7 +202,7 @@ simulation: {transient: 0.2 s, observe: 0.5 s}
     assert loaded.resolved["sweep"]["drillstring.eccentric_weight"] == [False, True]
 
 
-def test_what_no_word_reads_is_refused_and_what_one_reads_is_not() -> None:
+def test_what_no_word_reads_is_refused_and_what_one_reads_is_not():
     cases = (
         ("drive: {matching: 3}\nsweep: {drive.kind: [ideal, stiff]}\n", "one of the words of sweep.drive.kind reads"),
         ("sweep: {drive.kind: [ideal, stiff], drive.matching: [1, 2]}\n", "one of the words of sweep.drive.kind reads"),
@@ -235,8 +232,8 @@ def test_what_no_word_reads_is_refused_and_what_one_reads_is_not() -> None:
         nsdrill.load_study(text)
 
 
-def test_studies_with_words_have_digests_of_all_that_counts() -> None:
-    def digest(kind: str, more: str = "") -> str:
+def test_studies_with_words_have_digests_of_all_that_counts():
+    def digest(kind, more=""):
         return nsdrill.load_study(
             f"drive: {{kind: {kind}{more}}}\nsweep: {{drive.kind: [ideal, soft_torque]}}\n"
         ).sha256
@@ -245,12 +242,12 @@ def test_studies_with_words_have_digests_of_all_that_counts() -> None:
     assert digest("soft_torque") != digest("soft_torque", ", matching: 3")
 
 
-def test_a_word_that_is_not_there_is_told(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_word_that_is_not_there_is_told(path, capsys):
     with pytest.raises(InputError, match="found soft_torque; allowed: ideal, stiff, as the sweep"):
         replay(path, rotary_speed=5.0, at={"drive.kind": 2.0, "drive.inertia": 2500.0})
 
 
-def test_pictures_and_pages_have_the_words(path: Path) -> None:
+def test_pictures_and_pages_have_the_words(path):
     """A curve for each word, a row of a map for each, a panel for each; text in place
     of numbers on a page."""
     from nsdrill.web.diagrams import choices, plane
@@ -271,3 +268,63 @@ def test_pictures_and_pages_have_the_words(path: Path) -> None:
     head, columns = plane(held, "si", "stick_slip_index", "rotary_speed", "drive_kind")
     assert head["y_edges"].tolist() == [0.5, 1.5, 2.5]
     assert columns["values"].shape == (1, 2, 2)
+
+
+LOBES = """
+operation: {depth: 2000 m}
+sweep:
+  rotary_speed: [3 rad/s, 5 rad/s]
+  bit.lobes: [1, 3]
+simulation: {transient: 3 s, observe: 3 s}
+record: {peaks: 2}
+"""
+
+
+@pytest.fixture(scope="module")
+def of_lobes(tmp_path_factory):
+    found = tmp_path_factory.mktemp("lobes") / "lobes.h5"
+    nsdrill.run(LOBES, found)
+    return found
+
+
+BEAM = """
+model: beam
+beam: {modes: 2, stations: [{at: 0.1}, {at: 0.9}]}
+operation: {depth: 2000 m}
+sweep: {bit.lobes: [1, 2]}
+simulation: {transient: 1 s, observe: 1 s}
+"""
+
+
+@pytest.mark.parametrize(
+    ("study", "changes"),
+    [(LOBES, {}), (LOBES, {"sweep.procedure": "up", "sweep.along": "rotary_speed"}), (BEAM, {})],
+    ids=["each by itself", "chains of their own", "elastic collar"],
+)
+def test_each_value_has_the_bits_of_a_study_of_its_own(study, changes):
+    both = nsdrill.run(study, set=changes)
+    assert both.sizes["bit_lobes"] == 2
+    for lobes in both.bit_lobes.values:
+        alone = nsdrill.run(study, set={**changes, "sweep.bit.lobes": int(lobes)})
+        for name in alone.data_vars:
+            one = both[name].sel(bit_lobes=lobes)
+            assert np.array_equal(one.values, alone[name].values, equal_nan=True), (name, lobes)
+
+
+def test_its_points_are_replayed_bit_for_bit_and_checked(of_lobes):
+    assert replay(of_lobes, rotary_speed=5.0, at={"bit.lobes": 1.0}).same_bits
+    checked = nsdrill.run(LOBES, set={"simulation.verify": True})
+    assert np.all(checked.tight_status == 1)
+
+
+def test_what_no_axis_of_this_kind_may_be_is_told():
+    spaced = {"from": 1, "to": 4, "points": 3}
+    cases = (
+        ({"sweep.bit.lobes": "1.5"}, "a whole number"),
+        ({"sweep.bit.lobes": spaced}, "whole numbers, as [1, 3, 5]"),
+        ({"sweep.procedure": "up", "sweep.along": "bit.lobes"}, "allowed: an axis over a number"),
+    )
+    for change, words in cases:
+        with pytest.raises(StudyError) as error:
+            nsdrill.load_study(LOBES, change)
+        assert words in str(error.value)

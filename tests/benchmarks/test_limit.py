@@ -1,13 +1,11 @@
 """Friction that steepens approaches Coulomb's: against a Filippov system that SciPy
 integrates with events."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 
-def test_stick_slip_approaches_the_limit_cycle_of_coulombs_friction() -> None:
+def test_stick_slip_approaches_the_limit_cycle_of_coulombs_friction():
     """Smoothing takes the top off friction that falls with speed: what is lacking of
     the greatest torque falls as 1/sqrt(eps), by the square root of a hundred from 1e4
     to 1e6, and so do the features that follow from it."""

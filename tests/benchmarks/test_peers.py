@@ -1,13 +1,11 @@
 """The race is only worth something if all run the same equations: the right-hand side
 of the peers against nsdrill."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 
-def test_scipy_and_nsdrill_reach_the_same_state() -> None:
+def test_scipy_and_nsdrill_reach_the_same_state():
     workload = pytest.importorskip("benchmarks.workload")
     from benchmarks.peers.scipy_peer import Scipy
 

@@ -1,8 +1,6 @@
 """Commands as a user gives them: in this process where that is enough, in one of their
 own where it is not."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import subprocess
@@ -44,7 +42,7 @@ def call_here(
 
 def start(*words: object, cwd: Path | None = None, **more: object) -> subprocess.Popen[str]:
     """``nsdrill words...`` in a process of its own."""
-    return subprocess.Popen(  # type: ignore[call-overload, no-any-return]
+    return subprocess.Popen(
         [SCRIPT, *map(str, words)],
         cwd=cwd,
         text=True,

@@ -1,11 +1,11 @@
-"""What the commands say of a sweep over a number beside those of the operation."""
-
-from __future__ import annotations
+"""What the commands say of further axes, several starts, ramps and uncertain numbers."""
 
 import csv
 import json
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 
 import nsdrill
@@ -14,9 +14,7 @@ from nsdrill.plot.traces import title_of
 from nsdrill.store import read_results, read_trace
 from nsdrill.study import parse_study
 
-from .helpers import Call
-
-STUDY = """\
+SWEEP = """\
 operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}
 sweep:
   bit.rock_stiffness: {from: 10 MN/m, to: 40 MN/m, points: 2, spacing: log}
@@ -26,26 +24,26 @@ simulation: {transient: 0.1 s, observe: 0.1 s}
 
 
 @pytest.fixture(scope="module")
-def rock(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def rock(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rock")
-    nsdrill.run(parse_study(STUDY), folder / "rock.h5", workers=1)
+    nsdrill.run(parse_study(SWEEP), folder / "rock.h5", workers=1)
     return folder / "rock.h5"
 
 
-def test_a_refined_sweep_is_shown(call: Call, rock: Path) -> None:
+def test_a_refined_sweep_is_shown(call, rock):
     answer = call("show", rock)
     assert "bit rock stiffness 10 MN/m to 40 MN/m, 3 values" in answer.out
     assert "borders known to 20 MN/m" in answer.out
 
 
-def test_a_table_has_the_axis_with_its_units(call: Call, rock: Path) -> None:
+def test_a_table_has_the_axis_with_its_units(call, rock):
     call("export", rock, "-o", "rock.csv")
     with open("rock.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["bit_rock_stiffness [N m-1]"]) for row in rows] == pytest.approx([10e6, 20e6, 40e6])
 
 
-def test_a_replay_tells_its_value_of_the_axis(call: Call, rock: Path) -> None:
+def test_a_replay_tells_its_value_of_the_axis(call, rock):
     call("replay", rock, "--at", "bit.rock_stiffness=40 MN/m", "-o", "trace.h5")
     assert "bit rock stiffness 40 MN/m" in call("show", "trace.h5").out
     assert json.loads(call("show", "trace.h5", "--json").out)["at"] == {"bit.rock_stiffness": 40e6}
@@ -59,16 +57,16 @@ def test_a_replay_tells_its_value_of_the_axis(call: Call, rock: Path) -> None:
         ["--at", "bit.rock_stiffness=10 MN/m", "--at", "bit.rock_stiffness=40 MN/m"],
     ],
 )
-def test_a_second_value_of_an_axis_is_refused(call: Call, rock: Path, words: list[str]) -> None:
+def test_a_second_value_of_an_axis_is_refused(call, rock, words):
     assert "found a second value of" in call("replay", rock, *words, "-o", "trace.h5", code=2).err
 
 
-def test_a_study_without_a_sweep_is_told_in_full(call: Call) -> None:
+def test_a_study_without_a_sweep_is_told_in_full(call):
     Path("one.yaml").write_text("operation: {depth: 3000 m}\n")
     assert "\n1 point: every point from the same initial state.\n" in call("check", "one.yaml").out
 
 
-def test_pictures_name_what_is_held(tmp_path: Path) -> None:
+def test_pictures_name_what_is_held(tmp_path):
     head = (
         "operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}\nsimulation: {transient: 0 s, observe: 0.1 s}\n"
     )
@@ -84,7 +82,7 @@ def test_pictures_name_what_is_held(tmp_path: Path) -> None:
         assert any(title.startswith(named) for title in titles)
 
 
-def test_the_window_over_three_axes_has_rows_in_field_units(call: Call, tmp_path: Path) -> None:
+def test_the_window_over_three_axes_has_rows_in_field_units(call, tmp_path):
     text = """
 sweep: {rotary_speed: [5 rad/s, 6 rad/s], well.friction.dynamic: [0.1, 0.2], bit.rock_stiffness: [10 MN/m, 80 MN/m]}
 simulation: {transient: 0.1 s, observe: 0.1 s}
@@ -95,3 +93,264 @@ simulation: {transient: 0.1 s, observe: 0.1 s}
     assert "100.0 %" in row
     assert "57.3 rpm" in row or "47.75 rpm" in row
     assert "well friction dynamic 0." in row
+
+
+TEXT = """\
+title: Starts
+operation: {wob: 22.24 kN, rotary_speed: 3 rad/s}
+initial: {ensemble: 7, seed: 2}
+sweep: {depth: [2000 m, 3000 m]}
+simulation: {transient: 5 s, observe: 10 s}
+record: {peaks: 3}
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    from nsdrill.app.run import run_study
+    from nsdrill.study import parse_study
+
+    path = tmp_path_factory.mktemp("starts") / "out.h5"
+    run_study(parse_study(TEXT), path, workers=1)
+    return path
+
+
+def test_check_counts_the_starts(call):
+    Path("s.yaml").write_text(TEXT)
+    answer = call("check", "s.yaml")
+    assert "14 points: depth 2000 m to 3000 m (2 values); every operating point from 7 states, an" in answer.out
+
+
+def test_show(call, made):
+    answer = call("show", made)
+    assert "7 of every operating point, drawn at random" in answer.out
+    assert "Attractors, by their share of the starts (95 % interval):" in answer.out
+    table = answer.out.partition("Attractors")[2].partition("\n\n")[0]
+    assert "2000 m" in table
+    assert "3000 m" in table
+    assert "unsettled" in table
+    assert "Along the sweep" not in answer.out, "one start has intervals, several have shares"
+
+
+def test_show_for_programs(call, made):
+    summary = json.loads(call("show", made, "--json").out)
+    assert summary["starts"] == 7
+    shares = [one["share"] for point in summary["operating_points"] for one in point["attractors"]]
+    assert sum(shares) == pytest.approx(2.0)
+
+
+def test_a_long_table_is_cut(call, made, monkeypatch):
+    monkeypatch.setattr("nsdrill.text.show.MAX_ROWS", 1)
+    assert "more lines (all with --json)" in call("show", made).out
+
+
+def test_replay_wants_the_start(call, made):
+    answer = call("replay", made, "--depth", "2 km", "-o", "t.h5", code=2)
+    assert "has 7 starts. Say which one with --start, 0 to 6." in answer.err
+    answer = call("replay", made, "--depth", "2 km", "--start", 5, "-o", "t.h5")
+    assert "same, start 5." in answer.err
+    assert "bit for bit" in answer.err
+
+
+def test_plot(call, made):
+    for kind in ("shares", "attractors"):
+        call("plot", made, "--kind", kind, "-o", f"{kind}.png")
+    call("plot", made, "--depth", "2 km", "--states", "x,vx", "-o", "basin.png")
+    call("plot", made, "--kind", "summary", "--start", 2, "-o", "one.png")
+    assert "with --start, 0 to 6" in call("plot", made, "--kind", "summary", "-o", "two.png", code=2).err
+    assert not Path("two.png").exists()
+
+
+def test_classify(call, made):
+    Path("copy.h5").write_bytes(made.read_bytes())
+    assert "attractor: " in call("classify", "copy.h5", "--set", "classify.attractors.tolerance=100").err
+    assert read_results("copy.h5")["attractor"].max() <= read_results(made)["attractor"].max()
+    assert "at least 1e-09" in call("classify", "copy.h5", "--set", "classify.attractors.tolerance=0", code=2).err
+
+
+RAMP = """\
+title: Slowly up
+operation:
+  depth: 2000 m
+  rotary_speed: {ramp: [[0 s, 3 rad/s], [2 s, 5 rad/s], [3 s, 5 rad/s], [4 s, 4 rad/s]]}
+"""
+
+
+@pytest.fixture
+def ramp(tmp_path):
+    (tmp_path / "ramp.yaml").write_text(RAMP)
+    return tmp_path / "ramp.yaml"
+
+
+def test_check_says_what_moves(call, ramp):
+    answer = call("check", ramp)
+    assert "Ramp, for nsdrill simulate: speed 3 rad/s at 0 s, 5 rad/s at 2 s" in answer.out
+    assert "At the start of the ramp: 2000 m, 22.24 kN (5 klbf), 3 rad/s" in answer.out
+    data = json.loads(call("check", ramp, "--json").out)
+    assert data["ramps"]["rotary_speed"] == {"time": [0.0, 2.0, 3.0, 4.0], "value": [3.0, 5.0, 5.0, 4.0]}
+    assert data["points"] == 0
+
+
+def test_check_looks_at_the_whole_ramp(call, ramp):
+    assert "Buckled: at 2000 kN" in call("check", ramp, "--set", "operation.wob={ramp: [[0 s, 0 N], [9 s, 2 MN]]}").err
+
+
+def test_simulate_follows_the_ramp_to_its_last_knot(call, ramp):
+    answer = call("simulate", ramp, "-o", "t.h5", "--units", "field")
+    assert "speed 28.6479 rpm at 0 s, 47.7465 rpm at 2 s" in answer.err
+    with h5py.File("t.h5") as file:
+        assert file["time"][-1] == pytest.approx(4.0)
+        assert file["drive_speed"][[0, 100, 250, -1]] == pytest.approx([3, 4, 5, 4])
+        assert np.ptp(file["wob"]) == np.ptp(file["depth"]) == 0.0
+        assert file.attrs["rotary_speed"] == 3.0
+    told = call("show", "t.h5").out
+    assert "ramp: 3 rad/s at 0 s, 5 rad/s at 2 s, 5 rad/s at 3 s, 4 rad/s at 4 s" in told
+    assert json.loads(call("show", "t.h5", "--json").out)["ramps"]["rotary_speed"]["time"][-1] == 4.0
+
+
+def test_options_replace_the_ramp_and_the_duration(call, ramp):
+    call("simulate", ramp, "-o", "a.h5", "--duration", "1 s")
+    call("simulate", ramp, "-o", "b.h5", "--duration", "5 s", "--rotary-speed", "6 rad/s")
+    with h5py.File("a.h5") as short, h5py.File("b.h5") as constant:
+        assert short["drive_speed"][-1] == pytest.approx(4.0)
+        assert constant["time"][-1] == pytest.approx(5.0)
+        assert np.all(constant["drive_speed"][()] == 6.0)
+        assert "ramps" not in constant.attrs
+
+
+def test_run_refuses_a_ramp(call, ramp):
+    answer = call("run", ramp, "-o", "out.h5", code=2)
+    assert "found no sweep, only a ramp in operation.rotary_speed" in answer.err
+    assert "nsdrill simulate" in answer.err
+    answer = call("run", ramp, "-o", "out.h5", "--set", "sweep={wob: [1 kN, 2 kN]}", code=2)
+    assert "found a ramp in operation.rotary_speed beside a sweep of wob" in answer.err
+    assert not Path("out.h5").exists()
+    assert not Path("out.h5.part").exists()
+
+
+def test_a_sweep_replaces_the_ramp_of_its_axis(call, ramp):
+    words = (
+        "--set",
+        "sweep={rotary_speed: [3 rad/s, 4 rad/s]}",
+        "--set",
+        "simulation.transient=1 s",
+        "--set",
+        "simulation.observe=1 s",
+    )
+    call("run", ramp, "-o", "out.h5", *words)
+    # which follows the ramp all the same
+    call("simulate", ramp, "-o", "t.h5", *words)
+    assert "ramp: 3 rad/s" in call("show", "t.h5").out
+
+
+def test_pictures_of_a_ramp(call, ramp):
+    call("simulate", ramp, "-o", "t.h5")
+    call("simulate", ramp, "-o", "plain.h5", "--rotary-speed", "3 rad/s")
+    assert "ramp  " in call("plot", "t.h5", "--kind", "list").out
+    assert "ramp  " not in call("plot", "plain.h5", "--kind", "list").out
+    call(
+        f"run {ramp} -o out.h5 --quiet --set 'sweep={{rotary_speed: [3 rad/s, 4 rad/s, 5 rad/s]}}' --set "
+        "'simulation.transient=1 s' --set 'simulation.observe=5 s'"
+    )
+    call("plot", "t.h5", "-o", "a.png")
+    call("plot", "t.h5", "-o", "b.png", "--kind", "ramp", "--over", "out.h5")
+    for words, says in (
+        (("plain.h5", "--kind", "ramp"), "does not fit a trace (it shows a run along a ramp)"),
+        (("t.h5", "--kind", "orbit", "--over", "out.h5"), "found with --kind orbit"),
+        (("out.h5", "--over", "out.h5"), "--over: found with --kind bifurcation; allowed: with --kind branches, ramp"),
+        (("t.h5", "--kind", "ramp", "--over", "plain.h5"), "--over: found a trace"),
+        (("t.h5", "--kind", "ramp", "--over", "none.h5"), "no such file"),
+    ):
+        assert says in call("plot", *words, "-o", "c.png", code=2).err
+    assert not Path("c.png").exists()
+
+
+UNCERTAIN = """
+title: Not known
+operation: {depth: 2000 m}
+sweep: {rotary_speed: {from: 4 rad/s, to: 12 rad/s, points: 3}}
+uncertain:
+  bit.rock_stiffness: {lognormal: {median: 25 MN/m, factor: 2}}
+  wob: {uniform: [20 kN, 40 kN]}
+  samples: 16
+simulation: {transient: 5 s, observe: 5 s}
+record: {peaks: 0}
+"""
+
+
+@pytest.fixture
+def results(call, tmp_path):
+    (tmp_path / "study.yaml").write_text(UNCERTAIN)
+    call("run", str(tmp_path / "study.yaml"), "-o", str(tmp_path / "out.h5"), "--quiet")
+    return tmp_path / "out.h5"
+
+
+def test_from_the_study_to_the_answers(call, results, tmp_path):
+    study = str(tmp_path / "study.yaml")
+    assert "16 samples of weight on bit, bit rock stiffness" in call("check", study).out
+    shown = call("show", str(results)).out
+    assert "weight on bit" in shown
+    assert "nine in ten lie in" in shown
+    assert "Probability, in brackets its 95 % interval from 16 samples:" in shown
+    plain = json.loads(call("show", str(results), "--json").out)
+    assert plain["samples"] == 16
+    assert len(plain["probabilities"]) == 3
+    assert 20e3 < plain["unknowns"]["operation.wob"]["value"] < 40e3
+    field = json.loads(call("show", str(results), "--json", "--units", "field").out)
+    assert field["unknowns"]["operation.wob"]["units"] == "klbf"
+    assert field["unknowns"]["operation.wob"]["value"] == pytest.approx(
+        plain["unknowns"]["operation.wob"]["value"] / 4448.2216152605
+    )
+    window = call("window", str(results), "--confidence", "75").out
+    assert call("window", str(results), "--confidence", "75 %").out == window
+    assert "75 % or more of 16 samples" in window
+    assert "What the confidence costs:" in window
+    assert json.loads(call("window", str(results), "--json").out)["confidence"] == 0.9
+    assert "first" in call("sensitivity", str(results), "-o", str(tmp_path / "t.png")).out
+    assert (tmp_path / "t.png").stat().st_size > 1000
+    call("plot", str(results), "-o", str(tmp_path / "p.png"), "--confidence", "80")
+    call("plot", str(results), "--at", "sample=3", "--kind", "summary", "-o", str(tmp_path / "s.png"))
+
+
+def test_one_sample_is_replayed(call, results, tmp_path):
+    done = call("replay", str(results), "--rotary-speed", "8rad/s", "--at", "sample=5", "-o", str(tmp_path / "t.h5"))
+    assert "sample 5" in done.err
+    assert "bit for bit" in done.err
+    study, trace = str(tmp_path / "study.yaml"), str(tmp_path / "u.h5")
+    said = call("simulate", study, "--at", "sample=5", "-o", trace).err
+    assert "Point: 2000 m" in said
+    assert "bit rock stiffness" in said
+    assert "sample 5" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("replay", "OUT", "--rotary-speed", "8rad/s", "-o", "NEW"), "Say which one with --at sample=..., 0 to 15"),
+        (("replay", "OUT", "--rotary-speed", "8rad/s", "--at", "sample=16", "-o", "NEW"), "found 16; allowed: 0 to 15"),
+        (("replay", "OUT", "--rotary-speed", "8rad/s", "--at", "sample=1.5", "-o", "NEW"), "a whole number"),
+        (("plot", "OUT", "--kind", "summary", "-o", "NEW"), "which draws one sample"),
+        (("plot", "OUT", "--kind", "tornado", "--confidence", "90", "-o", "NEW"), "--confidence: found with --kind"),
+        (("window", "OUT", "--confidence", "0"), "--confidence: found 0; allowed: a percentage from 1 to 99.99."),
+        (("window", "OUT", "--confidence", "0.9"), "A part of one is meant in percent: 90."),
+        (("window", "OUT", "--confidence", "much"), "--confidence: found much; allowed: a percentage"),
+        (("sensitivity", "OUT", "--at", "sample=1"), "allowed: axes of the sweep"),
+        (("combine", "OUT", "-o", "NEW"), "found 1 file; allowed: two or more"),
+        (("combine", "OUT", "OUT", "-o", "NEW"), "found the same study"),
+    ],
+)
+def test_what_is_wrong_is_said_and_writes_nothing(call, results, tmp_path, words, message):
+    names = {"OUT": str(results), "NEW": str(tmp_path / "new.png" if words[0] == "plot" else tmp_path / "new.h5")}
+    before = sorted(path.name for path in tmp_path.iterdir())
+    assert message in call(*(names.get(word, word) for word in words), code=2).err
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+def test_files_become_one(call, tmp_path):
+    (tmp_path / "study.yaml").write_text(UNCERTAIN)
+    for wob in ("10 MN/m", "20 MN/m"):
+        name = str(tmp_path / f"{wob[:2]}.h5")
+        call("run", str(tmp_path / "study.yaml"), "-o", name, "--quiet", "--set", f"well.stiffness={wob}")
+    made = call("combine", str(tmp_path / "10.h5"), str(tmp_path / "20.h5"), "-o", str(tmp_path / "both.h5"))
+    assert "2 files along the well stiffness (well.stiffness), 2 values; 96 points." in made.err
+    assert "Probability" in call("show", str(tmp_path / "both.h5")).out

@@ -1,7 +1,5 @@
 """nsdrill check: the coefficients, the warnings, and the JSON that scripts rely on."""
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -12,7 +10,7 @@ import pytest
 from nsdrill.models.kept import Kept
 from nsdrill.store import record_dtype
 
-from .helpers import Call, unwrapped
+from .helpers import unwrapped
 
 NAMES = [
     "m_c",
@@ -45,7 +43,7 @@ KNOWN = {
 }
 
 
-def test_json(call: Call, small: Path) -> None:
+def test_json(call, small):
     answer = call("check", small, "--json")
     assert answer.err == ""
     report = json.loads(answer.out)
@@ -63,7 +61,7 @@ def test_json(call: Call, small: Path) -> None:
     assert report["chains"] == 1
 
 
-def test_text(call: Call, small: Path) -> None:
+def test_text(call, small):
     answer = call("check", small, "--set", "simulation.observe=200 s")
     assert answer.err == ""
     lines = answer.out.splitlines()
@@ -77,7 +75,7 @@ def test_text(call: Call, small: Path) -> None:
         assert any(line.split()[:1] == [name] for line in lines)
 
 
-def test_further_figures(call: Call, small: Path) -> None:
+def test_further_figures(call, small):
     further = ("collar_vertical", "euler_fixed_free", "pipe_sinusoidal", "lateral_2", "mud_plane", "axial_rock_wave_4")
     short, full = (call("check", small, *words).out for words in ([], ["--all"]))
     figures = json.loads(call("check", small, "--json").out)["figures"]
@@ -115,14 +113,14 @@ def test_further_figures(call: Call, small: Path) -> None:
         (["record.poincare=10000", "sweep.rotary_speed.points=2000"], "Large: the results take up to 2.56 GB"),
     ],
 )
-def test_warnings(call: Call, small: Path, changes: list[str], said: str) -> None:
+def test_warnings(call, small, changes, said):
     sets = [word for change in changes for word in ("--set", change)]
     assert f"Warning: {said}" in unwrapped(call("check", small, "--set", "simulation.observe=200 s", *sets).err)
     warnings = json.loads(call("check", small, "--set", "simulation.observe=200 s", *sets, "--json").out)["warnings"]
     assert any(warning.startswith(said) for warning in warnings)
 
 
-def test_swept_depth_replaces_a_default_inside_the_collars(call: Call, small: Path) -> None:
+def test_swept_depth_replaces_a_default_inside_the_collars(call, small):
     answer = call(
         f"check {small} --json --set 'operation={{}}' --set 'drillstring.collar.length=6 km' --set "
         f"'sweep={{depth: [7000 m, 9000 m]}}'"
@@ -130,7 +128,7 @@ def test_swept_depth_replaces_a_default_inside_the_collars(call: Call, small: Pa
     assert json.loads(answer.out)["operation"]["depth"]["value"] == 7000.0
 
 
-def test_a_model_without_figures_of_its_own(call: Call) -> None:
+def test_a_model_without_figures_of_its_own(call):
     """The coefficients and figures are those of the main model; what is known of every
     study is said."""
     Path("twist.yaml").write_text("model: torsion\nsimulation: {transient: 10 s, observe: 5 s}\n")
@@ -144,7 +142,7 @@ def test_a_model_without_figures_of_its_own(call: Call) -> None:
     assert "found a study of the model torsion; allowed: christoforou_yigit" in answer.err
 
 
-def test_wrong_study(call: Call, small: Path) -> None:
+def test_wrong_study(call, small):
     small.write_text(small.read_text().replace("22.24 kN", "22.24").replace("title", "titel"))
     answer = call("check", small, code=2)
     assert answer.out == ""
@@ -153,7 +151,7 @@ def test_wrong_study(call: Call, small: Path) -> None:
     assert f"{small}, line 2: operation.wob: found" in answer.err
 
 
-def test_studies_of_the_paper_are_valid(call: Call) -> None:
+def test_studies_of_the_paper_are_valid(call):
     studies = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
     assert studies
     for study in studies:
@@ -163,7 +161,7 @@ def test_studies_of_the_paper_are_valid(call: Call) -> None:
 ROTARY = "rotary-assembly"
 
 
-def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> None:
+def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call):
     """The eccentricities that are named have their wall speed at the ends of the
     sweep."""
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
@@ -176,7 +174,7 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
     for speed in (60, 140):
         offset = 25.4 * float(below[1])
 
-        def reached(offset: float, speed: int = speed) -> bool:
+        def reached(offset, speed=speed):
             sets = ["sweep={}", f"drillstring.eccentricity={offset} mm", f"operation.rotary_speed={speed} rpm"]
             found = [
                 json.loads(
@@ -207,7 +205,7 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
     assert "to stay off the wall it must be below 1.063 mm. A shorter" in si
 
 
-def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
+def test_a_sweep_that_begins_above_a_critical_speed_is_told(call):
     """A string that is brought up to speed passes through it; the speed that is named
     is that of the figures."""
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
@@ -215,7 +213,7 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
     sets = ["--set", "drillstring.eccentricity=12.7 mm"]
     speed = "sweep.rotary_speed={from: 80 rpm, to: 140 rpm, points: 4}"
 
-    def told(*more: str) -> re.Match[str] | None:
+    def told(*more):
         said = call(
             "check",
             "rotary.yaml",
@@ -242,7 +240,7 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
     assert told("drillstring.eccentricity=1 mm") is None
 
 
-def test_numbers_on_which_the_answer_hangs_are_named(call: Call) -> None:
+def test_numbers_on_which_the_answer_hangs_are_named(call):
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
     said = unwrapped(call("check", "rotary.yaml", "--units", "field").err)
     moved = re.search(r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", said)
@@ -272,7 +270,7 @@ def test_numbers_on_which_the_answer_hangs_are_named(call: Call) -> None:
     assert "drillstring.eccentricity moves" not in call("check", "rotary.yaml", "--set", told).err
 
 
-def test_other_words_for_keys(call: Call, small: Path) -> None:
+def test_other_words_for_keys(call, small):
     for change, meant in (
         ("record.lyapunov=true", "record.exponent"),
         ("operation.speed=3 rad/s", "operation.rotary_speed"),
@@ -280,7 +278,7 @@ def test_other_words_for_keys(call: Call, small: Path) -> None:
         assert f"Did you mean {meant}?" in call("check", small, "--set", change, code=2).err
 
 
-def test_branches_are_named_where_a_study_has_no_sweep(call: Call, tmp_path: Path) -> None:
+def test_branches_are_named_where_a_study_has_no_sweep(call, tmp_path):
     study = tmp_path / "branches.yaml"
     assert f"nsdrill branches {study} -o out.h5" in call("new", "--example", "branches_stick_slip", "-o", study).err
     assert "nsdrill branches follows it" in call("check", study).out

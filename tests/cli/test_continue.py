@@ -1,7 +1,5 @@
 """nsdrill continue, and what the other commands do with its file."""
 
-from __future__ import annotations
-
 import csv
 import json
 import signal
@@ -16,7 +14,7 @@ import nsdrill
 from nsdrill.app.unfinished import Part
 from nsdrill.text.branches import lines, stable_parts
 
-from .helpers import Call, finish, start
+from .helpers import finish, start
 from .test_fit_resume import has_state
 
 STUDY = """\
@@ -34,7 +32,7 @@ continue:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory):
     """A file of branches beside its study."""
     folder = tmp_path_factory.mktemp("branches")
     (folder / "study.yaml").write_text(STUDY)
@@ -42,7 +40,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_file_is_read_by_xarray(made: Path) -> None:
+def test_the_file_is_read_by_xarray(made):
     with xarray.open_dataset(made / "b.h5", engine="h5netcdf") as data:
         assert data.attrs["nsdrill_kind"] == "branches"
         assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
@@ -59,7 +57,7 @@ def test_the_file_is_read_by_xarray(made: Path) -> None:
         assert data["bit_speed_max"].values[steady] == pytest.approx(data["rotary_speed"].values[steady], rel=1e-6)
 
 
-def test_show_says_what_special_points_mean(made: Path, call: Call) -> None:
+def test_show_says_what_special_points_mean(made, call):
     text = call("show", made / "b.h5").out
     assert "Branch 0: steady drilling" in text
     assert "hopf: steady drilling meets an oscillation" in text
@@ -81,7 +79,7 @@ def test_show_says_what_special_points_mean(made: Path, call: Call) -> None:
     assert "continue:" in call("show", made / "b.h5", "--study").out
 
 
-def test_stable_parts_end_at_bifurcations() -> None:
+def test_stable_parts_end_at_bifurcations():
     for labels, unstable, expected in (
         ([9, 0, 8, 0, 9], [0, 0, 0, 2, 2], [(0, 2)]),
         # Two multipliers leave between a touch of the wall and the doubling beside it.
@@ -95,7 +93,7 @@ def test_stable_parts_end_at_bifurcations() -> None:
         assert stable_parts(np.array(unstable), np.array(labels)) == expected
 
 
-def test_show_says_where_a_stable_part_is_only_one_of_points() -> None:
+def test_show_says_where_a_stable_part_is_only_one_of_points():
     part = {
         "branch": 0,
         "words": "whirl on an invariant circle",
@@ -115,7 +113,7 @@ def test_show_says_where_a_stable_part_is_only_one_of_points() -> None:
     assert "bifurcations between them are not looked for" in text
 
 
-def test_show_of_many_branches_fits_a_screen() -> None:
+def test_show_of_many_branches_fits_a_screen():
     """A line for each, what its special points mean once, and the rest with --all."""
     special = {
         "label": "fold",
@@ -151,7 +149,7 @@ def test_show_of_many_branches_fits_a_screen() -> None:
     assert "\n".join(lines("b.h5", summary, "si")).count("two motions meet") == 10
 
 
-def test_plot_export_and_orbit(made: Path, call: Call) -> None:
+def test_plot_export_and_orbit(made, call):
     call("plot", made / "b.h5", "-o", "b.png")
     assert Path("b.png").stat().st_size > 10_000
     call("plot", made / "b.h5", "--kind", "map", "-o", "c.png", code=2)
@@ -174,7 +172,7 @@ def test_plot_export_and_orbit(made: Path, call: Call) -> None:
     np.testing.assert_array_equal(again["twist"], trace["twist"])
 
 
-def test_an_orbit_is_of_the_string_of_its_branches(made: Path, call: Call) -> None:
+def test_an_orbit_is_of_the_string_of_its_branches(made, call):
     """The operating point comes from the file; everything else of the string has to be
     the study's."""
     study = made / "study.yaml"
@@ -188,7 +186,7 @@ def test_an_orbit_is_of_the_string_of_its_branches(made: Path, call: Call) -> No
     assert not Path("c.h5").exists()
 
 
-def test_a_table_in_field_units_has_those_of_each_column(made: Path, call: Call) -> None:
+def test_a_table_in_field_units_has_those_of_each_column(made, call):
     call("export", made / "b.h5", "--units", "field", "-o", "b.csv")
     with open("b.csv", newline="") as file:
         row = next(csv.DictReader(file))
@@ -197,12 +195,12 @@ def test_a_table_in_field_units_has_those_of_each_column(made: Path, call: Call)
         assert float(row["rotary_speed [rpm]"]) == pytest.approx(float(data["rotary_speed"][0]) * 30 / np.pi, rel=1e-12)
 
 
-def test_a_picture_is_limited_along_the_number_that_is_continued(made: Path) -> None:
+def test_a_picture_is_limited_along_the_number_that_is_continued(made):
     figure = nsdrill.plot(made / "b.h5", xlim=("2 rad/s", 4.0))
     assert figure.axes[-1].get_xlim() == pytest.approx((2.0, 4.0))
 
 
-def test_nothing_is_left_of_a_finished_file(made: Path, call: Call) -> None:
+def test_nothing_is_left_of_a_finished_file(made, call):
     before = (made / "b.h5").read_bytes()
     call("continue", made / "study.yaml", "-o", made / "b.h5", "--resume")
     other = call(
@@ -214,14 +212,14 @@ def test_nothing_is_left_of_a_finished_file(made: Path, call: Call) -> None:
     assert (made / "b.h5").read_bytes() == before
 
 
-def test_what_leaves_its_motion_has_no_features() -> None:
+def test_what_leaves_its_motion_has_no_features():
     from nsdrill.app.branch_data import stays_on_motion
 
     growth, circles = (np.array([1.24, 1.24, 2e6, 1.0001, 1e5]), np.array([True, False, False, True, False]))
     assert stays_on_motion(growth, circles).tolist() == [False, True, False, True, True]
 
 
-def test_curves_over_a_map_are_asked_for_by_name(made: Path, call: Call) -> None:
+def test_curves_over_a_map_are_asked_for_by_name(made, call):
     study = {
         "model": "torsion",
         "simulation": {"transient": "1 s", "observe": "1 s"},
@@ -248,7 +246,7 @@ def test_curves_over_a_map_are_asked_for_by_name(made: Path, call: Call) -> None
         (["operation.rotary_speed={ramp: [[0 s, 3 rad/s], [60 s, 4 rad/s]]}"], "ramp"),
     ],
 )
-def test_what_cannot_be_continued_is_said(settings: list[str], words: str, call: Call) -> None:
+def test_what_cannot_be_continued_is_said(settings, words, call):
     Path("study.yaml").write_text(STUDY)
     answer = call(
         "continue", "study.yaml", "-o", "b.h5", *(part for text in settings for part in ("--set", text)), code=2
@@ -257,12 +255,12 @@ def test_what_cannot_be_continued_is_said(settings: list[str], words: str, call:
     assert [path.name for path in Path().iterdir()] == ["study.yaml"]
 
 
-def test_a_study_without_the_section(call: Call) -> None:
+def test_a_study_without_the_section(call):
     Path("study.yaml").write_text(STUDY.partition("continue:")[0])
     assert "found no section continue" in call("continue", "study.yaml", "-o", "b.h5", code=2).err
 
 
-def test_other_symmetry_at_the_ends(call: Call) -> None:
+def test_other_symmetry_at_the_ends(call):
     Path("study.yaml").write_text(
         "continue: {along: well.inclination, from: 0 deg, to: 5 deg, seeds: {well.inclination: [2 deg]}}\n"
     )
@@ -276,7 +274,7 @@ def test_other_symmetry_at_the_ends(call: Call) -> None:
     assert not Path("b.h5").exists()
 
 
-def test_existing_files_and_wrong_seeds(made: Path, call: Call) -> None:
+def test_existing_files_and_wrong_seeds(made, call):
     Path("study.yaml").write_text(STUDY)
     Path("b.h5").write_text("mine")
     call("continue", "study.yaml", "-o", "b.h5", code=2)
@@ -305,7 +303,7 @@ def test_existing_files_and_wrong_seeds(made: Path, call: Call) -> None:
     ],
     ids=lambda axis: next(iter(axis), "speed alone"),
 )
-def test_seeds_of_a_sweep(call: Call, axis: dict[str, list[object]]) -> None:
+def test_seeds_of_a_sweep(call, axis):
     """Settled points of a sweep, from whatever start, seed the same branches, and those
     on one branch already are dropped."""
     sweep = {
@@ -328,7 +326,7 @@ def test_seeds_of_a_sweep(call: Call, axis: dict[str, list[object]]) -> None:
             operation(data)
 
 
-def test_seeds_of_a_sweep_of_a_choice(call: Call) -> None:
+def test_seeds_of_a_sweep_of_a_choice(call):
     """Its rows are told by their words."""
     study = (
         "operation: {depth: 2000 m, wob: 22.24 kN}\nmodes: {axial: frozen, lateral: frozen}\n"
@@ -349,7 +347,7 @@ def test_seeds_of_a_sweep_of_a_choice(call: Call) -> None:
 
 
 @pytest.mark.parametrize("option", [(), ("--resume",), ("--overwrite",)])
-def test_the_second_of_two_is_refused_at_once(call: Call, option: tuple[str, ...]) -> None:
+def test_the_second_of_two_is_refused_at_once(call, option):
     Path("study.yaml").write_text(STUDY)
     with Part.claim("b.h5", "continuation", "torsion", overwrite=False, resume=False) as part:
         answer = call("continue", "study.yaml", "-o", "b.h5", *option, code=2)
@@ -359,7 +357,7 @@ def test_the_second_of_two_is_refused_at_once(call: Call, option: tuple[str, ...
     assert not part.path.exists()
 
 
-def test_killed_and_resumed(made: Path, tmp_path: Path, call: Call) -> None:
+def test_killed_and_resumed(made, tmp_path, call):
     """A continuation that is killed when a branch is kept goes on with --resume, and
     gives the same numbers."""
     (tmp_path / "study.yaml").write_text(STUDY)

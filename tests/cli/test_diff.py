@@ -1,7 +1,5 @@
 """What differs between two files, as a user asks for it."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -15,10 +13,8 @@ from nsdrill.app.summary import reclassify
 from nsdrill.app.trajectory import simulate
 from nsdrill.store import log_from_results, write_trace
 
-from .helpers import Call
 
-
-def test_a_file_is_the_same_as_itself(call: Call, shared: Path) -> None:
+def test_a_file_is_the_same_as_itself(call, shared):
     answer = call("diff", shared / "small.h5", shared / "small.h5", "--exit-code")
     assert answer.err == ""
     assert "The files are the same to the bit: 16 points, " in answer.out
@@ -28,7 +24,7 @@ def test_a_file_is_the_same_as_itself(call: Call, shared: Path) -> None:
     assert found["same_study"]
 
 
-def test_two_studies(call: Call, shared: Path) -> None:
+def test_two_studies(call, shared):
     """The failing study is the small one with fewer steps: of the points that fail
     nothing is left but their status."""
     files = shared / "small.h5", shared / "failing.h5"
@@ -47,7 +43,7 @@ def test_two_studies(call: Call, shared: Path) -> None:
     assert radius["undefined"] == failed
 
 
-def test_what_changed_for_the_driller_is_said_first(call: Call, shared: Path) -> None:
+def test_what_changed_for_the_driller_is_said_first(call, shared):
     """The windows before the numbers; the bits only where they are asked for. Without
     the whirl of the greatest speed the window ends there."""
     shutil.copy(shared / "small.h5", "calm.h5")
@@ -68,7 +64,7 @@ def test_what_changed_for_the_driller_is_said_first(call: Call, shared: Path) ->
     assert json.loads(call("diff", shared / "small.h5", "calm.h5", "--json").out) == found
 
 
-def test_two_axes_and_no_common_point(call: Call, shared: Path) -> None:
+def test_two_axes_and_no_common_point(call, shared):
     answer = call("diff", shared / "small.h5", shared / "map.h5")
     found = nsdrill.diff(shared / "small.h5", shared / "map.h5")["study"]
     changed = {row["key"]: (row["a"], row["b"]) for row in found}
@@ -79,7 +75,7 @@ def test_two_axes_and_no_common_point(call: Call, shared: Path) -> None:
     assert "no points in common" in answer.out
 
 
-def test_two_weights_are_compared_and_samples_by_their_values(call: Call) -> None:
+def test_two_weights_are_compared_and_samples_by_their_values(call):
     study = {
         "model": "torsion",
         "simulation": {"transient": "5 s", "observe": "5 s"},
@@ -105,7 +101,7 @@ def test_two_weights_are_compared_and_samples_by_their_values(call: Call) -> Non
     assert "Probabilities at 2 operating points, means and largest change:" in answer.out
 
 
-def test_labels_of_another_threshold(call: Call, shared: Path) -> None:
+def test_labels_of_another_threshold(call, shared):
     shutil.copy(shared / "small.h5", "labels.h5")
     reclassify("labels.h5", ["classify.whirl.wall_contact_fraction=0.9"])
     found = nsdrill.diff(shared / "small.h5", "labels.h5")
@@ -118,7 +114,7 @@ def test_labels_of_another_threshold(call: Call, shared: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["no JSON", "3", '{"well": {"stiffness": "x"}}'])
-def test_a_study_that_is_none(call: Call, shared: Path, text: str) -> None:
+def test_a_study_that_is_none(call, shared, text):
     shutil.copy(shared / "small.h5", "odd.h5")
     with h5py.File("odd.h5", "r+") as file:
         file.attrs["study_resolved"] = text
@@ -126,7 +122,7 @@ def test_a_study_that_is_none(call: Call, shared: Path, text: str) -> None:
     assert "does not hold a study" in answer.err or "should be a JSON object" in answer.err
 
 
-def test_traces(call: Call, shared: Path) -> None:
+def test_traces(call, shared):
     one, other = (
         simulate(nsdrill.load_study(shared / "small.yaml"), rotary_speed=speed, duration=1.0).trace
         for speed in (3.0, 4.0)
@@ -146,6 +142,6 @@ def test_traces(call: Call, shared: Path) -> None:
 
 
 @pytest.mark.parametrize("words", [("nothing.h5", "small"), ("small", "text.h5"), ("small",), ()])
-def test_what_is_no_file(call: Call, shared: Path, words: tuple[str, ...]) -> None:
+def test_what_is_no_file(call, shared, words):
     Path("text.h5").write_text("no")
     assert call("diff", *(shared / "small.h5" if word == "small" else word for word in words), code=2).out == ""

@@ -1,8 +1,6 @@
 """The commands that read a file: show, plot, replay, export, classify; and simulate,
 which makes a trace."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os
@@ -10,7 +8,6 @@ import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -21,13 +18,11 @@ import nsdrill
 from nsdrill.plot import kinds_for
 from nsdrill.store import log_from_results, read_results, read_trace
 
-from .helpers import Call
-
 LABELS = ("response", "whirl_kind", "stick_slip_severity", "bounce_severity", "whirl_severity", "settled")
 
 
 @pytest.fixture
-def copy(shared: Path, tmp_path: Path) -> Path:
+def copy(shared, tmp_path):
     """A results file that may be changed."""
     return Path(shutil.copy(shared / "small.h5", tmp_path / "copy.h5"))
 
@@ -35,7 +30,7 @@ def copy(shared: Path, tmp_path: Path) -> Path:
 # -- show
 
 
-def test_show_results(call: Call, shared: Path) -> None:
+def test_show_results(call, shared):
     answer = call("show", shared / "small.h5")
     assert answer.err == ""
     for text in (
@@ -51,7 +46,7 @@ def test_show_results(call: Call, shared: Path) -> None:
         assert text in answer.out
 
 
-def test_show_json_agrees_with_the_file(call: Call, shared: Path) -> None:
+def test_show_json_agrees_with_the_file(call, shared):
     answer = call("show", shared / "failing.h5", "--json")
     summary = json.loads(answer.out)
     results = read_results(shared / "failing.h5")
@@ -68,7 +63,7 @@ def test_show_json_agrees_with_the_file(call: Call, shared: Path) -> None:
     assert sum(row["points"] for row in summary["intervals"]) == 16
 
 
-def test_show_lists_failed_points(call: Call, shared: Path) -> None:
+def test_show_lists_failed_points(call, shared):
     out = call("show", shared / "failing.h5").out
     assert "Failed points (" in out
     ok = np.count_nonzero(read_results(shared / "failing.h5")["status"][0] == 1)
@@ -77,7 +72,7 @@ def test_show_lists_failed_points(call: Call, shared: Path) -> None:
     assert "  step limit: 2000 m, 22.24 kN, " in out
 
 
-def test_show_trace(call: Call, shared: Path) -> None:
+def test_show_trace(call, shared):
     call("simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s")
     out = call("show", "trace.h5").out
     for text in ("trace of one run. Small", "22.24 kN (5 klbf)", "101 over 1 s", "ended ok", "bit_torque", "N m"):
@@ -92,7 +87,7 @@ def test_show_trace(call: Call, shared: Path) -> None:
     ("name", "said"),
     [("missing.h5", "there is no such file"), ("text.h5", "not an HDF5 file"), (".", "no file"), ("cut.h5", "damaged")],
 )
-def test_files_that_cannot_be_read(call: Call, shared: Path, command: list[str], name: str, said: str) -> None:
+def test_files_that_cannot_be_read(call, shared, command, name, said):
     Path("text.h5").write_text("no HDF5")
     Path("cut.h5").write_bytes((shared / "small.h5").read_bytes()[:30_000])
     answer = call(command[0], name, *command[1:], code=2)
@@ -102,7 +97,7 @@ def test_files_that_cannot_be_read(call: Call, shared: Path, command: list[str],
     assert not Path("x.csv").exists()
 
 
-def test_show_points_at_the_unfinished_run(call: Call, shared: Path) -> None:
+def test_show_points_at_the_unfinished_run(call, shared):
     log_from_results(shared / "small.h5", Path("out.h5.part")).close()
     for words in (("show", "out.h5"), ("diff", "out.h5", shared / "small.h5")):
         assert "out.h5.part can be shown" in call(*words, code=2).err
@@ -114,14 +109,14 @@ def test_show_points_at_the_unfinished_run(call: Call, shared: Path) -> None:
 
 @pytest.mark.parametrize("name", ["small", "map", "failing"])
 @pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
-def test_plot_default(call: Call, shared: Path, name: str, suffix: str) -> None:
+def test_plot_default(call, shared, name, suffix):
     answer = call("plot", shared / f"{name}.h5", "-o", f"x.{suffix}")
     assert (answer.out, answer.err) == ("", f"x.{suffix}: drawn.\n")
     start = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[suffix]
     assert Path(f"x.{suffix}").read_bytes().startswith(start)
 
 
-def test_plot_lists_its_kinds_and_draws_them(call: Call, shared: Path) -> None:
+def test_plot_lists_its_kinds_and_draws_them(call, shared):
     listed = call("plot", shared / "map.h5", "--kind", "list")
     names = [line.split()[0] for line in listed.out.partition(" --panel:")[0].splitlines()[:-1]]
     assert names == list(kinds_for(read_results(shared / "map.h5")))
@@ -130,7 +125,7 @@ def test_plot_lists_its_kinds_and_draws_them(call: Call, shared: Path) -> None:
         call("plot", shared / "map.h5", "--kind", name, "--units", "field", "-o", f"{name}.svg")
 
 
-def test_plot_cut_of_a_map(call: Call, shared: Path) -> None:
+def test_plot_cut_of_a_map(call, shared):
     call("plot", shared / "map.h5", "--wob", "40 kN", "--kind", "bifurcation", "-o", "cut.svg")
     near = call("plot", shared / "map.h5", "--wob", "41 kN", "--kind", "bifurcation", "-o", "near.svg")
     assert "At 40 kN, the nearest of the sweep." in near.err
@@ -153,21 +148,21 @@ def test_plot_cut_of_a_map(call: Call, shared: Path) -> None:
         (["-o", "x.png", "--depth", "3"], "a number without a unit"),
     ],
 )
-def test_plot_refusals(call: Call, shared: Path, words: list[str], said: str) -> None:
+def test_plot_refusals(call, shared, words, said):
     Path("there.png").write_text("mine")
     assert said in call("plot", shared / "small.h5", *words, code=2).err
     assert os.listdir() == ["there.png"]
     assert Path("there.png").read_text() == "mine"
 
 
-def test_plot_suffix_is_told_before_the_file_is_read(call: Call) -> None:
+def test_plot_suffix_is_told_before_the_file_is_read(call):
     assert "x.jpg" in call("plot", "missing.h5", "-o", "x.jpg", code=2).err
 
 
 # -- simulate
 
 
-def test_simulate(call: Call, small: Path) -> None:
+def test_simulate(call, small):
     answer = call(
         f"simulate {small} -o trace.h5 --depth '1000 ft' --wob 5klbf --rotary-speed '60 rpm' --duration '2 s' "
         "--sample '5 ms'"
@@ -181,7 +176,7 @@ def test_simulate(call: Call, small: Path) -> None:
     assert np.allclose(np.diff(trace.time), 0.005)
 
 
-def test_simulate_that_ends_early(call: Call, small: Path) -> None:
+def test_simulate_that_ends_early(call, small):
     answer = call(
         "simulate", small, "-o", "trace.h5", "--duration", "100 s", "--set", "simulation.max_steps=1000", code=3
     )
@@ -205,7 +200,7 @@ def test_simulate_that_ends_early(call: Call, small: Path) -> None:
         (["--set", "operation.depht=3 m"], "Did you mean operation.depth?"),
     ],
 )
-def test_simulate_refusals(call: Call, small: Path, words: list[str], said: str) -> None:
+def test_simulate_refusals(call, small, words, said):
     assert said in call("simulate", small, "-o", "trace.h5", *words, code=2).err
     assert os.listdir() == ["small.yaml"]
 
@@ -215,7 +210,7 @@ def test_simulate_refusals(call: Call, small: Path, words: list[str], said: str)
 
 @pytest.mark.parametrize("procedure", ["up", "down"])
 @pytest.mark.parametrize("speed", ["1 rad/s", "5 rad/s", "76.394 rpm"])
-def test_replay_bit_for_bit(call: Call, shared: Path, procedure: str, speed: str) -> None:
+def test_replay_bit_for_bit(call, shared, procedure, speed):
     answer = call("replay", shared / "small.h5", "--rotary-speed", speed, "--procedure", procedure, "-o", "trace.h5")
     assert "bit for bit" in answer.err
     trace, results = read_trace("trace.h5"), read_results(shared / "small.h5")
@@ -230,11 +225,11 @@ def test_replay_bit_for_bit(call: Call, shared: Path, procedure: str, speed: str
     assert trace["radius"][window].max() <= results["radius_max"][p, 0, 0, s] * (1 + 1e-9)
 
 
-def test_replay_with_other_bits_says_why(call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_replay_with_other_bits_says_why(call, shared, monkeypatch):
     """A stored end that is not that of the run, in a file made with another Python."""
     from nsdrill.app.trajectory import read_point, read_results
 
-    def changed(*where: Any) -> dict[str, Any]:
+    def changed(*where):
         point = read_point(*where)
         return {**point, "final_state": np.nextafter(point["final_state"], 9.0)}
 
@@ -249,7 +244,7 @@ def test_replay_with_other_bits_says_why(call: Call, shared: Path, monkeypatch: 
     assert "What differs: Python 3.9 there, 3." in call(*words, "two.h5").err
 
 
-def test_replay_of_a_failed_point(call: Call, shared: Path) -> None:
+def test_replay_of_a_failed_point(call, shared):
     results = read_results(shared / "failing.h5")
     p, _, _, s = np.argwhere(results["status"] == 3)[0]
     answer = call(
@@ -278,17 +273,17 @@ def test_replay_of_a_failed_point(call: Call, shared: Path) -> None:
         (["--rotary-speed", "3 m", "--procedure", "up"], "--rotary-speed: found '3 m'"),
     ],
 )
-def test_replay_refusals(call: Call, shared: Path, words: list[str], said: str) -> None:
+def test_replay_refusals(call, shared, words, said):
     assert said in call("replay", shared / "small.h5", "-o", "trace.h5", *words, code=2).err
     assert os.listdir() == []
 
 
-def test_replay_takes_the_nearest_and_says_so(call: Call, shared: Path) -> None:
+def test_replay_takes_the_nearest_and_says_so(call, shared):
     answer = call("replay", shared / "small.h5", "-o", "t.h5", "--rotary-speed", "3.2 rad/s", "--procedure", "up")
     assert "3 rad/s, up, the nearest of the sweep" in answer.err
 
 
-def test_replay_does_not_replace_its_input(call: Call, copy: Path) -> None:
+def test_replay_does_not_replace_its_input(call, copy):
     before = copy.read_bytes()
     words = ["--rotary-speed", "3 rad/s", "--procedure", "up", "-o", copy, "--overwrite"]
     call("replay", copy, *words, code=2)
@@ -298,7 +293,7 @@ def test_replay_does_not_replace_its_input(call: Call, copy: Path) -> None:
 # -- export
 
 
-def test_export_csv(call: Call, shared: Path) -> None:
+def test_export_csv(call, shared):
     call("export", shared / "failing.h5", "-o", "out.csv", "--peaks", "--states")
     results = read_results(shared / "failing.h5")
     with open("out.csv", newline="") as file:
@@ -314,7 +309,7 @@ def test_export_csv(call: Call, shared: Path) -> None:
     assert "final_state_twist [rad]" in rows[0]
 
 
-def test_export_netcdf(call: Call, shared: Path) -> None:
+def test_export_netcdf(call, shared):
     call("export", shared / "small.h5", "-o", "out.nc")
     with xarray.open_dataset("out.nc", engine="h5netcdf") as data:
         assert data.sizes["rotary_speed"] == 8
@@ -329,7 +324,7 @@ def test_export_netcdf(call: Call, shared: Path) -> None:
         (["-o", "nowhere/out.csv"], "there is no folder"),
     ],
 )
-def test_export_refusals(call: Call, shared: Path, words: list[str], said: str) -> None:
+def test_export_refusals(call, shared, words, said):
     assert said in call("export", shared / "small.h5", *words, code=2).err
     assert os.listdir() == []
 
@@ -337,7 +332,7 @@ def test_export_refusals(call: Call, shared: Path, words: list[str], said: str) 
 # -- classify
 
 
-def test_classify_and_back(call: Call, copy: Path) -> None:
+def test_classify_and_back(call, copy):
     before = read_results(copy)
     answer = call("classify", copy, "--set", "classify.stick_slip.stick_slip_index=20")
     after = read_results(copy)
@@ -371,7 +366,7 @@ def test_classify_and_back(call: Call, copy: Path) -> None:
         ("classify", "--set key=value"),
     ],
 )
-def test_classify_refusals(call: Call, copy: Path, change: str, said: str) -> None:
+def test_classify_refusals(call, copy, change, said):
     before = copy.read_bytes()
     assert said in call("classify", copy, "--set", change, code=2).err
     assert copy.read_bytes() == before
@@ -380,7 +375,7 @@ def test_classify_refusals(call: Call, copy: Path, change: str, said: str) -> No
 # -- new, schema
 
 
-def test_new_study_is_valid_and_not_overwritten(call: Call) -> None:
+def test_new_study_is_valid_and_not_overwritten(call):
     call("new", "-o", "study.yaml")
     call("check", "study.yaml")
     assert "--overwrite" in call("new", "-o", "study.yaml", code=2).err
@@ -388,12 +383,12 @@ def test_new_study_is_valid_and_not_overwritten(call: Call) -> None:
     assert call("new").out == Path("study.yaml").read_text()
 
 
-def test_schema(call: Call) -> None:
+def test_schema(call):
     schema = json.loads(call("schema").out)
     assert "sweep" in schema["properties"]
 
 
-def test_trace_is_no_results_file(call: Call, shared: Path) -> None:
+def test_trace_is_no_results_file(call, shared):
     call("simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1 s")
     for command, *more in (["classify"], ["window"], ["replay", "-o", "y.h5"]):
         assert "results file" in call(command, "trace.h5", *more, code=2).err
@@ -402,7 +397,7 @@ def test_trace_is_no_results_file(call: Call, shared: Path) -> None:
         assert file.attrs["nsdrill_kind"] == "trace"
 
 
-def test_a_trace_is_exported_in_either_system(call: Call, tmp_path: Path) -> None:
+def test_a_trace_is_exported_in_either_system(call, tmp_path):
     """The table has the samples of the file, bit for bit in SI; of a window is said
     what it needs."""
     trace, study = str(tmp_path / "trace.h5"), str(tmp_path / "study.yaml")
@@ -422,7 +417,7 @@ def test_a_trace_is_exported_in_either_system(call: Call, tmp_path: Path) -> Non
     assert f"nsdrill run {study} -o out.h5" in call("window", study, code=2).err
 
 
-def test_show_prints_quantities_as_engineers_write_them(call: Call, shared: Path) -> None:
+def test_show_prints_quantities_as_engineers_write_them(call, shared):
     """In the units of the window and the pictures, four digits each, no exponents."""
     ranges = call("show", shared / "small.h5").out.partition("Least and greatest")[2]
     units = {line.split()[0]: line.split() for line in ranges.splitlines()[1:] if line.strip()}

@@ -1,8 +1,6 @@
 """A fit from end to end: values that are known come back from runs of the model with
 noise; what the data cannot tell is said."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -13,8 +11,6 @@ import nsdrill
 from nsdrill.analysis.fitting import Measured
 from nsdrill.app.fit import _Simulator, _unknown_values, unknowns_of
 from nsdrill.errors import InputError
-
-from .helpers import Call
 
 TRUTH = {"static": 0.45, "dynamic": 0.12}
 STRING = {"model": "torsion", "simulation": {"transient": "60 s", "observe": "60 s"}}
@@ -59,7 +55,7 @@ def write_data(values, error=0.03):
     Path("study.yaml").write_text(PRIOR, encoding="utf-8")
 
 
-def test_known_values_come_back(call: Call, truth: np.ndarray):
+def test_known_values_come_back(call, truth):
     write_data(truth)
     errors = [word for name in NAMES for word in ("--error", f"{name}=3 percent")]
     answer = call(
@@ -94,7 +90,7 @@ def test_known_values_come_back(call: Call, truth: np.ndarray):
     assert adjusted.axes["rotary_speed"].tolist() == [3.0, 6.0]  # the sweep is left as it is
 
 
-def test_what_the_data_cannot_tell_is_said(call: Call, truth: np.ndarray):
+def test_what_the_data_cannot_tell_is_said(call, truth):
     """Smooth drilling at high speed hardly knows the friction of a bit at rest."""
     write_data(truth)
     Path("field.csv").write_text("rotary_speed [rpm], wob [klbf], stick_slip_index [%]\n200, 13, 1\n", encoding="utf-8")
@@ -106,7 +102,7 @@ def test_what_the_data_cannot_tell_is_said(call: Call, truth: np.ndarray):
     assert "NOT DETERMINED by these data" in answer.out
 
 
-def test_data_that_the_model_cannot_give_are_refused_credit(call: Call, truth: np.ndarray):
+def test_data_that_the_model_cannot_give_are_refused_credit(call, truth):
     values = truth.copy()
     values[1] *= 5.0  # five times the torque of any friction that is allowed
     write_data(values)
@@ -123,14 +119,14 @@ def test_data_that_the_model_cannot_give_are_refused_credit(call: Call, truth: n
         ("uncertain: {wob: {uniform: [10 kN, 20 kN]}}", "found a column of wob, which is an unknown"),
     ],
 )
-def test_studies_that_cannot_be_adjusted(call: Call, truth: np.ndarray, change, said):
+def test_studies_that_cannot_be_adjusted(call, truth, change, said):
     write_data(truth)
     Path("study.yaml").write_text(PRIOR.partition("uncertain:")[0] + change + "\n", encoding="utf-8")
     assert said in call("fit", "study.yaml", "--data", "field.csv", "-o", "new.yaml", code=2).err
     assert not Path("new.yaml").exists()
 
 
-def test_a_point_at_which_the_study_does_not_hold_is_told_with_its_line(call: Call):
+def test_a_point_at_which_the_study_does_not_hold_is_told_with_its_line(call):
     Path("study.yaml").write_text(PRIOR, encoding="utf-8")
     Path("field.csv").write_text("depth [m],stick_slip_index [%]\n900,1\n150,2\n", encoding="utf-8")
     answer = call("fit", "study.yaml", "--data", "field.csv", code=2)
@@ -138,7 +134,7 @@ def test_a_point_at_which_the_study_does_not_hold_is_told_with_its_line(call: Ca
     assert "200 m" in answer.err
 
 
-def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call: Call):
+def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call):
     Path("study.yaml").write_text(PRIOR, encoding="utf-8")
     Path("field.csv").write_text("rotary_speed [rpm],stick_slip_index [%]\n40,1\n3,2\n", encoding="utf-8")
     words = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--quiet")
@@ -148,7 +144,7 @@ def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call: Ca
     assert "Warning" not in call(*words).err
 
 
-def test_the_numbers_for_programs_may_be_in_field_units(call: Call, truth: np.ndarray):
+def test_the_numbers_for_programs_may_be_in_field_units(call, truth):
     write_data(truth)
     damping = "uncertain={drillstring.damping: {uniform: [10 N*m*s/rad, 90 N*m*s/rad]}}"
     words = ("fit", "study.yaml", "--data", "field.csv", "--json", "--quiet", "--batch", "16", "--rounds", "2", "--set")
@@ -161,7 +157,7 @@ def test_the_numbers_for_programs_may_be_in_field_units(call: Call, truth: np.nd
     assert torque["N m"] / torque["kft*lbf"] == pytest.approx(1355.8179483314)
 
 
-def test_outputs_are_claimed_before_anything_is_run(call: Call, truth: np.ndarray):
+def test_outputs_are_claimed_before_anything_is_run(call, truth):
     write_data(truth)
     for option, name in (("-o", "study.yaml"), ("--picture", "field.csv"), ("--picture", "fit.gif")):
         call("fit", "study.yaml", "--data", "field.csv", option, name, code=2)
@@ -209,7 +205,7 @@ def test_its_runs_have_the_bits_of_studies_of_their_own(tmp_path):
             assert [own[name].item() for name in values] == found[sample, [point, 3 + point]].tolist()
 
 
-def test_the_weight_on_bit_may_be_an_unknown_under_either_key(call: Call):
+def test_the_weight_on_bit_may_be_an_unknown_under_either_key(call):
     Path("field.csv").write_text(
         "operation.rotary_speed [rad/s], stick_slip_index [%], surface_torque_max [N m]\n4, 150, 2500\n9, 10, 2000\n"
     )

@@ -1,8 +1,6 @@
 """An interrupted fit goes on: with the same bits as one that was not, and only with the
 runs that are missing."""
 
-from __future__ import annotations
-
 import signal
 import time
 from pathlib import Path
@@ -14,9 +12,9 @@ import nsdrill
 from nsdrill.analysis.fitting import Measured
 from nsdrill.app.unfinished import Part, Rounds, summary
 from nsdrill.errors import FileError, InputError
-from nsdrill.store.log_header import MAGIC as LOG_MAGIC
+from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 
-from .helpers import Call, finish, start
+from .helpers import finish, start
 
 STUDY = """\
 model: torsion
@@ -64,7 +62,7 @@ def test_a_fit_goes_on_with_the_same_bits():
     fit_until(first + 1)
     assert Path("adjusted.yaml.part").exists()
     assert not Path("adjusted.yaml").exists()
-    seen: list[int] = []
+    seen = []
     fit_until(first + 100, resume=True)  # once more, in a later round
     again = nsdrill.fit(
         "study.yaml",
@@ -82,7 +80,7 @@ def test_a_fit_goes_on_with_the_same_bits():
 
 
 def test_only_the_runs_that_are_missing_are_made():
-    calls: list[int] = []
+    calls = []
 
     def model(z):
         calls.append(len(z))
@@ -119,7 +117,7 @@ def test_more_rounds_go_on_from_fewer():
     assert again.study == whole.study
 
 
-def test_what_is_there_is_not_taken_for_another_fit(call: Call):
+def test_what_is_there_is_not_taken_for_another_fit(call):
     fit_until(3 * 2 * 16 + 1)
     part = Path("adjusted.yaml.part").read_bytes()
     words = ("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--quiet", *OPTIONS)
@@ -148,7 +146,7 @@ def test_what_is_there_is_not_taken_for_another_fit(call: Call):
     ],
 )
 @pytest.mark.parametrize("option", ["", "--resume", "--overwrite"])
-def test_a_damaged_file_and_that_of_other_work_are_told(call: Call, damage, said, replaced, option):
+def test_a_damaged_file_and_that_of_other_work_are_told(call, damage, said, replaced, option):
     part = Path("adjusted.yaml.part")
     if damage == "continuation":
         with Part.claim("adjusted.yaml", damage, "torsion", overwrite=False, resume=False) as other:
@@ -165,7 +163,7 @@ def test_a_damaged_file_and_that_of_other_work_are_told(call: Call, damage, said
     assert part.read_bytes() == before
 
 
-def test_very_many_runs_are_asked_for(call: Call):
+def test_very_many_runs_are_asked_for(call):
     rows = "2, 30, 150, 4\n" * 1000
     Path("rig.csv").write_text(DATA.splitlines()[0] + "\n" + rows, encoding="utf-8")
     answer = call("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", code=2)
@@ -176,7 +174,7 @@ def test_very_many_runs_are_asked_for(call: Call):
     assert not Path("adjusted.yaml.part").exists()
 
 
-def test_nothing_is_kept_without_an_output(call: Call):
+def test_nothing_is_kept_without_an_output(call):
     assert "--resume: found without -o" in call("fit", "study.yaml", "--data", "rig.csv", "--resume", code=2).err
     with pytest.raises(InputError, match="resume: found without path"):
         nsdrill.fit("study.yaml", "rig.csv", resume=True)
@@ -194,7 +192,7 @@ def has_state(part):
     return bool(found and found["kept"])
 
 
-def test_a_signal_ends_the_command_with_130_and_it_goes_on(call: Call):
+def test_a_signal_ends_the_command_with_130_and_it_goes_on(call):
     words = ["fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--batch", "100", "--rounds", "40"]
     words += ["--set", "simulation.observe=600 s"]
     process = start(*words)

@@ -1,8 +1,6 @@
 """A disk that fills up, and a limit on the size of files: whatever is written, the last
 good file stays, the message names the file and the reason, and work goes on."""
 
-from __future__ import annotations
-
 import os
 import resource
 import shutil
@@ -16,7 +14,6 @@ import pytest
 import nsdrill
 from nsdrill.app.unfinished import Part
 
-from .helpers import Call
 from .test_continue import STUDY as BRANCHES
 from .test_fit_resume import DATA, OPTIONS
 from .test_fit_resume import STUDY as UNKNOWNS
@@ -29,7 +26,7 @@ REASONS = ["file too large", "no space left on device"]
 
 
 @pytest.fixture(params=REASONS)
-def disk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[Path, Filled, str]]:
+def disk(request, tmp_path):
     """A folder, a context in which no more than some bytes are written there, and the
     reason that the system gives: by a limit on the size of files, and by a small file
     system that is full, which only root can make."""
@@ -43,7 +40,7 @@ def disk(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[Path,
         pytest.skip("a file system cannot be mounted here")
 
     @contextmanager
-    def filled(room: int = ROOM) -> Iterator[None]:
+    def filled(room=ROOM):
         with open(folder / "ballast", "wb") as ballast:
             free = os.statvfs(folder)
             os.posix_fallocate(ballast.fileno(), 0, free.f_bavail * free.f_bsize - 2 * room)
@@ -90,9 +87,7 @@ OUTPUTS = [
     + [(REASONS[1], *output) for output in OUTPUTS if output[0] in ("trace.h5", "table.csv", "copy.nc")],
     indirect=["disk"],
 )
-def test_the_last_good_file_stays(
-    disk: tuple[Path, Filled, str], name: str, words: list[str], call: Call, shared: Path
-) -> None:
+def test_the_last_good_file_stays(disk, name, words, call, shared):
     folder, filled, why = disk
     for one in ("small.yaml", "small.h5"):
         shutil.copy(shared / one, one)
@@ -111,7 +106,7 @@ def test_the_last_good_file_stays(
     call(*words, output, "--overwrite")
 
 
-def test_labels_stay_as_they_were(disk: tuple[Path, Filled, str], call: Call, shared: Path) -> None:
+def test_labels_stay_as_they_were(disk, call, shared):
     folder, filled, why = disk
     results = folder / "out.h5"
     shutil.copy(shared / "small.h5", results)
@@ -123,9 +118,7 @@ def test_labels_stay_as_they_were(disk: tuple[Path, Filled, str], call: Call, sh
 
 
 @pytest.mark.parametrize(("disk", "kind"), [(REASONS[0], "fit"), (REASONS[1], "continue")], indirect=["disk"])
-def test_what_is_kept_of_unfinished_work_stays(
-    disk: tuple[Path, Filled, str], kind: str, call: Call, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_kept_of_unfinished_work_stays(disk, kind, call, monkeypatch):
     """The disk fills up after the first state is kept, and again after the last; the
     work then goes on to the bits of an undisturbed one."""
     folder, filled, why = disk
@@ -133,15 +126,15 @@ def test_what_is_kept_of_unfinished_work_stays(
     Path("rig.csv").write_text(DATA)
     words = ["fit", "study.yaml", "--data", "rig.csv", *OPTIONS]
     if kind == "continue":
-        words = ["continue", "study.yaml"]
+        words = ["continue", "study.yaml", "--set", "continue.points=60"]
     output = folder / "out"
     part = Path(f"{output}.part")
-    kept: list[bytes] = []
-    filling: list[AbstractContextManager[None]] = []
+    kept = []
+    filling = []
     real, last = Part.write, 0
 
-    def write(self: Part, *more: object) -> None:
-        real(self, *more)  # type: ignore[arg-type]
+    def write(self, *more):
+        real(self, *more)
         kept.append(self.path.read_bytes())
         is_last = len(kept) == last + (kind == "continue")  # which keeps what it found again
         if len(kept) == 1 or is_last:

@@ -1,18 +1,27 @@
-"""The help: complete, and quick because it imports nothing heavy."""
+"""The help: complete, and quick because it imports nothing heavy; groups, other names of
+commands and options, environment variables, JSON that every program reads."""
 
-from __future__ import annotations
-
+import ast
+import json
+import math
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 
-from nsdrill.cli.main import COMMANDS, group
-
-from .helpers import Call
+import nsdrill
+from nsdrill.cli.main import group
+from nsdrill.cli.overview import COMMANDS, GROUPS
+from nsdrill.data import json_text
+from nsdrill.models.registry import NAMES
+from nsdrill.study.keys import keys_named
+from nsdrill.study.load import parse_study
+from nsdrill.study.read import parse
+from nsdrill.study.write import short_text
 
 HEAVY = ("numba", "h5py", "matplotlib", "pydantic", "scipy", "xarray", "distributed", "ruamel.yaml", "numpy")
 
@@ -32,7 +41,7 @@ def in_a_process(arguments: list[list[str]], what: str, cwd: Path | None = None)
     return done.stdout, done.stderr
 
 
-def test_help_imports_nothing_heavy() -> None:
+def test_help_imports_nothing_heavy():
     said, faults = in_a_process([[name, "--help"] for name in COMMANDS], f"[m for m in {HEAVY!r} if m in sys.modules]")
     assert said.count("found: []\n") == said.count("Usage: nsdrill ") == len(COMMANDS)
     assert faults == ""
@@ -49,27 +58,27 @@ def test_help_imports_nothing_heavy() -> None:
         ["simulate", "small.yaml", "--set", "sweep.rotary_speed=3 rad/s", "-o"],
     ],
 )
-def test_what_is_not_needed_is_not_imported(shared: Path, tmp_path: Path, words: list[str]) -> None:
+def test_what_is_not_needed_is_not_imported(shared, tmp_path, words):
     if words[-1] == "-o":
         words = [*words, str(tmp_path / "out.h5")]
     heavy = "[m for m in ('numba', 'scipy', 'matplotlib') if m in sys.modules]"
     assert in_a_process([words], heavy, shared)[0].endswith("found: []\n")
 
 
-def test_the_help_of_all_imports_no_click() -> None:
+def test_the_help_of_all_imports_no_click():
     said, _ = in_a_process([["--help"]], "end.code, 'click' in sys.modules")
     assert said.startswith("Usage: nsdrill")
     assert said.endswith("\nfound: 0 False\n")
 
 
-def test_a_summary_imports_the_model_of_its_file_only(shared: Path) -> None:
+def test_a_summary_imports_the_model_of_its_file_only(shared):
     others = [f"nsdrill.{name}" for name in ("models.beam", "models.segments", "models.torsion", "plot")]
     said, _ = in_a_process([["show", "small.h5"]], f"{{*{others!r}}} & {{*sys.modules}}", shared)
     assert said.endswith("found: set()\n")
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_command_and_option_is_explained(name: str) -> None:
+def test_every_command_and_option_is_explained(name):
     command = group.get_command(click.Context(group), name)
     assert command is not None
     assert command.help
@@ -80,7 +89,7 @@ def test_every_command_and_option_is_explained(name: str) -> None:
             assert parameter.help, parameter.name
 
 
-def test_group_help_names_commands_and_exit_codes(call: Call) -> None:
+def test_group_help_names_commands_and_exit_codes(call):
     answer = call("--help")
     for name, line in COMMANDS.items():
         assert name in answer.out
@@ -89,7 +98,7 @@ def test_group_help_names_commands_and_exit_codes(call: Call) -> None:
         assert f"\n    {code}" in answer.out
 
 
-def test_version(call: Call) -> None:
+def test_version(call):
     import nsdrill
 
     assert call("--version").out == f"nsdrill {nsdrill.__version__}\n"
@@ -112,18 +121,18 @@ def test_version(call: Call) -> None:
         (["show", "--output"], "No such option"),
     ],
 )
-def test_wrong_command_lines(call: Call, words: list[str], said: str) -> None:
+def test_wrong_command_lines(call, words, said):
     answer = call(*words, code=2)
     assert answer.out == ""
     assert said in answer.err
     assert "--help' for help" in answer.err
 
 
-def test_no_command_prints_the_help(call: Call) -> None:
+def test_no_command_prints_the_help(call):
     assert "\nRun:\n" in call(code=2).err
 
 
-def test_the_options_of_a_picture_stand_in_groups(call: Call) -> None:
+def test_the_options_of_a_picture_stand_in_groups(call):
     """Every one once, under one heading."""
     text = call("plot", "--help").out
     headings = [line for line in text.splitlines() if line.endswith(":") and not line.startswith(" ")]
@@ -132,3 +141,180 @@ def test_the_options_of_a_picture_stand_in_groups(call: Call) -> None:
     listed = re.findall(r"^  (?:-\w, )?(--[a-z-]+)", text, re.MULTILINE)
     assert len(listed) == len(set(listed))
     assert {"--kind", "--wob", "--over", "--animate", "--set", "--width"} <= set(listed)
+
+
+GROUPED = {
+    "Run": ["new", "check", "run", "simulate", "replay", "branches"],
+    "Look": ["show", "plot", "view", "report"],
+    "Decide": ["window", "sensitivity", "fit"],
+    "Files": ["diff", "combine", "export", "classify", "schema"],
+}
+
+
+def test_the_help_has_groups_and_says_what_q_is(call):
+    assert {title: list(commands) for title, commands in GROUPS.items()} == GROUPED
+    out = call("--help").out
+    places = [out.index(f"\n{title}:\n") for title in GROUPED]
+    assert places == sorted(places)
+    said = "Q in the help of a command is a number with its unit"
+    assert said in out
+    assert " continue " not in out
+    for name in COMMANDS:
+        text = call(name, "--help").out
+        assert (said in text) == (" Q " in text.replace(said, "")), name
+    assert call("replay", "--help").out.count(said) == 1  # also the second time
+
+
+def test_the_former_name_of_branches_still_works(call):
+    now, former = call("branches", "--help"), call("continue", "--help")
+    assert now.out.replace("nsdrill branches", "") == former.out.replace("nsdrill continue", "").replace(
+        "nsdrill branches", ""
+    )
+    assert call("contine", code=2).err.startswith("Usage")
+
+
+def test_short_options(shared, call):
+    assert call("-V").out == call("--version").out
+    answer = call("run", shared / "small.yaml", "-o", "out.h5", "-j", "1", "-q")
+    assert answer.err == ""
+    for name in ("branches", "fit"):
+        text = call(name, "--help").out
+        assert "-j, --workers N" in text
+        assert "-q, --quiet" in text
+
+
+@pytest.mark.parametrize("option", ["--picture", "-o", "--output"])
+def test_the_picture_of_the_window_has_three_names(shared, call, option):
+    call("window", shared / "small.h5", option, "window.svg")
+    assert Path("window.svg").exists()
+
+
+def test_the_short_study(call):
+    text = call("new").out
+    lines = text.splitlines()
+    assert 18 <= len(lines) <= 28
+    assert lines[0].startswith("# yaml-language-server: $schema=study.schema.json")
+    study = parse_study(text)
+    assert study.swept == ("rotary_speed",)
+    assert study.procedure == "up-down"
+    call("new", "-o", "study.yaml")
+    assert Path("study.yaml").read_text(encoding="utf-8") == text
+    call("check", "study.yaml")
+
+
+@pytest.mark.parametrize("model", NAMES)
+@pytest.mark.parametrize("units", ["si", "field"])
+def test_the_short_study_has_the_defaults_of_its_model(model, units):
+    text = short_text(model, units)
+    study = parse_study(text)
+    assert (study.model.name, study.units) == (model, units)
+    plain = parse_study(f"model: {model}\nsweep: {{rotary_speed: [3 rad/s]}}\n")
+    keys = keys_named(model)
+    for key in keys.leaves:
+        section, _, name = key.partition(".")
+        if section in ("simulation", "model"):
+            continue
+        here = study.resolved[section]
+        default = plain.resolved[section]
+        for part in name.split("."):
+            here, default = here[part], default[part]
+        assert here == (
+            default if isinstance(default, str | None | tuple | list) else pytest.approx(default, rel=1e-3)
+        ), key
+
+
+def test_units_of_a_new_study(call, monkeypatch):
+    field = call("new", "--units", "field").out
+    assert "depth: 16400 ft" in field
+    assert "from: 20 rpm" in field
+    monkeypatch.setenv("NSDRILL_UNITS", "field")
+    assert call("new").out == field
+    assert "\nunits: field " in call("new", "--all").out
+
+
+def test_every_key_is_in_the_long_one(call):
+    text = call("new", "--all").out
+    assert text.startswith("# yaml-language-server: ")
+    data = parse(text, "all").data
+    for key in keys_named().leaves:
+        inside = data
+        for part in key.split("."):
+            inside = inside[part]
+
+
+def test_the_list_of_examples(call):
+    out = call("new", "--list").out
+    assert "  torsional_speed            Stick-slip of the torsional model\n" in out
+    for line in out.splitlines():
+        call("new", "--example", line.split()[0])
+    assert "one of the two" in call("new", "--all", "--example", "torsional_speed", code=2).err
+
+
+def test_labels_may_go_to_a_new_file(shared, call):
+    before = (shared / "small.h5").read_bytes()
+    words = ["--set", "classify.stick_slip.stick_slip_index=1"]
+    assert "new.h5: written." in call("classify", shared / "small.h5", *words, "-o", "new.h5").err
+    assert (shared / "small.h5").read_bytes() == before
+    assert "stick_slip_index" in call("show", "new.h5").out
+    assert "--overwrite" in call("classify", shared / "small.h5", *words, "-o", "new.h5", code=2).err
+    call("classify", shared / "small.h5", *words, "-o", "new.h5", "--overwrite")
+    call("classify", "new.h5", "-o", "new.h5", "--overwrite", code=2)
+    call("diff", shared / "small.h5", "new.h5")
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["b"], ["branches"]),
+        (["new", "--example", "tors"], ["torsional_speed"]),
+        (["schema", "--model", "seg"], ["segments"]),
+        (["plot", "out.h5", "--kind", "bif"], ["bifurcation"]),
+        (["run", "--set", "drive.kind=soft"], ["drive.kind=soft_torque"]),
+        (["run", "--set", "well.friction.st"], ["well.friction.static="]),
+        (["simulate", "--at", "wo"], ["wob="]),
+        (["replay", "--at", "bit.rock"], ["bit.rock_stiffness="]),
+    ],
+)
+def test_a_shell_completes_names_and_keys(call, monkeypatch, words, expected):
+    for name, value in {"COMP_WORDS": " ".join(("nsdrill", *words)), "COMP_CWORD": len(words)}.items():
+        monkeypatch.setenv(name, str(value))
+    monkeypatch.setenv("_NSDRILL_COMPLETE", "bash_complete")
+    assert [line.partition(",")[2] for line in call().out.splitlines()] == expected
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+READ = re.compile(r"(?:environ(?:\.\w+\()?\[?|getenv\(|envvar=|_VARIABLE = )\s*[\"'](\w+)[\"']")
+
+
+def test_every_variable_that_is_read_is_documented():
+    sources = [path.read_text(encoding="utf-8") for path in Path(nsdrill.__file__).parent.rglob("*.py")]
+    found = {name for text in sources for name in READ.findall(text)}
+    assert {"NSDRILL_UNITS", "NSDRILL_LANES", "NSDRILL_DEBUG", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME"} <= found
+    page = (DOCS / "commands.md").read_text(encoding="utf-8")
+    section = page.partition("\n## Environment\n")[2].partition("\n## ")[0]
+    for name in sorted(found):
+        assert f"`{name}`" in section, f"docs/commands.md, Environment: {name} is missing"
+
+
+def test_no_variable_is_read_in_a_way_that_the_test_does_not_see():
+    for path in Path(nsdrill.__file__).parent.rglob("*.py"):
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if re.search(r"\b(environ|getenv)\b", line):
+                assert READ.search(line), f"{path.name}: {line.strip()}"
+
+
+def test_undefined_numbers_are_null():
+    data = {"a": math.nan, "b": [math.inf, (-math.inf, np.float64("nan"))], "c": np.array([1.0, np.nan]), 3: np.int8(2)}
+    assert json.loads(json_text(data)) == {"a": None, "b": [None, [None, None]], "c": [1.0, None], "3": 2}
+
+
+def test_no_json_is_written_that_may_hold_nan():
+    calls = [
+        call
+        for path in Path(nsdrill.__file__).parent.rglob("*.py")
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(call, ast.Call) and ast.unparse(call.func) in ("json.dumps", "json.dump", "dumps", "dump")
+    ]
+    assert calls
+    for call in calls:
+        assert [ast.unparse(word.value) for word in call.keywords if word.arg == "allow_nan"] == ["False"]

@@ -4,8 +4,6 @@ had as it was run.
 The failing study of the shared folder is the small one with simulation.max_steps=1000.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -21,13 +19,11 @@ from nsdrill.app.summary import reclassify
 from nsdrill.app.trajectory import replay
 from nsdrill.store import log_from_results, write_trace
 
-from .helpers import Call
-
 CHANGED = {"simulation.max_steps": "1000"}
 
 
 @pytest.fixture
-def old(shared: Path, tmp_path: Path) -> Path:
+def old(shared, tmp_path):
     """A file that does not say its overrides."""
     path = Path(shutil.copy(shared / "failing.h5", tmp_path / "old.h5"))
     with h5py.File(path, "r+") as file:
@@ -35,7 +31,7 @@ def old(shared: Path, tmp_path: Path) -> Path:
     return path
 
 
-def test_show(call: Call, shared: Path, old: Path) -> None:
+def test_show(call, shared, old):
     log_from_results(shared / "failing.h5", "run.h5.part").close()
     for file in (shared / "failing.h5", old, "run.h5.part"):
         assert "\n  overrides      simulation.max_steps = 1000\n" in call("show", file).out
@@ -44,7 +40,7 @@ def test_show(call: Call, shared: Path, old: Path) -> None:
     assert json.loads(call("show", shared / "small.h5", "--json").out)["overrides"] == {}
 
 
-def test_traces(call: Call, shared: Path) -> None:
+def test_traces(call, shared):
     words = ["simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s", "--set", "operation.wob=30 kN"]
     call(*words)
     assert "  overrides      operation.wob = 30 kN\n" in call("show", "trace.h5").out
@@ -56,7 +52,7 @@ def test_traces(call: Call, shared: Path) -> None:
     assert "bit.lobes = 2" in plot.draw(read("trace.h5"), "orbit").get_suptitle()
 
 
-def test_a_replay_has_those_of_its_sweep(call: Call, shared: Path, old: Path) -> None:
+def test_a_replay_has_those_of_its_sweep(call, shared, old):
     for file in (shared / "failing.h5", old):
         trace = replay(file, rotary_speed=1.0, procedure="up").trace
         assert json.loads(trace.attrs["study_overrides"]) == ["simulation.max_steps=1000"]
@@ -67,14 +63,14 @@ def test_a_replay_has_those_of_its_sweep(call: Call, shared: Path, old: Path) ->
     assert json.loads(call("show", "early.h5", "--json").out)["overrides"] == CHANGED
 
 
-def test_pictures(shared: Path, old: Path) -> None:
+def test_pictures(shared, old):
     for file in (shared / "failing.h5", old):
         for kind in ("summary", "bifurcation", "window", "radius_max"):
             title = plot.draw(read(str(file)), kind).get_suptitle()
             assert title.splitlines()[:2] == ["Small", "simulation.max_steps = 1000"], kind
 
 
-def test_new_thresholds_are_told_too(call: Call, shared: Path) -> None:
+def test_new_thresholds_are_told_too(call, shared):
     shutil.copy(shared / "failing.h5", "labels.h5")
     reclassify("labels.h5", ["classify.whirl.wall_contact_fraction=0.9"])
     said = "simulation.max_steps = 1000, classify.whirl.wall_contact_fraction = 0.9"
@@ -106,7 +102,7 @@ def test_new_thresholds_are_told_too(call: Call, shared: Path) -> None:
         (["simulation.observe=9 s"], "simulation.observe = 9 s"),
     ],
 )
-def test_a_title_stays_short(texts: list[str], said: str) -> None:
+def test_a_title_stays_short(texts, said):
     from nsdrill.plot.labels import heading
 
     attrs = {"title": "T", "study_overrides": json.dumps(texts)}
@@ -116,12 +112,12 @@ def test_a_title_stays_short(texts: list[str], said: str) -> None:
 
 
 @pytest.mark.parametrize("value", ["", "no JSON", "{}", "3", "null", '["no equals sign"]', 5])
-def test_odd_attributes_are_no_error(value: object) -> None:
+def test_odd_attributes_are_no_error(value):
     attrs = {"study_overrides": value}
     assert overrides_of(attrs) in ([], ["no equals sign="])
 
 
-def test_study_as_it_was_run(call: Call, shared: Path, old: Path) -> None:
+def test_study_as_it_was_run(call, shared, old):
     for file in (shared / "failing.h5", old):
         answer = call("show", file, "--study")
         assert answer.err == ""
@@ -133,7 +129,7 @@ def test_study_as_it_was_run(call: Call, shared: Path, old: Path) -> None:
     call("show", file, "--study", "--json", code=2)
 
 
-def test_a_file_without_a_study(call: Call, old: Path) -> None:
+def test_a_file_without_a_study(call, old):
     with h5py.File(old, "r+") as file:
         del file.attrs["study_resolved"]
     call("show", old)

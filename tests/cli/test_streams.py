@@ -1,20 +1,22 @@
-"""Standard streams that are closed, full or read by nobody, inputs that are no files,
-and a cache that is damaged."""
+"""Standard streams, odd file names and inputs that are no files: what stands between
+nsdrill and other programs."""
 
-from __future__ import annotations
-
+import io
+import json
 import os
 import shutil
 import socket
 import subprocess
 from pathlib import Path
 
+import h5py
 import pytest
 from same_bits import different
 
 from nsdrill.cache import cache_directory
+from nsdrill.study import json_schema, short_text
 
-from .helpers import SCRIPT, Answer, Call, finish, start
+from .helpers import SCRIPT, Answer, finish, start
 
 
 def shell(text: str, cwd: Path) -> Answer:
@@ -46,18 +48,18 @@ def shell(text: str, cwd: Path) -> Answer:
         ("$N nothing 2>&-", 2, ""),
     ],
 )
-def test_output_that_reaches_nobody(tmp_path: Path, command: str, code: int, said: str) -> None:
+def test_output_that_reaches_nobody(tmp_path, command, code, said):
     assert shell(command, tmp_path) == Answer(code, "", said)
 
 
 @pytest.mark.parametrize("streams", [">&- 2>&- <&-", "2> /dev/full"])
-def test_a_run_that_nobody_listens_to(small: Path, shared: Path, streams: str) -> None:
+def test_a_run_that_nobody_listens_to(small, shared, streams):
     """The file is whole, without a word of a library in it, and that is what counts."""
     assert shell(f"$N run {small} -o out.h5 {streams}", small.parent).code == 0
     assert not different(small.parent / "out.h5", shared / "small.h5")
 
 
-def test_data_come_where_messages_do_not(small: Path) -> None:
+def test_data_come_where_messages_do_not(small):
     answer = shell(f"$N check {small} 2>/dev/full <&-", small.parent)
     assert answer.code == 0
     assert "valid. Small" in answer.out
@@ -76,42 +78,33 @@ def test_data_come_where_messages_do_not(small: Path) -> None:
         (["check", "/dev/zero"], "/dev/zero: is larger than 1 MB"),
     ],
 )
-def test_inputs_that_are_no_files(
-    tmp_path: Path, shared: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], said: str
-) -> None:
-    monkeypatch.chdir(tmp_path)  # the name of a socket is short
+def test_inputs_that_are_no_files(call, shared, words, said):
     os.mkfifo("pipe")
     os.mkfifo("old.h5.part")
     with socket.socket(socket.AF_UNIX) as one:
-        one.bind("socket")
-    process = start(*(str(shared / "small.yaml") if word == "STUDY" else word for word in words))
-    try:
-        answer = finish(process)
-    finally:
-        process.kill()
-    assert answer.code == 2
-    assert said in answer.err
+        one.bind("socket")  # a name that is short
+    assert said in call(*(shared / "small.yaml" if word == "STUDY" else word for word in words), code=2).err
     assert sorted(os.listdir()) == ["old.h5.part", "pipe", "socket"]
 
 
-def test_a_study_from_a_pipe(small: Path) -> None:
+def test_a_study_from_a_pipe(small):
     answer = shell(f"$N check <(sleep 0.2; cat {small})", small.parent)
     assert answer.code == 0
     assert "valid. Small" in answer.out
 
 
-def test_the_end_of_a_file_is_no_interrupt(call: Call, small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_end_of_a_file_is_no_interrupt(call, small, monkeypatch):
     """click takes EOFError for one: code 130, with which a job script would go on for
     ever."""
 
-    def ends(*args: object) -> None:
+    def ends(*args):
         raise EOFError("Ran out of input")
 
     monkeypatch.setattr("nsdrill.app.check.check", ends)
     assert "Ran out of input" in call("check", small, code=1).err
 
 
-def test_a_damaged_cache_is_told_once(shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_damaged_cache_is_told_once(shared, tmp_path, monkeypatch):
     """Empty files, as a power cut leaves them; one small function, to be quick."""
     study, whole = shared / "small.yaml", shared / "small.h5"  # whose functions are in the cache
     folder = Path(shutil.copytree(cache_directory(), tmp_path / "compiled"))
@@ -128,3 +121,171 @@ def test_a_damaged_cache_is_told_once(shared: Path, tmp_path: Path, monkeypatch:
     assert done.startswith("out.h5: 16 points")
     assert not different(tmp_path / "out.h5", whole)
     assert any(path.stat().st_size for path in damaged), "what this study needs is there again"
+
+
+def piped(text: str, *words: object, cwd: Path) -> Answer:
+    done = subprocess.run([SCRIPT, *map(str, words)], cwd=cwd, input=text, capture_output=True, text=True, timeout=120)
+    assert "Traceback" not in done.stderr
+    return Answer(done.returncode, done.stdout, done.stderr)
+
+
+def test_new_writes_to_standard_output(call):
+    assert call("new", "-o", "-").out == call("new").out == short_text()
+    assert not list(Path().iterdir())
+
+
+@pytest.fixture
+def fed(call, monkeypatch):
+    """Gives a command with this text on standard input."""
+
+    def give(text, *words, code=0):
+        monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+        return call(*words, code=code)
+
+    return give
+
+
+def test_a_study_on_standard_input(shared, tmp_path, fed):
+    text = (shared / "small.yaml").read_text()
+    assert fed(text, "check", "-").out.startswith("standard input: valid. Small\n16 points: ")
+    assert piped(text, "run", "-", "-o", "out.h5", "--quiet", cwd=tmp_path).code == 0
+    assert "the same to the bit" in fed("", "diff", "out.h5", shared / "small.h5").out
+    fed(text, "simulate", "-", "-o", "t.h5", "--duration", "1 s")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "standard input, line 1: found an empty document"),
+        ("titel: x", "standard input, line 1: titel: found an unknown key"),
+        ("a: [", "standard input, line 1: found"),
+        ("x" * 1_000_001, "standard input: is larger than 1 MB"),
+    ],
+)
+def test_faults_on_standard_input(tmp_path, text, said, fed):
+    answer = fed(text, "run", "-", "-o", "out.h5", code=2)
+    assert answer.out == ""
+    assert said in answer.err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["show", "-"],
+        ["plot", "-", "-o", "x.png"],
+        ["window", "-"],
+        ["diff", "-", "-"],
+        ["classify", "-"],
+        ["export", "-", "-o", "x.csv"],
+        ["replay", "-", "-o", "x.h5"],
+        ["run", "study.yaml", "-o", "-"],
+        ["simulate", "study.yaml", "-o", "-"],
+        ["plot", "out.h5", "-o", "-"],
+    ],
+)
+def test_results_and_pictures_are_files(call, words):
+    answer = call(*words, code=2)
+    assert answer.out == ""
+    assert "found '-'; allowed: the name of a file" in answer.err
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize("units", ["si", "field"])
+def test_csv_on_standard_output(call, shared, units):
+    more = ["--units", units, "--peaks"]
+    answer = call("export", shared / "map.h5", "-o", "-", *more)
+    assert answer.err == ""
+    call("export", shared / "map.h5", "-o", "table.csv", *more)
+    assert answer.out == Path("table.csv").read_bytes().decode()
+    assert [path.name for path in Path().iterdir()] == ["table.csv"]
+
+
+def test_a_full_standard_output(shared):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [SCRIPT, "export", shared / "map.h5", "-o", "-"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=120,
+        )
+    assert done.returncode == 1
+    assert "standard output: cannot be written" in done.stderr
+
+
+def test_the_schema_as_a_file(call):
+    assert call("schema").out == call("schema", "-o", "-").out
+    assert "# yaml-language-server: $schema=study.schema.json" in call("schema", "-o", "study.schema.json").err
+    assert json.loads(Path("study.schema.json").read_text()) == json_schema()
+    assert json_schema()["$id"].startswith("urn:nsdrill:")
+    call("schema", "-o", "study.schema.json", code=2)
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ("nsdrill wi", "plain,window"),
+        ("nsdrill show --un", "plain,--units"),
+        ("nsdrill show sm", "file,sm"),
+        ("nsdrill plot -o pi", "file,pi"),
+    ],
+)
+def test_completion(words, found, call, monkeypatch):
+    monkeypatch.setenv("_NSDRILL_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
+    assert found in call().out.splitlines()
+
+
+NAMES = [b"\xff\xfe", b"two\nlines", "日本".encode()]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_odd_names(call, small, shared, tmp_path, name):
+    odd = tmp_path / os.fsdecode(name)
+    study, results = f"{odd}.yaml", f"{odd}.h5"
+    shutil.copyfile(small, study)
+    shutil.copyfile(shared / "small.h5", results)
+    told = call("check", study).out + call("show", results).out + call("window", results).out
+    assert told.count(".h5: ") == 2
+    assert json.loads(call("check", study, "--json").out)["points"] == 16
+    call("simulate", study, "-o", f"{odd}.trace.h5", "--duration", "1 s")
+    call("plot", results, "-o", f"{odd}.png")
+    call("export", results, "-o", f"{odd}.csv")
+    call("show", f"{odd}.nothing", code=2)
+    again = call("replay", results, "-o", f"{odd}.again.h5", "--rotary-speed", "3 rad/s", "--procedure", "up")
+    assert "bit for bit" in again.err
+    for made, attribute in ((f"{odd}.trace.h5", "study_source"), (f"{odd}.again.h5", "replay_of")):
+        with h5py.File(made) as file:
+            assert file.attrs[attribute].isprintable()
+    told += again.err
+    assert told.isascii() or name == NAMES[2]
+
+
+def test_a_run_under_an_odd_name(small, tmp_path, monkeypatch):
+    """In a process of its own, whose output knows Latin letters only."""
+    monkeypatch.setenv("PYTHONIOENCODING", "latin-1")
+    odd = os.fsdecode(bytes(tmp_path) + b"/\xff\n")
+    shutil.copyfile(small, f"{odd}.yaml")
+    assert finish(start("run", f"{odd}.yaml", "-o", f"{odd}.h5", "--workers", "1", "--set", "title=\u65e5")).code == 0
+    shown = finish(start("show", f"{odd}.h5"))
+    assert shown.err == ""
+    assert shown.out.splitlines()[0].endswith("\\xff\\n.h5: results of a sweep. \\u65e5")
+
+
+def test_an_example_is_written_as_it_is(call):
+    """Every study that comes with the package loads; a wrong name lists all with their
+    titles."""
+    from nsdrill.study import load_study
+    from nsdrill.study.write import examples
+
+    assert len(examples()) > 10
+    for name, path in examples().items():
+        call("new", "--example", name, "-o", f"{name}.yaml")
+        assert Path(f"{name}.yaml").read_text() == path.read_text()
+        load_study(f"{name}.yaml")
+    wrong = call("new", "--example", "torsional", code=2)
+    assert "Did you mean torsional_speed?" in wrong.err
+    assert "Stick-slip of the torsional model" in wrong.err
+    assert "one of the two" in call("new", "--example", "torsional_speed", "--model", "torsion", code=2).err

@@ -1,8 +1,6 @@
 """The operating window as a user asks for it: the note, the JSON, the picture, and what is
 no sweep."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -16,8 +14,6 @@ from nsdrill.app.trajectory import replay
 from nsdrill.store import log_from_results, part_path, write_trace
 from nsdrill.text.window import lines
 
-from .helpers import Call
-
 LINES = ["sssssww", "s....ww", "s...www", "s...www", "bbbbbbb"]
 SPEEDS = np.arange(1.0, 8.0)
 WEIGHTS = np.arange(10e3, 60e3, 10e3)
@@ -28,7 +24,7 @@ def note(units: str = "si", **maps: list) -> str:
     return "\n".join(lines(find_window(made), units))
 
 
-def test_the_note() -> None:
+def test_the_note():
     text = note()
     for said in (
         "every run of the point ended well without a critical response: up and down",
@@ -41,7 +37,7 @@ def test_the_note() -> None:
         assert said in text
 
 
-def test_the_note_in_field_units() -> None:
+def test_the_note_in_field_units():
     text = note("field")
     # 30 kN / 4.448 kN/klbf = 6.744; 3 rad/s = 28.65 rpm; 5000 m = 16404 ft
     assert "Recommended: 6.744 klbf, 28.65 rpm." in text
@@ -50,31 +46,31 @@ def test_the_note_in_field_units() -> None:
     assert "kN" not in text
 
 
-def test_history_dependent_limits_are_named() -> None:
+def test_history_dependent_limits_are_named():
     text = note(up=[LINES[0], *["s....ww"] * 3, LINES[4]], down=[LINES[0], *["s...www"] * 3, LINES[4]])
     assert "to 4 rad/s (38.2 rpm); at 5 rad/s (47.7 rpm) whirl, depending on the history" in text
     assert "Each procedure by itself: safe at 12 up, 9 down." in text
 
 
-def test_one_procedure_is_said_plainly() -> None:
+def test_one_procedure_is_said_plainly():
     text = note(up=LINES)
     assert "HISTORY WAS NOT EXAMINED: the file holds one procedure only (up)." in text
     assert "history-dependent" not in text
 
 
-def test_no_room_is_said() -> None:
+def test_no_room_is_said():
     assert "a hint, not a setting" in note(up=["wwwwwww", "ww.wwww", "www.www", "wwwwwww", "wwwwwww"])
     assert "a hint" not in note()
 
 
-def test_failed_runs_are_counted() -> None:
+def test_failed_runs_are_counted():
     text = note(up=["xx" + LINES[0][2:], *LINES[1:]], down=LINES)
     assert "2 of 70 runs failed, at 2 points." in " ".join(text.split())
     assert "23 critical (65.7 %), 2 unknown (2 failed, 5.7 %)." in text
     assert "unknown" not in note()
 
 
-def test_a_failed_map_is_not_critical(call: Call, shared: Path) -> None:
+def test_a_failed_map_is_not_critical(call, shared):
     """Of the study that fails with 1000 steps: what failed going up or down is in none
     of the shares."""
     out = call("window", shared / "failing.h5").out
@@ -86,7 +82,7 @@ def test_a_failed_map_is_not_critical(call: Call, shared: Path) -> None:
     assert found["overrides"] == {"simulation.max_steps": "1000"}
 
 
-def test_nothing_safe_says_what_is_in_the_way() -> None:
+def test_nothing_safe_says_what_is_in_the_way():
     text = note(up=["sssssww"] * 5, down=["wwwwwww"] * 5)
     assert "There is no safe point. Critical responses, in any history: stick-slip at 25, whirl at 35 points." in text
 
@@ -100,7 +96,7 @@ def test_nothing_safe_says_what_is_in_the_way() -> None:
         ("wwww", "Going down, the window is closed at every depth."),
     ],
 )
-def test_the_closing_depth(sequence: str, said: str) -> None:
+def test_the_closing_depth(sequence, said):
     maps = [[f"{sign}{sign}w", "www"] for sign in sequence]
     data = grid({"up": maps, "down": maps}, [1, 2, 3], [10e3, 20e3], [1000, 2000, 3000, 4000])
     text = "\n".join(lines(find_window(data), "si"))
@@ -109,7 +105,7 @@ def test_the_closing_depth(sequence: str, said: str) -> None:
     assert "Safe at every depth of the file: " in text
 
 
-def test_a_real_run(call: Call, shared: Path) -> None:
+def test_a_real_run(call, shared):
     answer = call("window", shared / "small.h5", "-o", "window.png")
     assert answer.err == "window.png: drawn.\n"
     assert "small.h5: operating window. Small" in answer.out
@@ -126,7 +122,7 @@ def test_a_real_run(call: Call, shared: Path) -> None:
     assert Path("again.png").read_bytes() == Path("window.png").read_bytes()
 
 
-def test_what_is_no_sweep(call: Call, shared: Path) -> None:
+def test_what_is_no_sweep(call, shared):
     write_trace("trace.h5", replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
     assert "this is a trace file; a results file" in call("window", "trace.h5", code=2).err
     assert "there is no such file" in call("window", "nothing.h5", code=2).err
@@ -142,13 +138,13 @@ def test_what_is_no_sweep(call: Call, shared: Path) -> None:
         assert call("window", *words, code=2).out == ""
 
 
-def test_an_unfinished_run(call: Call, shared: Path) -> None:
+def test_an_unfinished_run(call, shared):
     log_from_results(shared / "small.h5", part_path("out.h5")).close()
     assert "unfinished run" in call("window", part_path("out.h5"), code=2).err
     assert "--resume" in call("window", "out.h5", code=2).err
 
 
-def test_two_studies_are_compared(call: Call, shared: Path, tmp_path: Path) -> None:
+def test_two_studies_are_compared(call, shared, tmp_path):
     """A file with itself: nothing is gained; with one of other axes: refused."""
     map_file = shared / "map.h5"
     out = call("window", map_file, map_file, "--units", "field").out
@@ -165,7 +161,7 @@ def test_two_studies_are_compared(call: Call, shared: Path, tmp_path: Path) -> N
     assert "the same axes" in call("window", map_file, shared / "small.h5", code=2).err
 
 
-def test_the_picture_has_two_options(call: Call, shared: Path, tmp_path: Path) -> None:
+def test_the_picture_has_two_options(call, shared, tmp_path):
     """``--picture``, and ``-o`` for scripts that are older."""
     for option in ("--picture", "-o"):
         picture = tmp_path / f"{option.strip('-')}.png"
@@ -183,7 +179,7 @@ simulation: {transient: 1 s, observe: 1 s}
 """
 
 
-def test_every_picture_of_a_window_says_where_the_sweep_begins(call: Call) -> None:
+def test_every_picture_of_a_window_says_where_the_sweep_begins(call):
     """The warning of the text, in capitals: by ``window``, by ``plot`` and in Python, as the
     picture is what is sent."""
     Path("above.yaml").write_text(ABOVE_THE_WALL)

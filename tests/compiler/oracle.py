@@ -5,8 +5,6 @@ program with ``NSDRILL_COMPILER=numba`` it is the oracle for the native one.
 beside it the results of a run, all with the functions that are compiled once.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -67,13 +65,13 @@ def works(name: str) -> Iterator[Any]:
 
 def functions_of(work: Any, lanes: int) -> dict[str, Any]:
     """The lane functions of a step, and those of models that take a buffer alone."""
-    from nsdrill.kernel.steppers import STEPPERS
+    from nsdrill.kernel.steppers import STEPPERS, make_step
     from nsdrill.sweep.work import compiled_parts
 
     variant, model = work.variant, work.kind
     parts = compiled_parts(lanes, variant)
     found = {
-        "step": STEPPERS[variant.stepper].make(lanes, variant.rows),
+        "step": make_step(STEPPERS[variant.stepper], lanes, variant.rows),
         "right_hand_side": parts.right_hand_side,
         "observer": parts.observer,
         "marker": parts.marker,

@@ -1,7 +1,5 @@
 """A function of the lane language as machine code, and in the interpreter."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import count

@@ -1,15 +1,11 @@
 """What is compiled again: all that a change may concern, and nothing else."""
 
-from __future__ import annotations
-
 import linecache
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -107,22 +103,22 @@ def loaded(folder: Path, text: str) -> ModuleType:
 
 
 @pytest.fixture
-def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[list[str], list[float]]]:
+def made(tmp_path, monkeypatch):
     """Runs the functions of a text in an empty cache as another process would: the names
     of those that were compiled, and the numbers."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(functions, "_addresses", {})
     monkeypatch.setattr(cache, "_has_warned", False)
-    names: list[str] = []
+    names = []
     make = functions._made
 
-    def watched(function: Any, symbol: str) -> bytes:
+    def watched(function, symbol):
         names.append(function.__name__)
         return make(function, symbol)
 
     monkeypatch.setattr(functions, "_made", watched)
 
-    def run(text: str) -> tuple[list[str], list[float]]:
+    def run(text):
         names.clear()
         functions._addresses.clear()
         toy, b = loaded(tmp_path, text), np.arange(1.0, 5.0)
@@ -135,7 +131,7 @@ def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_a_change_compiles_what_it_concerns(change: str, made: Any) -> None:
+def test_a_change_compiles_what_it_concerns(change, made):
     old, new, concerned = CHANGES[change]
     assert TOY.count(old) == 1
     first, before = made(TOY)
@@ -147,14 +143,14 @@ def test_a_change_compiles_what_it_concerns(change: str, made: Any) -> None:
 
 
 @pytest.mark.parametrize("change", SAME)
-def test_what_does_not_matter_compiles_nothing(change: str, made: Any) -> None:
+def test_what_does_not_matter_compiles_nothing(change, made):
     old, new = SAME[change]
     assert TOY.count(old) == 1
     _, before = made(TOY)
     assert made(TOY.replace(old, new)) == ([], before)
 
 
-def test_the_key_holds_kinds_width_and_platform(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_key_holds_kinds_width_and_platform(tmp_path, monkeypatch):
     toy = loaded(tmp_path, TOY)
     keys = {functions._key(toy.inner, *others) for others in ((16,), (8,), (16, "avx"))}
     toy.inner.kinds = "ad"
@@ -171,16 +167,16 @@ sys.path.insert(0, {folder!r})
 import toy
 from nsdrill.compiler import functions
 from nsdrill.models.registry import model_named
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
 model = model_named("torsion")
-rows = STEPPERS["tsitouras"].rows(model.rows((), model.observed))
+rows = with_step(STEPPERS["tsitouras"], model.rows((), model.observed))
 for function in (toy.scaled, toy.alone, model.right_hand_side(8, ()), *model.observer(8, ()),
-                 STEPPERS["tsitouras"].make(8, rows)):
+                 make_step(STEPPERS["tsitouras"], 8, rows)):
     print(functions._key(function))
 """
 
 
-def test_the_key_is_that_of_any_process(tmp_path: Path) -> None:
+def test_the_key_is_that_of_any_process(tmp_path):
     (tmp_path / "toy.py").write_text(TOY)
     found = set()
     for seed in ("0", "1"):
@@ -203,7 +199,7 @@ print(b.tolist())
 """
 
 
-def test_processes_that_compile_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_processes_that_compile_at_once(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     (tmp_path / "toy.py").write_text(TOY)
     program = [sys.executable, "-W", "error", "-c", AT_ONCE.format(folder=str(tmp_path))]
@@ -220,7 +216,7 @@ def test_processes_that_compile_at_once(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.usefixtures("made")
-def test_a_source_that_changed_after_the_import_is_told(tmp_path: Path) -> None:
+def test_a_source_that_changed_after_the_import_is_told(tmp_path):
     """Its text is not what the function is, under whose key the code would be kept."""
     toy = loaded(tmp_path, TOY)
     (tmp_path / "toy.py").write_text(TOY.replace("b[0] * 3.0", "b[0] * 3.5"))
@@ -234,14 +230,14 @@ def test_a_source_that_changed_after_the_import_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("made")
-def test_functions_that_call_each_other_are_told(tmp_path: Path) -> None:
+def test_functions_that_call_each_other_are_told(tmp_path):
     text = "\ndef first(x):\n    return second(x)\ndef second(x):\n    return first(x)\n"
     toy = loaded(tmp_path, TOY.split("@inlined")[0] + text + "@compiled(BUFFER)\ndef f(b):\n    b[0] = first(b[1])\n")
     with pytest.raises(InputError, match="calls itself through another function"):
         toy.f(np.zeros(2))
 
 
-def test_generated_functions_are_compiled_also_when_the_cache_of_lines_is_empty() -> None:
+def test_generated_functions_are_compiled_also_when_the_cache_of_lines_is_empty():
     function = define("f", "def f(b):\n    b[0] = 2.0 * b[0]\n")
     linecache.clearcache()
     b = np.array([3.0])
@@ -249,7 +245,7 @@ def test_generated_functions_are_compiled_also_when_the_cache_of_lines_is_empty(
     assert b[0] == 6.0
 
 
-def test_a_division_by_zero_does_not_end_the_process() -> None:
+def test_a_division_by_zero_does_not_end_the_process():
     function = define("f", "def f(b):\n    n = int(b[0])\n    b[1] = float(7 // n)\n    b[2] = float(7 % n)\n")
     b = np.array([0.0, 5.0, 5.0])
     compiled(BUFFER)(function)(b)

@@ -1,8 +1,6 @@
 """Every construct of the lane language does in machine code what it does in the
 interpreter, to the bit, whatever the number of lanes and the width of vectors."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
@@ -581,7 +579,7 @@ def documented(W):
 
 @pytest.mark.parametrize("name", CONSTRUCTS)
 @pytest.mark.parametrize("lanes", LANES)
-def test_machine_code_does_what_the_interpreter_does(name: str, lanes: int) -> None:
+def test_machine_code_does_what_the_interpreter_does(name, lanes):
     rng = np.random.default_rng(1)
     same(CONSTRUCTS[name](lanes), (buffer(rng, lanes) for _ in range(12)))
 
@@ -608,8 +606,8 @@ def of_integers(b, m, out, f, lanes):
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_buffers_of_integers_and_parts_of_buffers(width: int) -> None:
-    def run(function: Any, f: Any) -> tuple[int, list[int], list[int]]:
+def test_buffers_of_integers_and_parts_of_buffers(width):
+    def run(function, f):
         m = np.concatenate([np.arange(16) * 3 % 8, 20 - np.arange(16)])
         out = np.zeros(32)
         given = function(np.arange(0.5, 6.0), m, out, f, 9)
@@ -623,14 +621,14 @@ def test_buffers_of_integers_and_parts_of_buffers(width: int) -> None:
     assert max(found[1]) > 1 << 35
 
 
-def test_a_buffer_has_the_type_that_is_asked_for() -> None:
+def test_a_buffer_has_the_type_that_is_asked_for():
     m, b = np.zeros(4, dtype=np.int64), np.zeros(4)
     for given in ((b, b), (m, m), (m.astype(np.int32), b), (m[::2], b), (m, b.reshape(2, 2).T)):
         with pytest.raises(TypeError, match=r"counted: a buffer is a contiguous array of \w+64"):
             counted(*given)
 
 
-def test_a_function_that_is_an_argument_is_called() -> None:
+def test_a_function_that_is_an_argument_is_called():
     @compiled(BUFFER, FUNCTION, INTEGER)
     def twice(b, f, place):
         first = call(f, b, place, b[0])
@@ -646,7 +644,7 @@ def test_a_function_that_is_an_argument_is_called() -> None:
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_arguments_and_results(width: int) -> None:
+def test_arguments_and_results(width):
     """Numbers go in and an integer comes out, 0 where nothing is returned."""
 
     def added(x, k, b, y):

@@ -1,8 +1,6 @@
 """What equations may not be is refused with file, line and source, and with what is
 allowed, as one who writes a model meets it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
@@ -133,7 +131,7 @@ def too_many(t, phase, s, p, o):
     ],
     ids=lambda value: getattr(value, "__name__", ""),
 )
-def test_the_place_and_the_remedy_are_said(equations: Any, source: str, words: str) -> None:
+def test_the_place_and_the_remedy_are_said(equations, source, words):
     first = equations.__code__.co_firstlineno if equations is not condition else sign.__code__.co_firstlineno
     with pytest.raises(LanguageError, match=f"{source}.*{words}") as refusal:
         made(equations)
@@ -167,7 +165,7 @@ def allowed(t, phase, s, p, o):
     return {"speed": smoothed(s.speed, o) + biggest + np.float64(2.0) * sqrt(abs(s.position))}
 
 
-def test_conditions_loops_and_powers_have_the_values_of_python() -> None:
+def test_conditions_loops_and_powers_have_the_values_of_python():
     rng = np.random.default_rng(5)
     x, v, d = rng.normal(size=8), np.linspace(-4.0, 4.0, 8), rng.normal(size=8)
     for kind in ("none", "some"):
@@ -181,12 +179,12 @@ def test_conditions_loops_and_powers_have_the_values_of_python() -> None:
         assert flat.reshape(buffer.shape)[ROWS.acceleration] == pytest.approx(wanted, abs=1e-14)
 
 
-def test_another_law_is_another_function() -> None:
+def test_another_law_is_another_function():
     """What a part refers to, and what a law is made of, is a part of what names the
     compiled code."""
-    from nsdrill.equations.contacts import SteepLaw, friction
+    from nsdrill.equations.library import SteepLaw, friction
 
-    def equations_with(begin: Any) -> Any:
+    def equations_with(begin):
         law = SteepLaw(lambda v, n: direction(v), lambda x, free, n: (x, direction(x)), begin, lambda n: 0.0)
 
         def equations(t, phase, s, p, o):

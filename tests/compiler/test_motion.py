@@ -1,8 +1,6 @@
 """Equations in lanes, with their tangent: the torsional string with one degree of
 freedom, and small systems."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -10,8 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from nsdrill.abi import RATES, Rows
-from nsdrill.equations.contacts import touching
-from nsdrill.equations.library import direction, sincos, tanh
+from nsdrill.equations.library import direction, sincos, tanh, touching
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs, unobserved
 from nsdrill.kernel.settings import Simulation
@@ -22,7 +19,7 @@ INERTIA, STIFFNESS, DAMPING = 565.0, 197.0, 50.0
 STATIC, DYNAMIC, SMOOTHING = 6000.0, 3000.0, 20.0
 
 
-def torsion(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def torsion(t, phase, s, p, o):
     """The twist and the bit's speed under a smoothed friction torque that falls with
     speed."""
     falling = p.torque / (1.0 + 3.0 * abs(s.speed)) + 0.5 * p.torque
@@ -39,7 +36,7 @@ TORQUES = (500.0, 2000.0, 4000.0)
 def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: float = 1e-10) -> FinishedRuns:
     """From rest behind a drive at 3 rad/s, 20 s for each friction torque."""
     n = len(torques)
-    batch = Batch(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))  # type: ignore[arg-type]
+    batch = Batch(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))
     table = np.column_stack([np.full(n, INERTIA), np.full(n, STIFFNESS), np.full(n, DAMPING), torques])
     batch.add_many(
         np.arange(n),
@@ -60,13 +57,13 @@ def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: fl
 
 
 @pytest.mark.parametrize("stepper", list(STEPPERS))
-def test_a_scalar_model_follows_its_equations(stepper: str) -> None:
+def test_a_scalar_model_follows_its_equations(stepper):
     """Against SciPy's DOP853 at 1e-12. Twenty seconds at rtol 1e-10, a few thousand
     steps: 1e-6."""
     done = run(1, stepper)
     for torque, final in zip(TORQUES, done.final, strict=True):
 
-        def slopes(t: float, y: np.ndarray, torque: float = torque) -> list[float]:
+        def slopes(t, y, torque=torque):
             twist, speed = y
             direction = 2 / np.pi * np.arctan(SMOOTHING * speed)
             friction = direction * (torque / (1 + 3 * abs(speed)) + 0.5 * torque)
@@ -77,27 +74,27 @@ def test_a_scalar_model_follows_its_equations(stepper: str) -> None:
         assert final[2] == 60.0
 
 
-def test_a_scalar_model_has_the_same_bits_in_any_lanes() -> None:
+def test_a_scalar_model_has_the_same_bits_in_any_lanes():
     torques = np.linspace(100.0, 4000.0, 21)
     one = run(1, torques=torques, rtol=1e-6)
     for lanes in (8, 16):
         assert run(lanes, torques=torques, rtol=1e-6).final.tobytes() == one.final.tobytes()
 
 
-def test_the_pairs_differ_in_their_steps() -> None:
+def test_the_pairs_differ_in_their_steps():
     """The pair of Dormand and Prince takes more steps at the same tolerance: an eighth
     or so."""
     tsitouras, dormand = (run(1, name).accepted.sum() for name in ("tsitouras", "dormand_prince"))
     assert 1.05 < dormand / tsitouras < 1.5
 
 
-def driven(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def driven(t, phase, s, p, o):
     """A mass on a spring, shaken by a drive, that meets a stop."""
     force = sincos(phase + p.speed * t)[0]
     return {"v": force - s.x - tanh(s.v) - p.stop * touching("stop", s.x - 0.2)}
 
 
-def test_the_slopes_and_the_deviation_of_every_lane_are_its_own() -> None:
+def test_the_slopes_and_the_deviation_of_every_lane_are_its_own():
     """Of time, phase, states and parameters of the lane; against numpy. In every other
     lane the stop counts as it does not now."""
     motion = Motion(driven, None, ("x", "v"), ("speed", "stop"), ("v",), sides=("stop",))
@@ -119,11 +116,11 @@ def test_the_slopes_and_the_deviation_of_every_lane_are_its_own() -> None:
     assert found[rows.acceleration + 1] == pytest.approx(deviation, abs=1e-8)
 
 
-def test_the_function_of_a_contact_has_its_rates_along_the_motion() -> None:
+def test_the_function_of_a_contact_has_its_rates_along_the_motion():
     """Of a position in the frame of a drive, with a lobed surface that passes; against
     the closed form of value, rate and second derivative."""
 
-    def lobes(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    def lobes(t, phase, s, p, o):
         height = sincos(3.0 * (s.angle + (p.speed * t + phase)))[0]
         return {"turn": 0.0, "v": touching("rock", height - s.z)}
 

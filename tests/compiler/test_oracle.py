@@ -1,8 +1,6 @@
 """The lane functions of the models: native code against that of numba, and of one width
 of vectors against another, to the bit."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -28,7 +26,7 @@ def same_bits(one: np.ndarray, two: np.ndarray) -> bool:
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("lanes", [1, 8, 16, 32] if ALL else [8])
 @pytest.mark.parametrize("names", [[name] for name in CASES] if ALL else [QUICK], ids=" ".join)
-def test_native_code_has_the_bits_of_numbas(names: list[str], lanes: int, tmp_path: Path) -> None:
+def test_native_code_has_the_bits_of_numbas(names, lanes, tmp_path):
     file = tmp_path / "numba.npz"
     program = [sys.executable, Path(__file__).with_name("oracle.py"), file, str(lanes), *names]
     subprocess.run(program, env={**os.environ, "NSDRILL_COMPILER": "numba", "PYTHONPATH": str(SRC)}, check=True)
@@ -58,7 +56,7 @@ def test_native_code_has_the_bits_of_numbas(names: list[str], lanes: int, tmp_pa
 
 @pytest.mark.parametrize("name", list(CASES) if ALL else ["exponent"])
 @pytest.mark.parametrize("lanes", [1, 8, 32] if ALL else [8])
-def test_the_bits_are_those_of_any_width(name: str, lanes: int) -> None:
+def test_the_bits_are_those_of_any_width(name, lanes):
     for work, points in works(name):
         runs = [
             outcomes(work, points, lanes, lambda f, width=width: machine_code(f.py_func, f.kinds, width))

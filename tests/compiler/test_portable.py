@@ -1,11 +1,8 @@
 """The same text becomes machine code of other platforms, and of other processors the
 same bits."""
 
-from __future__ import annotations
-
 import platform
 from itertools import count
-from typing import Any
 
 import llvmlite.binding as llvm
 import pytest
@@ -37,7 +34,7 @@ _numbers = count()
 
 
 @pytest.mark.parametrize("name", PLATFORMS)
-def test_there_is_code_for_every_platform(name: str) -> None:
+def test_there_is_code_for_every_platform(name):
     triple, processor, start = PLATFORMS[name]
     try:
         target = machine(triple, processor)
@@ -55,13 +52,13 @@ def test_there_is_code_for_every_platform(name: str) -> None:
     reason="code of x86 for Linux is run",
 )
 @pytest.mark.parametrize("processor", NEEDED)
-def test_every_processor_has_the_same_bits(processor: str) -> None:
+def test_every_processor_has_the_same_bits(processor):
     """Also one without a fused multiply-add, for which there is a function."""
     features = llvm.get_host_cpu_features()
     if missing := [name for name in NEEDED[processor] if not features.get(name)]:
         pytest.skip(f"this processor has no {missing[0]}")
 
-    def made(function: Any, target: Any) -> LaneFunction:
+    def made(function, target):
         symbol = f"portable_{next(_numbers)}"
         text = Module(native.WIDTH).text(function.py_func, function.kinds, symbol)
         one = LaneFunction(function.py_func, function.kinds)

@@ -1,8 +1,6 @@
 """Programs drawn at random do in machine code what they do in the interpreter, to the
 bit."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -190,7 +188,7 @@ def programs(draw: Any) -> tuple[int, str]:
 
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(programs(), st.sampled_from(WIDTHS), st.integers(0, 2**32 - 1))
-def test_any_program(drawn: tuple[int, str], width: int, seed: int) -> None:
+def test_any_program(drawn, width, seed):
     lanes, text = drawn
     function = define("program", text, W=lanes, np=np, lowest_bit=lowest_bit)
     rng = np.random.default_rng(seed)

@@ -1,11 +1,8 @@
 """What the lane language does not have is refused with file, line and statement, and
 with what is allowed; above all every silent conversion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pytest
@@ -148,7 +145,7 @@ def meetings() -> Iterator[tuple[str, str, bool]]:
             yield hole, CONSTANTS[given], fits
 
 
-def test_no_kind_becomes_another_silently() -> None:
+def test_no_kind_becomes_another_silently():
     for hole, given, fits in meetings():
         body = hole.format(given)
         if fits:
@@ -320,7 +317,7 @@ REFUSED: list[tuple[str, str]] = [
 
 
 @pytest.mark.parametrize(("body", "facts"), REFUSED, ids=[body for body, _ in REFUSED])
-def test_what_the_language_does_not_have_is_refused(body: str, facts: str) -> None:
+def test_what_the_language_does_not_have_is_refused(body, facts):
     lines = body.splitlines()
     number = next((k for k, text in enumerate(lines) if text.endswith("#!")), 0)
     with pytest.raises(LanguageError) as caught:
@@ -333,7 +330,7 @@ def test_what_the_language_does_not_have_is_refused(body: str, facts: str) -> No
     assert "Value(" not in message
 
 
-def test_a_refusal_in_a_helper_names_the_place_there() -> None:
+def test_a_refusal_in_a_helper_names_the_place_there():
     for name, statement in (("early", "return 1.0"), ("itself", "return itself(x)")):
         with pytest.raises(LanguageError) as caught:
             compile_text(f"x = {name}(x)")
@@ -343,8 +340,8 @@ def test_a_refusal_in_a_helper_names_the_place_there() -> None:
         assert "allowed: " in str(caught.value)
 
 
-def test_a_function_without_a_source_is_told() -> None:
-    space: dict[str, Any] = {}
+def test_a_function_without_a_source_is_told():
+    space = {}
     exec("def f(b):\n    pass\n", space)
     with pytest.raises(LanguageError, match=r"<string>, line 1: f: the source .*allowed: .*in a file"):
         Module(8).text(space["f"], BUFFER, "entry")

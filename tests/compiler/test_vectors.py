@@ -1,8 +1,6 @@
 """What happens in every step works on all lanes: as vectors in the text that LLVM gets,
 and in the machine code that it makes of them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +9,7 @@ import pytest
 from machine_code import instructions, packed_and_single, text_of
 from main_model import MAIN
 
-from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
 from nsdrill.models.beam.columns import Options as Beam
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.registry import model_named
@@ -22,7 +20,7 @@ SPLIT = Options(implicit=1)
 
 
 def step(name: str, lanes: int, rows: Any) -> Any:
-    return STEPPERS[name].make(lanes, STEPPERS[name].rows(rows))
+    return make_step(STEPPERS[name], lanes, with_step(STEPPERS[name], rows))
 
 
 def slopes(model: str, *variant: int) -> Any:
@@ -42,7 +40,7 @@ FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
     "slips held": (lambda: MAIN.right_hand_side(8, SPLIT._replace(stabilizer=1)), 300),
     "slips along": (lambda: MAIN.right_hand_side(8, SPLIT._replace(axial_friction=1)), 300),
     "slips held along": (lambda: MAIN.right_hand_side(8, SPLIT._replace(stabilizer=1, axial_friction=1)), 300),
-    "implicit step": (lambda: step(IMPLICIT, 16, MAIN.rows(SPLIT)), 300),
+    "implicit step": (lambda: step("kennedy_carpenter", 16, MAIN.rows(SPLIT)), 300),
     **{f"step {name}": (lambda name=name: step(name, 8, ROWS), 300) for name in STEPPERS},
     "torsion": (lambda: slopes("torsion"), 20),
     **{
@@ -57,7 +55,7 @@ FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_lane_loops_are_vectors(name: str) -> None:
+def test_lane_loops_are_vectors(name):
     """A loop over lanes that is one over ``range`` is compiled too, and takes several
     times as long."""
     make, least = FUNCTIONS[name]
@@ -76,7 +74,7 @@ def test_lane_loops_are_vectors(name: str) -> None:
         ("torsion", ()),
     ],
 )
-def test_only_the_events_of_an_observer_are_on_one_lane(model: str, variant: Any) -> None:
+def test_only_the_events_of_an_observer_are_on_one_lane(model, variant):
     """They are rare. Their function is called by the one that attends to every step."""
     text = text_of(model_named(model).observer(16, variant)[0])
     events, every_step = re.split(r"(?m)^define", text)[1:]
@@ -87,7 +85,7 @@ def test_only_the_events_of_an_observer_are_on_one_lane(model: str, variant: Any
 
 
 @pytest.mark.parametrize("name", ["slopes", "slips", "step tsitouras", "beam 5 5"])
-def test_llvm_keeps_the_vectors(name: str) -> None:
+def test_llvm_keeps_the_vectors(name):
     text = text_of(FUNCTIONS[name][0]())
     wide, single = instructions(text)
     assert wide >= packed_and_single(text)[0]  # of two or four registers each

@@ -1,12 +1,10 @@
 """The pages, and the scripts of the documentation as modules."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+import warnings
 from pathlib import Path
 from types import ModuleType
 
@@ -28,19 +26,6 @@ def script(name: str) -> ModuleType:
         sys.modules[label] = module
         spec.loader.exec_module(module)
     return sys.modules[label]
-
-
-def run_python(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run a program in ``folder``, in a process of its own, without a screen; a warning
-    of a run is an error."""
-    return subprocess.run(
-        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", text],
-        cwd=folder,
-        env={**os.environ, "MPLBACKEND": "Agg"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 SEVERAL = """\
@@ -80,36 +65,54 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("case", script("verify").CASES)
 
 
-@pytest.fixture(name="run_python")
-def _run_python() -> Callable[[str, Path], subprocess.CompletedProcess[str]]:
-    return run_python
+@pytest.fixture
+def run_python(tmp_path, monkeypatch, capsys):
+    """Gives what a program prints that is run in an empty folder, without a screen; a
+    warning of a run is an error."""
+    import matplotlib
+    from matplotlib import pyplot
+
+    from nsdrill.errors import RunWarning
+
+    matplotlib.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(pyplot, "show", lambda: None)
+
+    def run(text):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RunWarning)
+            exec(compile(text, "<page>", "exec"), {"__name__": "__main__"})
+        return capsys.readouterr().out
+
+    yield run
+    pyplot.close("all")
 
 
 @pytest.fixture(name="run_commands")
-def _run_commands() -> Callable[..., list[str]]:
+def _run_commands():
     return run_commands
 
 
 @pytest.fixture
-def docs() -> Path:
+def docs():
     return DOCS
 
 
 @pytest.fixture
-def root() -> Path:
+def root():
     return ROOT
 
 
 @pytest.fixture
-def tables() -> ModuleType:
+def tables():
     return script("make_tables")
 
 
 @pytest.fixture
-def verify() -> ModuleType:
+def verify():
     return script("verify")
 
 
 @pytest.fixture(scope="session")
-def make_site() -> ModuleType:
+def make_site():
     return script("make_site")

@@ -1,13 +1,10 @@
 """The book as a whole: every page has its place, it has the length that a reader
 finishes, and one thing has one name."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import click
@@ -78,20 +75,20 @@ def spoken(text: str) -> str:
     return re.sub(r"`[^`]*`|\]\([^)]*\)|\"[^\"]*\"", "", text)
 
 
-def test_every_page_is_in_the_site_once(root: Path, docs: Path) -> None:
+def test_every_page_is_in_the_site_once(root, docs):
     named = [page for pages in doors(root).values() for page in pages]
     there = [str(page.relative_to(docs)) for page in docs.rglob("*") if page.suffix in (".md", ".ipynb")]
     assert sorted(named) == sorted([*there, "changes.md"])  # which make_site.py makes of CHANGELOG.md
     assert list(doors(root))[:6] == ["Start", "Learn", "Do", "Understand", "Look up", "Evidence"]
 
 
-def test_the_readme_has_every_page_for_users(root: Path, docs: Path) -> None:
+def test_the_readme_has_every_page_for_users(root, docs):
     text = (root / "README.md").read_text(encoding="utf-8")
     for page in for_users(docs):
         assert f"](docs/{page.name}" in text, page.name
 
 
-def test_the_book_is_short_enough_to_be_finished(root: Path, docs: Path) -> None:
+def test_the_book_is_short_enough_to_be_finished(root, docs):
     """The words by door are printed with ``pytest -s``, and all of them with ``-rw``."""
     counts = {
         door: sum(len((docs / page).read_text(encoding="utf-8").split()) for page in pages if page.endswith(".md"))
@@ -125,32 +122,32 @@ def helps() -> Iterator[tuple[str, str]]:
 
 
 @pytest.fixture(scope="module")
-def everything() -> dict[str, str]:
+def everything():
     """Pages, helps and descriptions in lower case, each on one line."""
     pages = {page.name: spoken(page.read_text(encoding="utf-8")) for page in [*for_users(DOCS), ROOT / "README.md"]}
     return {name: " ".join(text.lower().split()) for name, text in [*pages.items(), *helps()]}
 
 
 @pytest.mark.parametrize("wrong", OTHERWISE)
-def test_one_thing_has_one_name(wrong: str, everything: dict[str, str]) -> None:
+def test_one_thing_has_one_name(wrong, everything):
     for name, text in everything.items():
         assert wrong not in text, f"{name}: {wrong}; write {OTHERWISE[wrong]}"
 
 
-def test_no_word_has_a_sense_of_its_own(everything: dict[str, str]) -> None:
+def test_no_word_has_a_sense_of_its_own(everything):
     for name, text in everything.items():
         if name != "segments.top":  # which a string does hang from
             assert not (found := NEVER.search(text)), f"{name}: {text[max(found.start() - 60, 0) : found.end() + 60]}"
 
 
-def test_every_word_of_the_glossary_stands_once(docs: Path) -> None:
+def test_every_word_of_the_glossary_stands_once(docs):
     text = (docs / "glossary.md").read_text(encoding="utf-8").partition("## Symbols")[0]
     words = re.findall(r"^\| ([^|]+) \| ", text, re.MULTILINE)[2:]
     assert len(words) == len(set(words)) > 35
     assert words == sorted(words, key=str.lower)
 
 
-def test_formulas_can_be_drawn(docs: Path, make_site: ModuleType) -> None:
+def test_formulas_can_be_drawn(docs, make_site):
     """Those of all pages, without a network."""
     site = make_site
     for page in for_users(docs):

@@ -1,12 +1,9 @@
 """Every command and option is in commands.md, and the pages show none that does not
 exist."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from itertools import pairwise
-from pathlib import Path
 
 import click
 import numpy as np
@@ -18,7 +15,7 @@ from nsdrill.app.run import check_sweep, header_of
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.data import Results
 from nsdrill.plot import needed
-from nsdrill.store import MemoryLog, recorded
+from nsdrill.store import MemoryLog
 from nsdrill.store.results import coordinates
 from nsdrill.study import Study, change_thresholds, parse_study, short_text, template_text
 from nsdrill.study.keys import keys_named
@@ -38,7 +35,7 @@ def options(name: str) -> set[str]:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_command_and_option_is_documented(name: str, docs: Path) -> None:
+def test_every_command_and_option_is_documented(name, docs):
     text = (docs / "commands.md").read_text(encoding="utf-8")
     _, found, rest = text.partition(f"\n### nsdrill {name}\n")
     assert found, f"commands.md has no section on {name}"
@@ -47,13 +44,13 @@ def test_every_command_and_option_is_documented(name: str, docs: Path) -> None:
         assert re.search(rf"`{re.escape(option)}[ `]", section), f"{name} {option}"
 
 
-def test_every_exit_code_is_documented(docs: Path) -> None:
+def test_every_exit_code_is_documented(docs):
     text = (docs / "commands.md").read_text(encoding="utf-8")
     for code in (0, 1, 2, 3, 130):
         assert re.search(rf"^\| {code} \|", text, re.MULTILINE)
 
 
-def test_every_environment_variable_is_documented(root: Path, docs: Path) -> None:
+def test_every_environment_variable_is_documented(root, docs):
     text = (docs / "commands.md").read_text(encoding="utf-8")
     for source in (root / "src").rglob("*.py"):
         for name in re.findall(r"\b(?:NSDRILL|NUMBA)_[A-Z_]+\b", source.read_text(encoding="utf-8")):
@@ -73,7 +70,7 @@ def shown(text: str) -> list[list[str]]:
     return found
 
 
-def test_examples_use_commands_and_options_that_exist(page: Path) -> None:
+def test_examples_use_commands_and_options_that_exist(page):
     for words in shown(page.read_text(encoding="utf-8")):
         if words[0] == "COMMAND":
             continue
@@ -97,10 +94,10 @@ def outline(study: Study) -> Results:
     plan, kept = experiment.plan, experiment.kept
     log = MemoryLog(header_of(experiment), plan.points, kept)
     zeros = np.broadcast_to(np.int8(0), plan.grid)
-    return Results(coordinates(log), {v.name: zeros for v in recorded(kept)}, log.header["attrs"])
+    return Results(coordinates(log), {v.name: zeros for v in kept.variables}, log.header["attrs"])
 
 
-def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_fit_their_studies(page, root, monkeypatch):
     """Every command on a shipped study, on that of ``nsdrill new``, or on results that
     the page makes of one. Nothing is run: a picture fits its file or not by what the
     study records."""
@@ -138,6 +135,6 @@ def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.
             change_thresholds(study.thresholds, (given.get("set") or given.get("changes") or ()))
 
 
-def test_the_readme_shows_the_main_commands(root: Path) -> None:
+def test_the_readme_shows_the_main_commands(root):
     words = {words[0] for words in shown((root / "README.md").read_text(encoding="utf-8"))}
     assert {"new", "check", "run", "show", "plot", "simulate", "replay", "classify", "export"} <= words

@@ -1,8 +1,6 @@
 """The examples on the page for those who extend nsdrill run and give what the page
 says."""
 
-from __future__ import annotations
-
 import ast
 import csv
 import os
@@ -19,7 +17,7 @@ import pytest
 
 
 @pytest.fixture
-def blocks(docs: Path, tmp_path: Path) -> list[Path]:
+def blocks(docs, tmp_path):
     """The Python blocks of the page, each in a file of its own, as the compiler reads the
     source of a function again."""
     found = re.findall(
@@ -38,7 +36,7 @@ def run(path: Path) -> dict[str, Any]:
     return names
 
 
-def test_the_pairs_are_listed(blocks: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_pairs_are_listed(blocks, capsys):
     run(blocks[0])
     listed = capsys.readouterr().out.splitlines()
     assert listed == [
@@ -48,7 +46,7 @@ def test_the_pairs_are_listed(blocks: list[Path], capsys: pytest.CaptureFixture[
     ]
 
 
-def test_a_limit_cycle_returns_after_its_period(blocks: list[Path]) -> None:
+def test_a_limit_cycle_returns_after_its_period(blocks):
     """Van der Pol's, mu = 1, with the published period; the multiplier of the cycle is
     8.6e-4, so that 100 periods have forgotten the start. Some thousand steps at rtol
     1e-10: 1e-7."""
@@ -58,7 +56,7 @@ def test_a_limit_cycle_returns_after_its_period(blocks: list[Path]) -> None:
     assert (names["first"].status == 1).all()
 
 
-def test_a_model_is_observed_as_declared(blocks: list[Path], docs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_model_is_observed_as_declared(blocks, docs, capsys):
     """The page shows what the example prints. Its numbers make sense: the bit turns as
     fast as the drive in the mean, what it needs is the surface torque, and weak
     friction lets it turn steadily, at 3 rad/s."""
@@ -110,9 +108,7 @@ def command(folder: Path, path: str, *words: str) -> subprocess.CompletedProcess
     )
 
 
-def test_a_model_of_another_package_runs_through_the_commands(
-    blocks: list[Path], tmp_path: Path, run_commands: Any
-) -> None:
+def test_a_model_of_another_package_runs_through_the_commands(blocks, tmp_path, run_commands):
     """Installed as the page says, with an entry point: another process finds it in what
     the first has written."""
     path = installed(tmp_path / "installed", blocks[3].read_text())
@@ -138,7 +134,7 @@ nsdrill diff out.h5 m.h5""".splitlines()
     assert "spring.stiffness" in differs
 
 
-def test_other_slopes_of_a_model_are_another_version(blocks: list[Path], tmp_path: Path) -> None:
+def test_other_slopes_of_a_model_are_another_version(blocks, tmp_path):
     """The points of one file come from one model: what another package's file says is
     part of what made them."""
     path = installed(tmp_path / "installed", blocks[3].read_text())
@@ -156,11 +152,11 @@ def test_other_slopes_of_a_model_are_another_version(blocks: list[Path], tmp_pat
     )
 
 
-def test_what_is_wrong_with_a_model_of_another_package_is_said(blocks: list[Path], tmp_path: Path) -> None:
+def test_what_is_wrong_with_a_model_of_another_package_is_said(blocks, tmp_path):
     text = blocks[3].read_text()
     (tmp_path / "study.yaml").write_text(STUDY)
 
-    def said(name: str, model: str, *more: str) -> str:
+    def said(name, model, *more):
         made = command(tmp_path, installed(tmp_path / name, model), *more)
         assert made.returncode == 2, made.stderr
         assert "bug of nsdrill" not in made.stderr
@@ -201,7 +197,7 @@ FAULTY = {
 }
 
 
-def test_a_faulty_model_of_another_package_touches_no_other(tmp_path: Path, shared: Path, run_commands: Any) -> None:
+def test_a_faulty_model_of_another_package_touches_no_other(tmp_path, shared, run_commands):
     about = tmp_path / "spoiled-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: spoiled\nVersion: 1.0\n")
@@ -264,7 +260,7 @@ def extended(blocks: list[Path]) -> str:
     return text
 
 
-def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path: Path, run_commands: Any) -> None:
+def test_a_feature_a_label_and_a_panel_of_ones_own(blocks, tmp_path, run_commands):
     (tmp_path / "study.yaml").write_text(STUDY)
     model = extended(blocks)
     path = installed(tmp_path / "installed", model)
@@ -288,35 +284,26 @@ def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path:
         assert f"the model spring: {words}" in made.stderr
 
 
-def test_a_command_of_ones_own(
-    blocks: list[Path],
-    shared: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_command_of_ones_own(blocks, shared, tmp_path, capsys, monkeypatch):
     """The last three blocks of the page, put in their places: the command is listed, does
     what it says, as Python does, and refuses a trace in words."""
     import json
 
     import nsdrill
+    from nsdrill.cli import look
     from nsdrill.cli.main import group
     from nsdrill.cli.overview import COMMANDS, GROUPS
     from nsdrill.errors import FileError
     from nsdrill.operations import answers
     from nsdrill.store import read_results
 
-    def put(room: str, block: Path) -> types.ModuleType:
-        name = f"nsdrill.{room}.effort"
-        module = types.ModuleType(name)
-        vars(module).update(run(block))
-        monkeypatch.setitem(sys.modules, name, module)
-        return module
-
-    names = vars(answers) | {"efforts": put("app", blocks[-3])}
+    efforts = types.ModuleType("nsdrill.app.effort")
+    vars(efforts).update(run(blocks[-3]))
+    monkeypatch.setitem(sys.modules, efforts.__name__, efforts)
+    names = vars(answers) | {"efforts": efforts}
     exec(compile(blocks[-2].read_text(), str(blocks[-2]), "exec"), names)
     monkeypatch.setattr(answers, "effort", names["effort"], raising=False)
-    put("cli", blocks[-1])
+    monkeypatch.setattr(look, "effort", run(blocks[-1])["effort"], raising=False)
     line = "Say how many steps the points of a results file took."
     for listed in (GROUPS["Look"], COMMANDS):
         monkeypatch.setitem(listed, "effort", line)

@@ -1,8 +1,6 @@
 """The home page, the notebooks and the site: what is shown there runs, and the site is
 built without a warning."""
 
-from __future__ import annotations
-
 import base64
 import importlib.util
 import json
@@ -12,9 +10,9 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
+from cli.helpers import call_here
 
 DOCS = Path(__file__).parents[2] / "docs"
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
@@ -34,7 +32,7 @@ NAMES = [re.findall(r"\*\*\[(.*?)\]", section)[0] for section in SECTIONS]
 QUICK = ("A map", "Basins", "Speeds to avoid")
 
 
-def test_home_has_six_pictures_with_their_commands() -> None:
+def test_home_has_six_pictures_with_their_commands():
     assert len(SECTIONS) == 6
     for section in SECTIONS:
         assert len(re.findall(r"^!\[", section, re.M)) == 1
@@ -42,16 +40,16 @@ def test_home_has_six_pictures_with_their_commands() -> None:
 
 
 @pytest.mark.parametrize("name", QUICK)
-def test_the_pictures_of_home_run(name: str, root: Path, tmp_path: Path, run_commands: Any) -> None:
+def test_the_pictures_of_home_run(name, root, tmp_path, capfd, monkeypatch):
     """The commands of a picture make it, from shorter runs of the examples that they
     name."""
     lines = [shlex.split(line) for line in lines_of(SECTIONS[NAMES.index(name)])]
     for example in (root / "configs").glob("*.yaml"):
         (tmp_path / example.name).symlink_to(example)
-    shorter = [
-        _shortened(words) if words[0] == "run" else words + ["--speed", "5"] * ("--animate" in words) for words in lines
-    ]
-    run_commands([shlex.join(["nsdrill", *words]) for words in shorter], tmp_path)
+    monkeypatch.chdir(tmp_path)
+    for words in lines:
+        shorter = _shortened(words) if words[0] == "run" else words + ["--speed", "5"] * ("--animate" in words)
+        call_here(capfd, monkeypatch, *shorter)
     assert (tmp_path / lines[-1][lines[-1].index("-o") + 1]).stat().st_size > 5000
 
 
@@ -71,11 +69,11 @@ def _shortened(words: list[str]) -> list[str]:
 
 
 @pytest.fixture(params=NOTEBOOKS, ids=[path.stem for path in NOTEBOOKS])
-def notebook(request: pytest.FixtureRequest) -> Any:
+def notebook(request):
     return json.loads(request.param.read_text(encoding="utf-8"))
 
 
-def test_there_are_notebooks_and_the_site_has_them(root: Path) -> None:
+def test_there_are_notebooks_and_the_site_has_them(root):
     assert {"paper_figures", "own_parameters", "coexistence", "branches", "drives", "how_sure"} <= {
         path.stem for path in NOTEBOOKS
     }
@@ -85,7 +83,7 @@ def test_there_are_notebooks_and_the_site_has_them(root: Path) -> None:
         assert path.stat().st_size < 400_000, path.name
 
 
-def test_what_a_notebook_shows_is_stored(notebook: Any) -> None:
+def test_what_a_notebook_shows_is_stored(notebook):
     """No error, no warning; figures, Datasets and text are there, and a figure is an
     image wherever one ends a cell."""
     kinds = set()
@@ -105,18 +103,17 @@ def test_what_a_notebook_shows_is_stored(notebook: Any) -> None:
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
-def test_the_cells_of_a_notebook_run_and_print_what_is_stored(notebook: Any, run_python: Any, tmp_path: Path) -> None:
+def test_the_cells_of_a_notebook_run_and_print_what_is_stored(notebook, run_python):
     """The words are the same; a number may differ as far as another C library moves a
     chaotic motion."""
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     assert len(cells) >= 4
-    done = run_python("\n".join("".join(cell["source"]) for cell in cells), tmp_path)
-    assert done.returncode == 0, done.stderr
+    said = run_python("\n".join("".join(cell["source"]) for cell in cells))
     stored = "".join(
         "".join(output["text"]) for cell in cells for output in cell["outputs"] if output.get("name") == "stdout"
     )
     printed, kept = (
-        [line for line in text.splitlines() if not line.strip().startswith("made ")] for text in (done.stdout, stored)
+        [line for line in text.splitlines() if not line.strip().startswith("made ")] for text in (said, stored)
     )
     assert [NUMBER.sub("#", line) for line in printed] == [NUMBER.sub("#", line) for line in kept]
     for line, other in zip(printed, kept, strict=True):
@@ -125,7 +122,7 @@ def test_the_cells_of_a_notebook_run_and_print_what_is_stored(notebook: Any, run
 
 
 @pytest.mark.skipif(importlib.util.find_spec("mkdocs_jupyter") is None, reason="needs pip install '.[docs]'")
-def test_the_site_is_built_without_a_warning(root: Path, tmp_path: Path) -> None:
+def test_the_site_is_built_without_a_warning(root, tmp_path):
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(tmp_path / "site")],
         cwd=root,

@@ -1,13 +1,9 @@
 """What Python says of the public names: their docstrings are whole, and their examples
 run; help and dir show what users need."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 import pydoc
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -57,7 +53,7 @@ THINGS: dict[str, Any] = {
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """The files that the examples name."""
     made = tmp_path_factory.mktemp("examples")
     for name, text in (
@@ -74,7 +70,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def here(folder, monkeypatch):
     monkeypatch.chdir(folder)
     yield folder
     for written in ("film.gif", "table.csv", "picture.pdf"):
@@ -82,17 +78,17 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 @pytest.mark.parametrize("name", THINGS)
-def test_the_examples_run(name: str, here: Path) -> None:
+def test_the_examples_run(name, here):
     text = inspect.cleandoc(THINGS[name].__doc__)
     test = doctest.DocTestParser().get_doctest(text, {"nsdrill": nsdrill}, name, name, 0)
     assert test.examples, f"{name} has no example"
-    said: list[str] = []
+    said = []
     doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(test, out=said.append)
     assert not said, "".join(said)
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_parameter_is_described(name: str) -> None:
+def test_every_parameter_is_described(name):
     function = getattr(nsdrill, name)
     text = inspect.cleandoc(function.__doc__)
     for head in ("Parameters", "Returns", "Raises", "Examples"):
@@ -104,7 +100,7 @@ def test_every_parameter_is_described(name: str) -> None:
     assert sorted(described) == sorted(inspect.signature(function).parameters)
 
 
-def test_help_shows_the_function_that_draws() -> None:
+def test_help_shows_the_function_that_draws():
     """Also where the package of that name has been imported."""
     import nsdrill.plot.style
 
@@ -118,17 +114,17 @@ def test_help_shows_the_function_that_draws() -> None:
     assert inspect.ismodule(cells)
 
     assert inspect.isfunction(plot)
-    assert plot.draw.__module__ == "nsdrill.plot"  # type: ignore[attr-defined]
+    assert plot.draw.__module__ == "nsdrill.plot"
 
 
-def test_dir_shows_the_public_names() -> None:
+def test_dir_shows_the_public_names():
     assert dir(nsdrill) == sorted(nsdrill.__all__)
     assert {"Fit", "Report", "View"} <= set(dir(nsdrill))
     for name in dir(nsdrill):
         assert inspect.getdoc(getattr(nsdrill, name))
 
 
-def test_the_responses_of_a_dataset(here: Path) -> None:
+def test_the_responses_of_a_dataset(here):
     """The bits 1, 2 and 4 of results that ended well; safe are the runs of the window."""
     data = nsdrill.open_results("out.h5").load()
     data["response"][0] = [0, 1, 2, 4, 7]

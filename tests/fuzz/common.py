@@ -1,19 +1,17 @@
 """What the fuzzer needs: the command line in this process, and finite JSON."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import math
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from typing import Any
 
 import click
 from click.testing import CliRunner
 
+from nsdrill.cli.main import group
 from nsdrill.errors import NsdrillError
 
 
@@ -24,9 +22,7 @@ class Broken(Exception):
 def command(name: str, *words: object) -> str | None:
     """Standard output of ``nsdrill name words...``, None where it was refused in words;
     Broken for anything else."""
-    found = CliRunner().invoke(
-        import_module(f"nsdrill.cli.{name}").command, list(map(str, words)), standalone_mode=False, obj=None
-    )
+    found = CliRunner().invoke(group, [name, *map(str, words)], standalone_mode=False)
     error = found.exception
     if isinstance(error, NsdrillError | click.ClickException):
         said = error.format_message() if isinstance(error, click.ClickException) else str(error)

@@ -1,16 +1,14 @@
 """Both fuzzers for a few seconds; by hand they run for hours."""
 
-from __future__ import annotations
-
 from . import files, studies
 
 
-def test_studies() -> None:
+def test_studies():
     found = studies.run(250, seed=1)
     assert set(found) == {"valid", "refused"}
     assert found["valid"] > 20
 
 
-def test_files() -> None:
+def test_files():
     found = files.run(24, seed=1)
     assert set(found) == {"shown", "refused"}

@@ -1,7 +1,5 @@
 """A few motions that many tests look at, and the size of an error."""
 
-from __future__ import annotations
-
 import numpy as np
 from main_model import MAIN
 from model.cases import table_of

@@ -1,7 +1,5 @@
 """A batch: slots, queue, statuses. What the numbers are is tested with the engine."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 
@@ -21,7 +19,7 @@ BRIEF = Simulation(transient=1.0, observe=2.0)
 SPEEDS = np.linspace(1.0, 9.0, 13)
 
 
-def test_an_empty_batch_is_idle_and_gives_nothing() -> None:
+def test_an_empty_batch_is_idle_and_gives_nothing():
     work = work_for(Case(), BRIEF)
     batch = work.new_batch(8, 4)
     assert batch.idle
@@ -29,7 +27,7 @@ def test_an_empty_batch_is_idle_and_gives_nothing() -> None:
     assert len(batch.advance(compiled_parts(8, work.variant), 0.01, True).job) == 0
 
 
-def test_slots_are_taken_and_given_back() -> None:
+def test_slots_are_taken_and_given_back():
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
     batch = work.new_batch(8, 20)
     points = np.arange(13)
@@ -43,14 +41,14 @@ def test_slots_are_taken_and_given_back() -> None:
     assert sorted(np.concatenate([d.job for d in done]).tolist()) == points.tolist()
 
 
-def test_more_runs_than_slots_are_refused() -> None:
+def test_more_runs_than_slots_are_refused():
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
     batch = work.new_batch(8, 12)
     with pytest.raises(ValueError, match="13 runs for 12 free slots"):
         batch.add_many(np.arange(13), work.prepare(np.arange(13)))
 
 
-def test_steps_tried_are_accepted_and_rejected_ones() -> None:
+def test_steps_tried_are_accepted_and_rejected_ones():
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
     batch = work.new_batch(8, 13)
     batch.add_many(np.arange(13), work.prepare(np.arange(13)))
@@ -59,7 +57,7 @@ def test_steps_tried_are_accepted_and_rejected_ones() -> None:
     assert batch.lane_steps <= 8 * batch.packed_steps
 
 
-def test_four_registers_to_a_row_where_steps_wait_for_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_four_registers_to_a_row_where_steps_wait_for_themselves(monkeypatch):
     """With implicit friction, with runs for all lanes, in a cache that nearly holds them;
     unless the user has chosen."""
     monkeypatch.delenv("NSDRILL_LANES", raising=False)
@@ -76,7 +74,7 @@ def test_four_registers_to_a_row_where_steps_wait_for_themselves(monkeypatch: py
     assert widened(16, 1000, rows["implicit"]) == 16
 
 
-def test_lanes_are_refilled_at_once() -> None:
+def test_lanes_are_refilled_at_once():
     """Runs that differ tenfold in length: with fixed blocks of eight, lanes would idle
     half of the time."""
     work = work_for(Case(), Simulation(transient=5.0, observe=5.0), rotary_speed=np.tile(SPEEDS, 10))
@@ -88,7 +86,7 @@ def test_lanes_are_refilled_at_once() -> None:
     assert batch.lane_steps > 0.85 * 8 * batch.packed_steps
 
 
-def test_a_refilled_slot_keeps_nothing_of_its_last_run() -> None:
+def test_a_refilled_slot_keeps_nothing_of_its_last_run():
     """A batch with one slot more than lanes, used over and over, gives the bits of one
     with room for all."""
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
@@ -102,7 +100,7 @@ def test_a_refilled_slot_keeps_nothing_of_its_last_run() -> None:
     assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13)).initial))
 
 
-def test_a_batch_goes_on_after_a_journey_to_another_process() -> None:
+def test_a_batch_goes_on_after_a_journey_to_another_process():
     """Pickled in the middle of its work, as a remote executor does."""
     work = work_for(Case(), Simulation(transient=50.0, observe=50.0), rotary_speed=SPEEDS)
     batch = work.new_batch(8, 13)
@@ -116,7 +114,7 @@ def test_a_batch_goes_on_after_a_journey_to_another_process() -> None:
     assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13)).initial))
 
 
-def test_a_velocity_that_overflows_is_divergence() -> None:
+def test_a_velocity_that_overflows_is_divergence():
     work = work_for(Case(), BRIEF, rotary_speed=[3.0, 4.0])
     states = work.prepare(np.arange(2)).initial
     states[0, 5] = np.inf
@@ -125,7 +123,7 @@ def test_a_velocity_that_overflows_is_divergence() -> None:
     assert out["steps"][0] == 0
 
 
-def test_the_limit_counts_rejected_steps_too() -> None:
+def test_the_limit_counts_rejected_steps_too():
     limit = 150
     work = work_for(RUBBING, Simulation(transient=0.0, observe=20.0, max_steps=limit))
     out = run_from(work, start_of(RUBBING)[None])
@@ -134,7 +132,7 @@ def test_the_limit_counts_rejected_steps_too() -> None:
     assert out["rejected"][0] > 0
 
 
-def test_a_run_ends_on_time() -> None:
+def test_a_run_ends_on_time():
     """Marks at the opening, the middle and the end of the window cut steps: the end is
     met exactly."""
     for case in (SMOOTH, BOUNCING, RUBBING):
@@ -142,7 +140,7 @@ def test_a_run_ends_on_time() -> None:
         assert out["final_state"][0, 8] == case.speed * 2.0
 
 
-def test_marks_change_a_run_by_no_more_than_its_tolerance() -> None:
+def test_marks_change_a_run_by_no_more_than_its_tolerance():
     """The window's marks cut steps; the state at the end differs by the tolerance, the
     steps by a few."""
     start = start_of(SMOOTH)[None]

@@ -1,7 +1,5 @@
 """The same numbers without compilation."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -34,7 +32,7 @@ def few_steps() -> list[list[float]]:
     return found
 
 
-def test_plain_python_takes_the_same_steps() -> None:
+def test_plain_python_takes_the_same_steps():
     """NUMBA_DISABLE_JIT=1: the whole kernel interpreted, so that coverage can look at
     it. Equal to rounding.
 

@@ -1,8 +1,6 @@
 """Implicit friction of stabilisers, along the hole, of an elastic collar and of cutting
 at a live depth: end states against another integrator, and bits over lanes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -64,7 +62,7 @@ def exact(work: Work) -> np.ndarray:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_end_states_equal_those_of_another_integrator(case: str) -> None:
+def test_end_states_equal_those_of_another_integrator(case):
     """Within some thousand tolerances, as impacts magnify what steps leave; and a
     hundredth of the tolerance, of segments a thousandth, takes most of the error
     away."""
@@ -81,7 +79,7 @@ def test_end_states_equal_those_of_another_integrator(case: str) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_bits_do_not_depend_on_lanes_or_neighbours(case: str) -> None:
+def test_bits_do_not_depend_on_lanes_or_neighbours(case):
     """Each lane iterates until it is done, whatever the others do."""
     work = work_for(CASES[case], "implicit", 1e-6, 0.1)
     axes = {**work.plan.axes, "rotary_speed": work.plan.axes["rotary_speed"] * np.array([0.2, 0.7, 1.0])}

@@ -1,7 +1,5 @@
 """A bare lane buffer for the right-hand side: what it reads, and what it wrote."""
 
-from __future__ import annotations
-
 import numpy as np
 from main_model import MAIN
 

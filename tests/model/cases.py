@@ -1,7 +1,5 @@
 """From a reference case to the package's parameters, and random cases and states."""
 
-from __future__ import annotations
-
 import numpy as np
 from main_model import pack
 from reference import Case
@@ -36,16 +34,7 @@ def parameters_of(c: Case) -> Parameters:
             c.rock_stiffness,
             Cutting(c.zeta, c.c1, c.c2),
             BitFriction(
-                c.bit_static,
-                c.bit_dynamic,
-                c.bit_smoothing,
-                c.bit_decay,
-                c.bit_law,  # type: ignore[arg-type]
-                c.bit_from,
-                c.b0,
-                c.b1,
-                c.b2,
-                c.b3,
+                c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay, c.bit_law, c.bit_from, c.b0, c.b1, c.b2, c.b3
             ),
         ),
     )

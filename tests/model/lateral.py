@@ -2,8 +2,6 @@
 in plain NumPy, written from the documentation, not from the sources: forces on the
 collar, then Lagrange's 3 x 3 system as it stands."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

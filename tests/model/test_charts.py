@@ -2,8 +2,6 @@
 drives; against closed forms, other discretisations and values computed beforehand by
 other code."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -53,13 +51,13 @@ HEAVY = Operation(5000.0, 66.72e3, 3.0)
 
 
 def driven(**keys: object) -> Parameters:
-    return replace(Parameters(), drive=Drive(**keys))  # type: ignore[arg-type]
+    return replace(Parameters(), drive=Drive(**keys))
 
 
 # Buckling
 
 
-def test_euler_loads_of_other_ends() -> None:
+def test_euler_loads_of_other_ends():
     """Span 19.81 m of E I = 27.80 MN m^2; values in kN computed beforehand."""
     collar = collar_tube(Parameters())
     loads = {ends: euler_load(collar.bending, 19.81, ends) for ends in (None, *ENDS)}
@@ -70,7 +68,7 @@ def test_euler_loads_of_other_ends() -> None:
     assert math.tan(x) == pytest.approx(x, rel=1e-12)
 
 
-def test_buckling_on_the_low_side() -> None:
+def test_buckling_on_the_low_side():
     """Collars and 5 in pipe at 15, 30, 60, 90 degrees, in kN; computed beforehand."""
     collar, pipe = collar_tube(Parameters()), pipe_tube(Parameters(), 5000.0)
     assert (collar.weight, pipe.weight, pipe.bending) == pytest.approx((2271.87, 212.02, 1.2478e6), rel=2e-5)
@@ -91,14 +89,14 @@ def test_buckling_on_the_low_side() -> None:
     assert half_wave(floating, 1.0) is None
 
 
-def test_the_half_wave_takes_the_least_load() -> None:
+def test_the_half_wave_takes_the_least_load():
     """The sinusoid of half wave L on an elastic floor w sin(alpha)/c needs E I (pi/L)^2
     + (w/c) (L/pi)^2."""
     pipe = pipe_tube(Parameters(), 5000.0)
     length = half_wave(pipe, math.pi / 2)
     assert length is not None
 
-    def load(half: float) -> float:
+    def load(half):
         q = math.pi / half
         return pipe.bending * q * q + pipe.weight / pipe.clearance / (q * q)
 
@@ -107,14 +105,14 @@ def test_the_half_wave_takes_the_least_load() -> None:
 
 
 @pytest.mark.parametrize(("units", "n"), [(6.0, 2.041), (8.0, 1.937), (12.0, 1.822)])
-def test_a_column_buckles_under_its_own_weight(units: float, n: float) -> None:
+def test_a_column_buckles_under_its_own_weight(units, n):
     """Computed beforehand by other code; 1.94 is Lubinski's."""
     # its unit of length is 5 m, of load 35 N
     tube = Tube(units * 5.0, 125.0 * 7.0, 7.0, 0.1, 1.0, 1.0)
     assert vertical_load(tube) == pytest.approx(n * 35.0, abs=0.5e-3 * 35.0)
 
 
-def test_a_short_column_buckles_at_the_load_of_euler_and_half_its_weight() -> None:
+def test_a_short_column_buckles_at_the_load_of_euler_and_half_its_weight():
     """First order perturbation: the mean of the weight above is w L / 2."""
     tube = Tube(2.0, 1e4, 0.03, 0.1, 1.0, 1.0)
     assert vertical_load(tube) == pytest.approx(math.pi**2 * 1e4 / 4.0 + 0.03, rel=1e-11)
@@ -125,7 +123,7 @@ def test_a_short_column_buckles_at_the_load_of_euler_and_half_its_weight() -> No
 # Waves
 
 
-def test_standing_waves_known_beforehand() -> None:
+def test_standing_waves_known_beforehand():
     p = Parameters()
     assert torsional_waves(p, 5000.0, 4) == pytest.approx([0.5862, 2.284, 4.276, 6.323], rel=2e-4)
     assert axial_waves(p, 5000.0, 4) == pytest.approx([1.196, 3.970, 7.115, 10.389], rel=5e-4)
@@ -133,7 +131,7 @@ def test_standing_waves_known_beforehand() -> None:
     assert axial_waves(p, 2000.0, 2) == pytest.approx([2.314, 9.696], rel=2e-4)
 
 
-def test_a_uniform_string_has_the_frequencies_of_a_rod() -> None:
+def test_a_uniform_string_has_the_frequencies_of_a_rod():
     pipe, collar = Pipe(0.127, 0.1), Collar(0.127, 0.1, length=200.0)
     string = replace(Parameters().drillstring, pipe=pipe, collar=collar)
     p = replace(Parameters(), drillstring=string)
@@ -147,7 +145,7 @@ def test_a_uniform_string_has_the_frequencies_of_a_rod() -> None:
 
 
 @pytest.mark.parametrize("depth", [210.0, 700.0, 5000.0, 9000.0])
-def test_no_standing_wave_is_missed(depth: float) -> None:
+def test_no_standing_wave_is_missed(depth):
     """The frequencies are all sign changes of z_p cos cos - z_c sin sin."""
     p = Parameters()
     collar, pipe = collar_tube(p), pipe_tube(p, depth)
@@ -155,7 +153,7 @@ def test_no_standing_wave_is_missed(depth: float) -> None:
     c = math.sqrt(steel.shear_modulus / steel.density)
     found = torsional_waves(p, depth, 8)
 
-    def closed(w: np.ndarray) -> np.ndarray:
+    def closed(w):
         a, b = w * pipe.length / c, w * collar.length / c
         return pipe.torsional * np.cos(a) * np.cos(b) - collar.torsional * np.sin(a) * np.sin(b)
 
@@ -166,14 +164,14 @@ def test_no_standing_wave_is_missed(depth: float) -> None:
     assert np.abs(closed(found)) == pytest.approx(np.zeros(8), abs=1e-8 * collar.torsional)
 
 
-def test_axial_waves_on_the_rock_are_those_of_a_chain_of_masses() -> None:
+def test_axial_waves_on_the_rock_are_those_of_a_chain_of_masses():
     """5000 m in 2500 elements of 2 m, on the spring of the rock; second order, so to
     1e-3 for the first modes."""
     p, n, step = Parameters(), 2500, 2.0
     collar, pipe = p.drillstring.collar, p.drillstring.pipe
     steel = p.drillstring.material
 
-    def area(part: Collar | Pipe) -> float:
+    def area(part):
         return math.pi / 4 * (part.outer_diameter**2 - part.inner_diameter**2)
 
     areas = np.where(np.arange(n) * step < 4800.0, area(pipe), area(collar))
@@ -191,7 +189,7 @@ def test_axial_waves_on_the_rock_are_those_of_a_chain_of_masses() -> None:
 # Lateral motion
 
 
-def test_lateral_frequencies_of_higher_modes() -> None:
+def test_lateral_frequencies_of_higher_modes():
     """66.72 kN with static softening, with the mass of mud and without; computed
     beforehand."""
     k = derive(STATIC, *(5000.0, 66.72e3, 3.0))
@@ -208,12 +206,12 @@ def test_lateral_frequencies_of_higher_modes() -> None:
 @pytest.mark.parametrize(
     ("amplitude", "circular", "percent"), [(0.01, False, 0.155), (0.0762, False, 1.183), (0.0762, True, 1.394)]
 )
-def test_mud_damping_takes_the_work_of_the_drag(amplitude: float, circular: bool, percent: float) -> None:
+def test_mud_damping_takes_the_work_of_the_drag(amplitude, circular, percent):
     k = derive(STATIC, 5000.0, 66.72e3, 3.0)
     ratio, w = mud_damping(k, amplitude, circular=circular), 5.0
     assert 100 * ratio == pytest.approx(percent, abs=1e-3)
 
-    def speed(t: float) -> float:
+    def speed(t):
         return amplitude * w * (1.0 if circular else abs(math.cos(w * t)))
 
     turn = 2 * math.pi / w
@@ -222,7 +220,7 @@ def test_mud_damping_takes_the_work_of_the_drag(amplitude: float, circular: bool
     assert linear == pytest.approx(drag, rel=1e-9)
 
 
-def test_where_the_collar_lies_down() -> None:
+def test_where_the_collar_lies_down():
     """24.8 degrees at 66.72 kN, 27.6 without WOB; the swing of sqrt(F_g / (m_l r)), r =
     (F_g + k_w c0)/(k_r + k_w)."""
     k = derive(STATIC, 5000.0, 66.72e3, 3.0)
@@ -238,7 +236,7 @@ def test_where_the_collar_lies_down() -> None:
     assert low_side_swing(short, HEAVY, k) is None
 
 
-def test_further_figures_are_all_there_and_finite() -> None:
+def test_further_figures_are_all_there_and_finite():
     found = further_quantities(Parameters(), HEAVY)
     assert {"euler_fixed_free", "collar_vertical", "pipe_helical", "lateral_3", "mud_plane", "torsional_wave_4"} <= set(
         found
@@ -261,20 +259,20 @@ def test_further_figures_are_all_there_and_finite() -> None:
         ({"kind": "z_torque", "a": 1.0}, 0.202),
     ],
 )
-def test_share_of_a_wave_that_drives_throw_back(keys: dict[str, object], share: float) -> None:
+def test_share_of_a_wave_that_drives_throw_back(keys, share):
     """At the torsional frequency, 5000 m; computed beforehand."""
     found = derived_quantities(driven(**keys), HEAVY)["drive_reflection"].value
     assert found == pytest.approx(share, abs=6e-4)
 
 
-def test_a_drive_that_feels_the_bit_is_no_impedance() -> None:
+def test_a_drive_that_feels_the_bit_is_no_impedance():
     assert derived_quantities(driven(kind="lqr"), HEAVY)["drive_reflection"].value is None
     card = drive_card(driven(kind="lqr"), HEAVY)
     assert "lqr" not in card.reflected
     assert card.held["lqr"] == pytest.approx(193.3, abs=0.06)
 
 
-def test_reflection_is_that_of_a_wave_at_a_boundary() -> None:
+def test_reflection_is_that_of_a_wave_at_a_boundary():
     """Speeds and torques of the wave and of its echo meet the drive's: z (v - R v) = Z
     (v + R v)."""
     p = driven(kind="pi", inertia=1500.0, stiffness=900.0, damping=1500.0)
@@ -285,7 +283,7 @@ def test_reflection_is_that_of_a_wave_at_a_boundary() -> None:
     assert abs(reflection(law, z, 1e-6)) == pytest.approx(1.0)
 
 
-def test_drive_card() -> None:
+def test_drive_card():
     card = drive_card(driven(kind="soft_torque"), HEAVY)
     assert set(card.held) == {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr"}
     assert card.own == "soft_torque"
@@ -295,7 +293,7 @@ def test_drive_card() -> None:
     assert "pi" in drive_card(driven(kind="pi"), HEAVY).reflected
 
 
-def test_tuning_of_a_soft_torque_drive() -> None:
+def test_tuning_of_a_soft_torque_drive():
     """Columns: gain in impedances; rows: frequency over the string's. Computed
     beforehand by other code."""
     p = driven(kind="soft_torque")
@@ -315,7 +313,7 @@ def test_tuning_of_a_soft_torque_drive() -> None:
         assert held[0, 0] == pytest.approx(best, abs=0.5)
 
 
-def test_the_best_tuning_is_the_best_of_the_map() -> None:
+def test_the_best_tuning_is_the_best_of_the_map():
     p = driven(kind="soft_torque", matching=3.0, frequency=0.08)
     chart = drive_tuning(p, HEAVY)
     matching, frequency, held = chart.best
@@ -330,7 +328,7 @@ def test_the_best_tuning_is_the_best_of_the_map() -> None:
     assert derived_quantities(asked, HEAVY)["slope_held"].value == pytest.approx(held, rel=1e-6)
 
 
-def test_figures_solve_for_the_gains_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figures_solve_for_the_gains_once(monkeypatch):
     calls = []
     solve = drives._feedback
     monkeypatch.setattr(drives, "_feedback", lambda *numbers: calls.append(numbers) or solve(*numbers))
@@ -338,7 +336,7 @@ def test_figures_solve_for_the_gains_once(monkeypatch: pytest.MonkeyPatch) -> No
     assert len(calls) == 1
 
 
-def test_a_drive_that_swings_the_string_by_itself() -> None:
+def test_a_drive_that_swings_the_string_by_itself():
     for kind in ("ideal", "stiff", "soft_torque", "lqr"):
         p = driven(kind=kind)
         assert growth_at_rest(p, derive(p, 5000.0, 22e3, 3.0)) is None
@@ -349,13 +347,13 @@ def test_a_drive_that_swings_the_string_by_itself() -> None:
     assert root.real > 0.0
     # It is a root of the characteristic polynomial.
     assert abs(np.polyval(np.poly(torsional_matrix(p, k)), root)) < 1e-9
-    assert derived_quantities(p, HEAVY)["slope_held"].value < 0.0  # type: ignore[operator]
+    assert derived_quantities(p, HEAVY)["slope_held"].value < 0.0
 
 
 # Charts
 
 
-def test_critical_speeds_along_depth() -> None:
+def test_critical_speeds_along_depth():
     x = np.array([2000.0, 5000.0])
     chart = critical_speeds("depth", x, [(STATIC, replace(HEAVY, depth=float(depth))) for depth in x])
     assert chart.lateral[:, 1] == pytest.approx([6.323, 26.27, 59.51], rel=2e-4)
@@ -367,7 +365,7 @@ def test_critical_speeds_along_depth() -> None:
     assert (chart.axial[:, 0] > chart.axial[:, 1]).all()
 
 
-def test_buckling_charts() -> None:
+def test_buckling_charts():
     angles = np.radians([15.0, 90.0])
     chart = buckling_by_inclination((Parameters(), HEAVY), angles)
     assert chart.collar / 1e3 == pytest.approx([926.4, 1820.9], abs=0.06)

@@ -1,7 +1,5 @@
-"""The lumped coefficients: the check numbers of the theory page, published ones, and
-the independent reference."""
-
-from __future__ import annotations
+"""The lumped coefficients and the forces of given states: check numbers of the theory
+page, published ones, and the reference."""
 
 import math
 from dataclasses import fields
@@ -10,11 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import Case
+from main_model import STATES
+from reference import Case, contacts
 
-from model.cases import parameters_of, random_case
+from model.buffers import slopes
+from model.cases import operation_of, parameters_of, random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, at, derive
-from nsdrill.models.christoforou_yigit.parameters import Collar, Drillstring, Parameters
+from nsdrill.models.christoforou_yigit.equations import forces
+from nsdrill.models.christoforou_yigit.parameters import BitFriction, Collar, Drillstring, Parameters
+from nsdrill.models.friction import hyperbolic, stribeck, values
 
 # Theory page, "Check": depth 2000 m, 22.24 kN, 3 rad/s; computed there with ten digits.
 CHECK = {
@@ -31,13 +33,13 @@ CHECK = {
 
 
 @pytest.mark.parametrize("name", CHECK)
-def test_coefficients_have_the_check_numbers(name: str) -> None:
+def test_coefficients_have_the_check_numbers(name):
     k = derive(Parameters(), 2000.0, 22240.0, 3.0)
     # half a unit in the tenth digit
     assert getattr(k, name) == pytest.approx(CHECK[name], rel=5e-10)
 
 
-def test_inertia_and_stiffness_of_jansen_and_van_den_steen() -> None:
+def test_inertia_and_stiffness_of_jansen_and_van_den_steen():
     """Jansen & van den Steen 1995: 2000 m of 5 in pipe over 150 m of 9 in collar: J 374
     kg m2, k 473 N m/rad."""
     k = derive(Parameters(Drillstring(Collar(length=150.0))), 2150.0, 0.0, 1.0)
@@ -46,7 +48,7 @@ def test_inertia_and_stiffness_of_jansen_and_van_den_steen() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_coefficients_equal_the_reference(seed: int) -> None:
+def test_coefficients_equal_the_reference(seed):
     c = random_case(np.random.default_rng(seed))
     k = derive(parameters_of(c), c.depth, c.wob, c.speed)
     for name in (
@@ -70,14 +72,14 @@ def test_coefficients_equal_the_reference(seed: int) -> None:
     assert k.m_f == pytest.approx(c.m_l - c.m_c, rel=1e-11, abs=1e-9)
 
 
-def test_buckling_load_is_eulers() -> None:
+def test_buckling_load_is_eulers():
     """pi^2 E I / l^2; there the static bending stiffness k_bend - W pi^2/(2 l)
     vanishes."""
     k = derive(Parameters(), 2000.0, 22240.0, 3.0)
     assert k.buckling_load * math.pi**2 / (2 * Collar().span) == pytest.approx(k.k_bend, rel=1e-14)
 
 
-def test_arrays_give_the_bits_of_scalars() -> None:
+def test_arrays_give_the_bits_of_scalars():
     rng = np.random.default_rng(5)
     depth, wob, speed = (rng.uniform(300, 9000, 50), rng.uniform(0, 1e5, 50), rng.uniform(0.1, 20, 50))
     many = derive(Parameters(), depth, wob, speed)
@@ -87,21 +89,21 @@ def test_arrays_give_the_bits_of_scalars() -> None:
 
 
 @pytest.mark.parametrize("depth", [200.0, 199.9, 0.0, -5.0])
-def test_a_depth_within_the_collars_is_refused(depth: float) -> None:
+def test_a_depth_within_the_collars_is_refused(depth):
     with pytest.raises(ValueError, match="more than the collar length, 200 m"):
         derive(Parameters(), np.array([3000.0, depth]), 1e4, 3.0)
 
 
 @given(st.floats(300, 9000), st.floats(0, 2e5), st.floats(0.01, 50))
 @settings(max_examples=100, deadline=None)
-def test_depth_of_cut_is_never_negative(depth: float, wob: float, speed: float) -> None:
+def test_depth_of_cut_is_never_negative(depth, wob, speed):
     """The printed law of the rate of penetration is negative at low weight."""
     k = derive(Parameters(), depth, wob, speed)
     assert k.depth_of_cut >= 0
     assert (k.depth_of_cut == 0) == (1.35e-8 * wob * math.sqrt(speed) <= 1.9e-4)
 
 
-def test_deeper_is_softer_and_heavier() -> None:
+def test_deeper_is_softer_and_heavier():
     shallow, deep = derive(Parameters(), 1000.0, 1e4, 3.0), derive(Parameters(), 8000.0, 1e4, 3.0)
     assert deep.k_a < shallow.k_a
     assert deep.k_t < shallow.k_t
@@ -110,11 +112,103 @@ def test_deeper_is_softer_and_heavier() -> None:
     assert deep.k_bend == shallow.k_bend
 
 
-def test_every_coefficient_says_its_unit() -> None:
+def test_every_coefficient_says_its_unit():
     assert all(item.metadata["units"] for item in fields(Coefficients))
 
 
-def test_steel_alone_is_eccentric_where_the_user_says_so() -> None:
+def test_steel_alone_is_eccentric_where_the_user_says_so():
     case = Case(eccentric_mass="steel")
     k = derive(parameters_of(case), 2000.0, 1e4, 3.0)
     assert k.m_e == k.m_c < k.m_l
+
+
+def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarray]:
+    return {**{name: states[:, i] for i, name in enumerate(STATES)}, "drive_angle": drive_angle}
+
+
+def drawn(seed: int, **fixed: object) -> tuple[Case, np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    case = random_case(rng, **fixed)
+    return case, np.array([random_state(rng, case) for _ in range(40)]), rng.uniform(0, 5, 40)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_forces_equal_the_reference(seed):
+    c, states, t = drawn(seed)
+    mine = forces(parameters_of(c), operation_of(c), as_state(states, c.speed * t))
+    theirs = contacts(c, t, states.T)
+    # The radius is rounded at its own size: eps R k in the wall force.
+    eps = 4 * np.finfo(float).eps * c.well_diameter * c.wall_stiffness
+    assert mine["radius"] == pytest.approx(theirs["radius"], rel=1e-14)
+    # sin(n phi) with n phi up to 8 x 80 rad
+    lobe = c.rock_stiffness * c.amplitude * 1e-12
+    assert mine["bit_force"] == pytest.approx(theirs["bit_force"], rel=1e-12, abs=lobe)
+    assert mine["bit_torque"] == pytest.approx(theirs["bit_torque"], rel=1e-11, abs=lobe)
+    assert mine["wall_force"] == pytest.approx(theirs["wall_force"], rel=1e-10, abs=eps)
+    assert mine["wall_friction"] == pytest.approx(theirs["wall_friction"], rel=1e-10, abs=eps)
+    assert mine["whirl_speed"] * mine["radius"] == pytest.approx(theirs["tangential_speed"], rel=1e-12)
+    assert mine["surface_torque"] == pytest.approx(-c.k_t * states[:, 6], rel=1e-14)
+
+
+@pytest.mark.parametrize("law", ["linear", "hertz"])
+def test_forces_add_up_to_the_compiled_accelerations(law):
+    """Without eccentricity and softening each acceleration is a sum of the reported
+    forces."""
+    c, states, t = drawn(21, wall_law=law, lobes=3, eccentricity=0.0, softening="none")
+    f = forces(parameters_of(c), operation_of(c), as_state(states, c.speed * t))
+    a = slopes(8, law == "hertz", np.repeat(table_of(c), 40, axis=0), t, states)
+    x, vx, y, vy, z, vz, _, omega = states.T
+    r, drag = f["radius"], c.c_h * np.hypot(vx, vy)
+    outward = -c.k_bend * r - f["wall_force"] - drag * (x * vx + y * vy) / r
+    around = -f["wall_friction"] - drag * (x * vy - y * vx) / r
+    size = c.k_bend * c.gap + np.max(np.abs(f["wall_force"])) + c.wall_stiffness * 1e-9
+    assert c.m_l * (x * a[:, 1] + y * a[:, 3]) / r == pytest.approx(outward, rel=1e-9, abs=1e-12 * size)
+    assert c.m_l * (x * a[:, 3] - y * a[:, 1]) / r == pytest.approx(around, rel=1e-9, abs=1e-12 * size)
+    assert c.m_a * a[:, 5] == pytest.approx(
+        f["bit_force"] - c.wob - c.axial_damping * vz - c.k_a * z, rel=1e-9, abs=1e-9 * c.wob
+    )
+    moment = -f["bit_torque"] - f["wall_friction"] * c.collar_radius - c.torsional_damping * omega + f["surface_torque"]
+    assert c.J * a[:, 7] == pytest.approx(moment, rel=1e-9, abs=1e-12 * np.max(np.abs(moment)))
+
+
+def test_friction_opposes_and_falls_from_static_to_dynamic():
+    """f(v) = (2/pi) atan(eps v) [(mu_s - mu_d)/(1 + tau |v|) + mu_d], theory page."""
+    law = BitFriction()
+    numbers = stribeck(law)
+
+    def friction(v):
+        return values(hyperbolic, "coefficient", v, numbers)
+
+    v = np.linspace(-20, 20, 4001)
+    f = friction(v)
+    assert np.array_equal(np.sign(f), np.sign(v))
+    assert np.array_equal(friction(-v), -f)
+    assert np.max(f) < law.static
+    assert friction(1e9) == pytest.approx(law.dynamic, rel=1e-6)
+    assert friction(1.0) == pytest.approx(2 / np.pi * np.arctan(500) * (0.3 / 4 + 0.2), rel=1e-14)
+
+
+def test_cutting_torque_does_not_drive_a_stuck_bit():
+    """The paper's cutting torque does not depend on the direction of rotation; gated by
+    g(omega) it only resists."""
+    c = Case()
+    states = np.zeros((41, 8))
+    states[:, 4], states[:, 7] = -2e-3, np.linspace(-2, 2, 41)
+    f = forces(parameters_of(c), operation_of(c), as_state(states, np.zeros(41)))
+    assert np.all(f["bit_torque"] * states[:, 7] >= 0)
+    assert f["bit_torque"][20] == 0
+
+
+def test_whirl_angle_is_unwrapped():
+    c = Case()
+    angle = np.linspace(0, 20, 400)
+    states = np.zeros((400, 8))
+    states[:, 0], states[:, 2] = 0.01 * np.cos(angle), 0.01 * np.sin(angle)
+    f = forces(parameters_of(c), operation_of(c), as_state(states, np.zeros(400)))
+    assert f["whirl_angle"] == pytest.approx(angle, abs=1e-13)
+
+
+def test_at_the_centre_of_the_hole_nothing_is_infinite():
+    c = Case()
+    f = forces(parameters_of(c), operation_of(c), as_state(np.zeros((3, 8)), np.zeros(3)))
+    assert all(np.all(np.isfinite(values)) for values in f.values())

@@ -1,8 +1,6 @@
 """Drives: their gains against closed forms, their law in the compiled equations,
 energy, features, deviations."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -33,7 +31,7 @@ DEEP = (5000.0, 22.24e3, 3.0)
 
 
 def driven(**keys: object) -> Parameters:
-    return replace(Parameters(), drive=Drive(**keys))  # type: ignore[arg-type]
+    return replace(Parameters(), drive=Drive(**keys))
 
 
 def law_of(parameters: Parameters) -> Gains:
@@ -62,7 +60,7 @@ def linear(parameters: Parameters) -> np.ndarray:
         ({"kind": "lqr"}, [(0.498, 0.671), (0.696, 0.400)]),
     ],
 )
-def test_modes_of_string_and_drive(keys: dict[str, object], modes: list[tuple[float, float]]) -> None:
+def test_modes_of_string_and_drive(keys, modes):
     """Frequency and damping ratio at 5000 m, computed beforehand from the equations by
     other code."""
     roots = np.linalg.eigvals(linear(driven(**keys)))
@@ -84,7 +82,7 @@ def test_modes_of_string_and_drive(keys: dict[str, object], modes: list[tuple[fl
         ({"kind": "soft_torque", "matching": 3.0, "frequency": 0.85 * 0.093996}, 149.8),
     ],
 )
-def test_the_slope_of_friction_that_each_drive_holds(keys: dict[str, object], held: float) -> None:
+def test_the_slope_of_friction_that_each_drive_holds(keys, held):
     """Computed beforehand by other code; and the onset of stick-slip that follows, at
     66.72 kN."""
     parameters = driven(**keys)
@@ -94,7 +92,7 @@ def test_the_slope_of_friction_that_each_drive_holds(keys: dict[str, object], he
     assert onset == pytest.approx((math.sqrt(66.72e3 * arm * 0.3 * 3.0 / held) - 1) / 3.0, rel=2e-3)
 
 
-def test_closed_forms_of_the_gains() -> None:
+def test_closed_forms_of_the_gains():
     k = derive(Parameters(), *DEEP)
     assert impedance(Parameters()) == pytest.approx(297.061, abs=1e-3)
     equal = law_of(driven(kind="equal_damping"))
@@ -115,7 +113,7 @@ def test_closed_forms_of_the_gains() -> None:
     assert math.sqrt(soft.stiffness / soft.inertia) == pytest.approx(w, rel=1e-12)
 
 
-def test_gains_of_many_points_are_those_of_each() -> None:
+def test_gains_of_many_points_are_those_of_each():
     parameters = driven(kind="lqr")
     depth = np.array([2000.0, 5000.0, 2000.0])
     many = pack(parameters, depth, np.full(3, 22.24e3), np.full(3, 3.0))
@@ -123,7 +121,7 @@ def test_gains_of_many_points_are_those_of_each() -> None:
         assert many[i].tobytes() == pack(parameters, depth[i], 22.24e3, 3.0)[0].tobytes()
 
 
-def test_an_lqr_without_gains_is_told() -> None:
+def test_an_lqr_without_gains_is_told():
     """A pipe of no length is as stiff as any number, and the string as light as its
     collars."""
     parameters = driven(kind="lqr")
@@ -168,7 +166,7 @@ KINDS = [
 
 
 @pytest.mark.parametrize("keys", KINDS)
-def test_energy_changes_by_the_powers(keys: dict[str, object]) -> None:
+def test_energy_changes_by_the_powers(keys):
     parameters, rng = driven(**keys), np.random.default_rng(5)
     operation = Operation(*DEEP)
     for _ in range(20):
@@ -178,7 +176,7 @@ def test_energy_changes_by_the_powers(keys: dict[str, object]) -> None:
         time = rng.uniform(0, 5)
         rate = slopes(parameters, time, state)
 
-        def named(states: np.ndarray, times: np.ndarray, names: tuple[str, ...] = names) -> dict[str, np.ndarray]:
+        def named(states, times, names=names):
             by_name = dict(zip(names, states.T, strict=True))
             return {**by_name, "drive_angle": DEEP[2] * times}
 
@@ -190,7 +188,7 @@ def test_energy_changes_by_the_powers(keys: dict[str, object]) -> None:
         assert (ends[1] - ends[0]) / (2 * h) == pytest.approx(total, abs=1e-6 * size)
 
 
-def test_without_a_bit_the_motion_is_that_of_the_linear_system() -> None:
+def test_without_a_bit_the_motion_is_that_of_the_linear_system():
     """Off the rock string and drive are linear: against the matrix exponential's twin,
     DOP853."""
     parameters = driven(kind="soft_torque", matching=2.0)
@@ -219,7 +217,7 @@ def test_without_a_bit_the_motion_is_that_of_the_linear_system() -> None:
     assert found["surface_torque"].values == pytest.approx(k_t * (exact.y[0] - exact.y[2]), rel=1e-7)
 
 
-def test_features_are_those_of_the_trace() -> None:
+def test_features_are_those_of_the_trace():
     """Extremes and means of surface torque and drive speed, in stick-slip, from a dense
     trace of the same run."""
     text = (
@@ -241,17 +239,17 @@ def test_features_are_those_of_the_trace() -> None:
     assert 0.01 < found["drive_speed_max"][0] - 2.0 < 0.5  # a stiff drive nearly keeps its speed
 
 
-def test_a_very_stiff_drive_is_an_ideal_one() -> None:
+def test_a_very_stiff_drive_is_an_ideal_one():
     keys = {"kind": "pi", "inertia": 1e6, "stiffness": 1e8, "damping": 1e7}
     smooth = Simulation(transient=5.0, observe=20.0, rtol=1e-8)
     ideal = work_for(Case(amplitude=0.0, speed=6.0), smooth)
-    stiff = replace(ideal, parameters=replace(ideal.parameters, drive=Drive(**keys)))  # type: ignore[arg-type]
+    stiff = replace(ideal, parameters=replace(ideal.parameters, drive=Drive(**keys)))
     a, b = run_work(ideal), run_work(stiff)
     for name in ("bit_speed_max", "bit_speed_mean", "surface_torque_mean", "axial_max"):
         assert b[name] == pytest.approx(a[name], rel=2e-3)
 
 
-def test_neither_lanes_nor_the_exponent_change_a_bit() -> None:
+def test_neither_lanes_nor_the_exponent_change_a_bit():
     smooth = Simulation(transient=5.0, observe=10.0)
     work = replace(work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 9)), parameters=driven(kind="z_torque"))
     kept = run_work(work, lanes=8)
@@ -280,9 +278,7 @@ SLOW = Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0)
     ],
     ids=["placing", "limited", "motor", "regulated motor"],
 )
-def test_the_deviation_is_the_derivative_of_the_motion(
-    drive: Drive, case: Case, seconds: float, states: list[int]
-) -> None:
+def test_the_deviation_is_the_derivative_of_the_motion(drive, case, seconds, states):
     """Against two neighbouring runs, over some seconds of bouncing; of stick-slip with a
     motor that reaches both limits; and of motors with their own current."""
     simulation = Simulation(transient=0.0, observe=seconds, rtol=1e-8)
@@ -324,7 +320,7 @@ def limited_motion(times: np.ndarray, speed: float, rate: float) -> tuple[np.nda
     return found.y, np.array([motor(t, y) for t, y in zip(times, found.y.T, strict=True)])
 
 
-def test_a_motor_stays_within_its_limits() -> None:
+def test_a_motor_stays_within_its_limits():
     """Against DOP853: the drive speeds up at its upper limit, before the bit falls on
     the rock."""
     study = parse_study(OFF_THE_ROCK.format(speed="6 rad/s", z=1000))
@@ -336,7 +332,7 @@ def test_a_motor_stays_within_its_limits() -> None:
     assert found["twist"].values == pytest.approx(exact[2], abs=1e-7)
 
 
-def test_a_ramp_keeps_to_the_limits_of_the_motor() -> None:
+def test_a_ramp_keeps_to_the_limits_of_the_motor():
     """The bit hangs on the string, and the set point rises faster than the motor can
     follow, then does not."""
     study = parse_study(OFF_THE_ROCK.format(speed="{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", z=0))
@@ -347,7 +343,7 @@ def test_a_ramp_keeps_to_the_limits_of_the_motor() -> None:
     assert found["twist"].values == pytest.approx(exact[2], abs=2e-5)
 
 
-def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so() -> None:
+def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so():
     text = "operation: {{wob: 66.72 kN, rotary_speed: 6 rad/s}}\ndrive: {{kind: stiff, torque_limit: {} kN*m}}"
     weak, strong = (parse_study(text.format(limit)) for limit in (2, 60))
     told = [any(warning.startswith("Overloaded: ") for warning in check(study).warnings) for study in (weak, strong)]
@@ -369,7 +365,7 @@ def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so() -> None:
         ("drive: {kind: pi}\nsweep: {drive.torque_limit: [20 kN*m, 60 kN*m]}", "without a limit beside it"),
     ],
 )
-def test_a_limit_is_refused_where_it_means_nothing(text: str, said: str) -> None:
+def test_a_limit_is_refused_where_it_means_nothing(text, said):
     with pytest.raises(nsdrill.StudyError, match=said):
         parse_study(text)
     assert not Drive("z_torque", torque_limit=1.0).limited
@@ -377,7 +373,7 @@ def test_a_limit_is_refused_where_it_means_nothing(text: str, said: str) -> None
         Drive("soft_torque", compensated_inertia=9.0, torque_limit=1.0)
 
 
-def test_an_axis_over_the_limit_has_the_bits_of_single_runs() -> None:
+def test_an_axis_over_the_limit_has_the_bits_of_single_runs():
     text = "drive: {{kind: stiff, torque_limit: {} kN*m}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
     found = run_in_memory(parse_study(text.format(9, "sweep: {drive.torque_limit: [2 kN*m, 60 kN*m]}")), workers=1)
     for i, value in enumerate((2, 60)):
@@ -397,7 +393,7 @@ simulation: {{rtol: 1.0e-9}}
 """
 
 
-def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
+def test_a_ramp_with_a_drive_keeps_the_set_point():
     """A very stiff drive follows the ramp; a soft one lags behind it by what its law
     says."""
     text = RAMP.format("kind: pi, inertia: 100 kg*m^2, stiffness: 100 kN*m/rad, damping: 5 kN*m*s/rad")
@@ -409,7 +405,7 @@ def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
     matrix = linear(parameters)
     push = np.array([0, -0.1, 0, -0.1])  # in a frame that the set point accelerates
 
-    def rate(t: float, y: np.ndarray) -> np.ndarray:
+    def rate(t, y):
         return matrix @ y + push + np.array([0, 0, 0, -50.0 * (2.0 + 0.1 * t) / k.J])
 
     exact = solve_ivp(rate, (0, 40), [0, 0, 0, 0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=soft.time.values)
@@ -417,7 +413,7 @@ def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
     assert soft["twist"].values == pytest.approx(exact.y[2], abs=2e-6)
 
 
-def test_a_drive_that_swings_is_no_ramp() -> None:
+def test_a_drive_that_swings_is_no_ramp():
     from nsdrill.plot.traces import moving_values, operating_point_text
     from nsdrill.store import from_dataset
 
@@ -435,7 +431,7 @@ def test_a_drive_that_swings_is_no_ramp() -> None:
 MOTOR = {"kind": "dc_motor"}
 
 
-def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit() -> None:
+def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit():
     """Computed beforehand by other code from the circuit: droop 5.358e-6 rad/s per N m,
     eigenvalues, reflection of a torsional wave at the frequency of the string."""
     parameters = driven(**MOTOR)
@@ -472,7 +468,7 @@ GAINS = (0.0272, 22.2, 1.138, -13.03, 15.6)
 
 @pytest.mark.parametrize("gains", [None, GAINS], ids=["constant", "regulated"])
 @pytest.mark.parametrize(("speed", "rate"), [("3 rad/s", 0.0), ("{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", 0.2)])
-def test_string_and_motor_move_as_circuit_and_springs_say(speed: str, rate: float, gains: tuple | None) -> None:
+def test_string_and_motor_move_as_circuit_and_springs_say(speed, rate, gains):
     """Off the rock, at a constant and at a rising voltage, without gains and with such
     on the deviations from steady drilling, against DOP853 on current, speeds and
     angles."""
@@ -481,7 +477,7 @@ def test_string_and_motor_move_as_circuit_and_springs_say(speed: str, rate: floa
     k = derive(driven(**MOTOR), 5000.0, 0.0, 3.0)
     L, R, n_K = 0.005, 0.01, 7.2 * 6.0
 
-    def slope(t: float, y: np.ndarray) -> list[float]:
+    def slope(t, y):
         top, top_speed, bit, bit_speed, current = y
         pipe = k.k_t * (top - bit)
         target, turned = 3.0 + rate * t, 3.0 * t + 0.5 * rate * t * t
@@ -515,7 +511,7 @@ def test_string_and_motor_move_as_circuit_and_springs_say(speed: str, rate: floa
     assert found["bit_force"].values.max() == 0.0
 
 
-def test_a_regulated_motor_turns_with_the_set_speed_and_ends_stick_slip() -> None:
+def test_a_regulated_motor_turns_with_the_set_speed_and_ends_stick_slip():
     """Gains of a regulator: no droop, the eigenvalues of circuit and string, and steady
     drilling from a stuck bit where the motor at constant voltage leaves it to stick and
     slip."""
@@ -546,7 +542,7 @@ def test_a_regulated_motor_turns_with_the_set_speed_and_ends_stick_slip() -> Non
     assert ends[1]["lag"].values[-1] == pytest.approx(0.0, abs=2e-3)
 
 
-def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
+def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent():
     """Its states are in the results, lanes change no bit, and a replay has the bits of
     the sweep."""
     smooth = Simulation(transient=5.0, observe=10.0)
@@ -566,7 +562,7 @@ def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
         parse_study("drive: {kind: dc_motor, gains: [1, 2]}")
 
 
-def test_a_drive_is_switched_on() -> None:
+def test_a_drive_is_switched_on():
     """Until then the run is that with an ideal drive, after it one with the drive that
     begins in that state."""
     text = "operation: {wob: 66.72 kN, rotary_speed: 2 rad/s}\nsimulation: {rtol: 1.0e-9}\ndrive: {kind: soft_torque"
@@ -590,7 +586,7 @@ def test_a_drive_is_switched_on() -> None:
     assert later.attrs["final_state"] == pytest.approx(both.attrs["final_state"], abs=1e-9)
 
 
-def test_stick_slip_ends_where_soft_torque_is_switched_on() -> None:
+def test_stick_slip_ends_where_soft_torque_is_switched_on():
     """The torsional string at 5 rad/s, between the ends of stick-slip with soft torque
     and with the ideal drive."""
     study = (
@@ -613,11 +609,11 @@ def test_stick_slip_ends_where_soft_torque_is_switched_on() -> None:
         ("drive: {kind: stiff, on_at: 5 s}\ninitial: {lag: 1 rad}", "until when"),
     ],
 )
-def test_switching_on_is_refused_where_it_means_nothing(text: str, said: str) -> None:
+def test_switching_on_is_refused_where_it_means_nothing(text, said):
     with pytest.raises(nsdrill.StudyError, match=said):
         parse_study(text)
 
 
-def test_a_run_refuses_what_is_switched_on() -> None:
+def test_a_run_refuses_what_is_switched_on():
     with pytest.raises(nsdrill.InputError, match=r"drive\.on_at.*Use nsdrill.simulate"):
         nsdrill.run("drive: {kind: stiff, on_at: 5 s}", workers=1)

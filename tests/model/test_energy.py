@@ -6,8 +6,6 @@ derivative is the sum of the powers to rounding, and along whole trajectories, i
 out of every contact.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 
@@ -33,7 +31,7 @@ def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarra
 
 
 @pytest.mark.parametrize(("law", "softening", "mass"), OPTIONS)
-def test_energy_changes_by_the_powers_at_any_state(law: str, softening: str, mass: str) -> None:
+def test_energy_changes_by_the_powers_at_any_state(law, softening, mass):
     """dE/dt by Richardson-extrapolated central differences along the compiled slope,
     against the sum of powers.
 
@@ -47,7 +45,7 @@ def test_energy_changes_by_the_powers_at_any_state(law: str, softening: str, mas
         f = slopes(1, law == "hertz", table_of(c), np.array([t]), s[None])[0]
         par, op = parameters_of(c), operation_of(c)
 
-        def change(h: float, c=c, s=s, t=t, f=f, par=par, op=op) -> float:
+        def change(h, c=c, s=s, t=t, f=f, par=par, op=op):
             ends = np.array([s - h * f, s + h * f])
             e = energy(par, op, as_state(ends, c.speed * (t + np.array([-h, h]))))
             return float(e[1] - e[0]) / (2 * h)
@@ -101,7 +99,7 @@ def chaotic(law: str, softening: str, mass: str):
 
 
 @pytest.mark.parametrize(("law", "softening", "mass"), OPTIONS)
-def test_energy_balances_along_trajectories_through_all_contacts(law: str, softening: str, mass: str) -> None:
+def test_energy_balances_along_trajectories_through_all_contacts(law, softening, mass):
     """To 1e-7 of the work that goes through, in 20 s of chaos at rtol 1e-10.
 
     The powers are continuous with kinks at the contacts; each costs Simpson's rule h^2
@@ -117,7 +115,7 @@ def test_energy_balances_along_trajectories_through_all_contacts(law: str, softe
     assert np.any(trace["wall_force"] > 0), "the collar is to touch the wall"
 
 
-def test_energy_defect_falls_with_the_tolerance() -> None:
+def test_energy_defect_falls_with_the_tolerance():
     """What the integrator loses is of the order of rtol, and of nothing else."""
     base = chaotic("linear", "live", "total")
     defects = []
@@ -147,7 +145,7 @@ CONSERVATIVE = Case(
 
 
 @pytest.mark.parametrize("law", ["linear", "hertz"])
-def test_nothing_is_lost_without_drag_friction_and_drive(law: str) -> None:
+def test_nothing_is_lost_without_drag_friction_and_drive(law):
     """A flat rock, no friction, the drive at rest: energy is conserved to the
     integrator's tolerance.
 
@@ -158,7 +156,7 @@ def test_nothing_is_lost_without_drag_friction_and_drive(law: str) -> None:
     start = np.array([[0.05, 0.5, 0.0, 0.5, 1e-3, 0.0, 0.5, 4.0, 0.3]])
     par, op = parameters_of(c), operation_of(c)
 
-    def total(states: np.ndarray) -> float:
+    def total(states):
         held = energy(par, op, as_state(states[:, :8], states[:, 8]))
         return float(held[0] + 0.5 * c.rock_stiffness * max(-states[0, 4], 0.0) ** 2)
 

@@ -1,8 +1,6 @@
 """The drawn states: reproducible, the same whatever their number, and such as a string
 can be in."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +28,7 @@ def drawn(
     return dict(zip(STATE_NAMES, states.T, strict=True))
 
 
-def test_the_words_are_those_of_the_generator() -> None:
+def test_the_words_are_those_of_the_generator():
     """Philox 4x64-10 is a published function: these are its first words for the key 0
     as numpy 1.17 to 2 give them."""
     words = np.random.Philox(key=0).random_raw(9)
@@ -39,13 +37,13 @@ def test_the_words_are_those_of_the_generator() -> None:
 
 
 @pytest.mark.parametrize("count", [2, 3, 64, 1000])
-def test_a_start_is_the_same_however_many_there_are(count: int) -> None:
+def test_a_start_is_the_same_however_many_there_are(count):
     few, many = drawn(count), drawn(1001)
     for name in STATE_NAMES:
         assert few[name].tobytes() == many[name][:count].tobytes(), name
 
 
-def test_a_start_is_the_same_whatever_is_made_beside_it() -> None:
+def test_a_start_is_the_same_whatever_is_made_beside_it():
     initial = Initial(ensemble=50, seed=3)
     every = {name: np.repeat(values, 50) for name, values in POINTS.items()}
     together = starts(Parameters(), initial, **every, start=np.tile(np.arange(50), 3))
@@ -54,7 +52,7 @@ def test_a_start_is_the_same_whatever_is_made_beside_it() -> None:
     assert apart.tobytes() == together[some].tobytes()
 
 
-def test_the_same_number_at_every_point() -> None:
+def test_the_same_number_at_every_point():
     """Common random numbers: in units of the operating point a start is the same
     everywhere."""
     shapes = []
@@ -68,7 +66,7 @@ def test_the_same_number_at_every_point() -> None:
 
 @pytest.mark.parametrize("point", [0, 1, 2])
 @pytest.mark.parametrize("spread", [1.0, 0.3])
-def test_states_are_admissible_and_fill_their_range(point: int, spread: float) -> None:
+def test_states_are_admissible_and_fill_their_range(point, spread):
     depth, wob, speed = (values[point] for values in POINTS.values())
     k = derive(Parameters(), depth, wob, speed)
     s = drawn(4000, spread=spread, point=point)
@@ -91,7 +89,7 @@ def test_states_are_admissible_and_fill_their_range(point: int, spread: float) -
     assert (s["drive_angle"].min() >= 0) & (s["drive_angle"].max() < 2 * np.pi)
 
 
-def test_the_twist_reaches_beyond_the_torque_at_rest() -> None:
+def test_the_twist_reaches_beyond_the_torque_at_rest():
     k = derive(Parameters(), 5000.0, 22.24e3, 3.0)
     at_rest = (22.24e3 * (2 / 3 * 0.1905 * 0.5 + k.cutting_arm) + 50 * 3.0) / k.k_t
     twist = drawn(4000)["twist"]
@@ -99,7 +97,7 @@ def test_the_twist_reaches_beyond_the_torque_at_rest() -> None:
     assert twist.max() > -0.05 * at_rest
 
 
-def test_a_small_spread_is_steady_drilling() -> None:
+def test_a_small_spread_is_steady_drilling():
     """Against the steady state worked out by hand: torques of rock and damping, mu at 3
     rad/s 0.3/10 + 0.2."""
     s = drawn(100, spread=1e-6)
@@ -111,13 +109,13 @@ def test_a_small_spread_is_steady_drilling() -> None:
     assert np.abs([s["x"], s["y"], s["vx"], s["vy"], s["vz"]]).max() < 1e-6
 
 
-def test_a_flat_rock_and_no_weight_are_allowed() -> None:
+def test_a_flat_rock_and_no_weight_are_allowed():
     flat = replace(Parameters(), bit=Bit(surface_amplitude=0.0))
     states = starts(flat, Initial(ensemble=5), 500.0, 0.0, 1.0, np.arange(5))
     assert np.all(states[:, STATE_NAMES.index("z")] == 0.0)
 
 
-def test_a_slice_is_a_grid_and_the_rest_as_given() -> None:
+def test_a_slice_is_a_grid_and_the_rest_as_given():
     plane = {"vx": {"from": -1.0, "to": 1.0, "points": 3}, "x": {"from": 0.0, "to": 0.01, "points": 2}}
     initial = Initial(y=2e-3, slice=plane)
     assert initial.starts == 6
@@ -128,7 +126,7 @@ def test_a_slice_is_a_grid_and_the_rest_as_given() -> None:
     assert np.all(states[:, 2:] == plain[2:])
 
 
-def test_one_start_is_the_one_given() -> None:
+def test_one_start_is_the_one_given():
     for count in (0, 1):
         initial = Initial(x=3e-3, ensemble=count)
         assert initial.starts == 0
@@ -136,6 +134,6 @@ def test_one_start_is_the_one_given() -> None:
         assert states.tobytes() == starts(Parameters(), initial, 2000.0, 22.24e3, 3.0).tobytes()
 
 
-def test_a_start_that_is_not_there_is_refused() -> None:
+def test_a_start_that_is_not_there_is_refused():
     with pytest.raises(ValueError, match="allowed: 0 to 63"):
         drawn(number=np.array([64]))

@@ -1,8 +1,6 @@
 """Implicit friction: the same slopes to rounding, velocities that agree with the
 loads, the deviation of a stage."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -70,7 +68,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join(map(str, case)) or "main")
-def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: dict[str, Any]) -> None:
+def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case):
     parameters = string(**case)
     options, found = options_of(parameters), []
     for implicit in (0, 1):
@@ -82,7 +80,7 @@ def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: dict[str
 
 
 @pytest.mark.parametrize("case", CASES[:6] + CASES[9:], ids=lambda case: "-".join(map(str, case)) or "main")
-def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) -> None:
+def test_the_velocities_of_a_stage_agree_with_its_loads(case):
     """They have moved by ``relax`` times the push; and at these velocities the ordinary
     slopes are those found, but for what Newton's method leaves: 1e-5 of the greatest
     push."""
@@ -114,7 +112,7 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
     ],
     ids=["main", "hertz", "drive", "stabilisers", "along", "stabilisers along"],
 )
-def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> None:
+def test_the_deviation_of_a_stage_is_its_derivative(case):
     """Velocities, slopes and pushes of the deviation, against differences of two stages
     1e-6 of it apart, on rock and wall and off them. Newton's method leaves 1e-5 of a
     load, and up to a thousandth of how it changes."""

@@ -1,8 +1,6 @@
 """Motions whose answer is known in closed form: stick-slip, lift-off, whirl (theory
 page, cases 2 to 4)."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 
@@ -86,7 +84,7 @@ simulation: {{rtol: 1e-8}}
 
 
 @pytest.mark.parametrize("quantity", ["peak", "slip", "stick"])
-def test_stick_slip_tends_to_the_coulomb_cycle(quantity: str) -> None:
+def test_stick_slip_tends_to_the_coulomb_cycle(quantity):
     """Peak Omega + sqrt(Omega^2 + A^2), slip (2/w)(pi - atan(A/Omega)), stick 2 (T_s -
     T_d)/(k_t Omega).
 
@@ -102,7 +100,7 @@ def test_stick_slip_tends_to_the_coulomb_cycle(quantity: str) -> None:
     assert abs((ratio * signed[1] - signed[0]) / (ratio - 1)) < 0.01
 
 
-def test_a_sticking_bit_speeds_up_to_more_than_twice_the_drive_speed() -> None:
+def test_a_sticking_bit_speeds_up_to_more_than_twice_the_drive_speed():
     """The peak is at least 2 Omega whatever the friction: A >= 0 in the formula."""
     for smoothing in (1e3, 1e4, 1e5):
         assert stick_slip(smoothing)["twice"] >= 1
@@ -132,7 +130,7 @@ def on_linear_solution(c: Case) -> np.ndarray:
 @pytest.mark.parametrize(
     ("depth", "speed", "lobes"), [(2000, 3, 3), (5000, 3, 3), (5000, 5, 1), (8000, 2.6, 3), (900, 6, 3)]
 )
-def test_bit_leaves_the_rock_below_the_linear_limit_and_not_above(depth: float, speed: float, lobes: int) -> None:
+def test_bit_leaves_the_rock_below_the_linear_limit_and_not_above(depth, speed, lobes):
     """To one part in a million of the weight: what the bit does in a single step
     suffices to see it leave."""
     c = EVEN.but(depth=float(depth), speed=float(speed), lobes=lobes)
@@ -145,7 +143,7 @@ def test_bit_leaves_the_rock_below_the_linear_limit_and_not_above(depth: float, 
     assert np.array_equal(out[3:], np.zeros(3))
 
 
-def test_time_off_the_rock_just_below_the_limit() -> None:
+def test_time_off_the_rock_just_below_the_limit():
     """A fraction acos(W/W_limit)/pi of the first turns, before the missing force is
     felt, order (1 - W/W_l)^1.5.
 
@@ -162,7 +160,7 @@ def test_time_off_the_rock_just_below_the_limit() -> None:
     assert out["lift_off_fraction"] == pytest.approx(expected, rel=0.02)
 
 
-def test_the_figure_of_the_check_is_this_limit() -> None:
+def test_the_figure_of_the_check_is_this_limit():
     for depth, speed in ((2000.0, 3.0), (5000.0, 7.0)):
         c = Case(depth=depth, speed=speed)
         k = derive(parameters_of(c), depth, c.wob, speed)
@@ -206,7 +204,7 @@ def orbit(c: Case) -> tuple[float, np.ndarray]:
 
 @pytest.mark.parametrize("softening", ["live", "static", "none"])
 @pytest.mark.parametrize("eccentric_mass", ["total", "steel"])
-def test_forward_synchronous_whirl_has_the_drag_limited_radius(softening: str, eccentric_mass: str) -> None:
+def test_forward_synchronous_whirl_has_the_drag_limited_radius(softening, eccentric_mass):
     """Started on the orbit, the collar stays there: radius to 1e-8, whirl at the speed
     of rotation, no wall."""
     speeds = np.array([0.5, 1, 2, 3, 4, 4.5, 5, 9])
@@ -226,7 +224,7 @@ def test_forward_synchronous_whirl_has_the_drag_limited_radius(softening: str, e
     assert out["lateral_acceleration_rms"] == pytest.approx(speeds[inside] ** 2 * radii[inside], rel=1e-7)
 
 
-def test_any_start_ends_on_the_orbit() -> None:
+def test_any_start_ends_on_the_orbit():
     """The orbit attracts: from rest near the centre, the drag brings the collar to
     it."""
     c = ORBIT.but(speed=3.5, softening="none")
@@ -239,7 +237,7 @@ def test_any_start_ends_on_the_orbit() -> None:
     assert out["whirl_ratio"][0] == pytest.approx(1, abs=1e-6 + left)
 
 
-def test_wall_speed_is_where_the_orbit_fills_the_gap() -> None:
+def test_wall_speed_is_where_the_orbit_fills_the_gap():
     c = ORBIT.but(softening="none")
     k = derive(parameters_of(c), c.depth, c.wob, c.speed)
     limit = wall_speed(parameters_of(c), operation_of(c), k)

@@ -1,8 +1,6 @@
 """Mud that turns, stabilisers, weight and friction along the axis: the equations, their
 energy, and known answers."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -75,7 +73,7 @@ def packed(c: Case, o: Lateral) -> np.ndarray:
 
 @pytest.mark.parametrize("law", ["linear", "hertz"])
 @pytest.mark.parametrize("form", FORMS)
-def test_derivatives_equal_the_reference(form: str, law: str) -> None:
+def test_derivatives_equal_the_reference(form, law):
     """To 4e-13 of the terms summed, at 100 random states of 100 random strings."""
     found = cases(form, 100, 3, law)
     options = options_of(parameters(*found[0][:2]))
@@ -96,7 +94,7 @@ def energies(c: Case, o: Lateral, states: np.ndarray, times: np.ndarray) -> np.n
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_energy_changes_by_the_powers(form: str) -> None:
+def test_energy_changes_by_the_powers(form):
     """dE/dt by Richardson-extrapolated central differences along the compiled slope,
     against the sum of the powers."""
     compared = 0
@@ -105,7 +103,7 @@ def test_energy_changes_by_the_powers(form: str) -> None:
         p = parameters(c, o)
         f = slopes(options_of(p), packed(c, o), np.array([t]), s[None])[0]
 
-        def change(h: float, c: Case = c, o: Lateral = o, s: np.ndarray = s, f: np.ndarray = f, t: float = t) -> float:
+        def change(h, c=c, o=o, s=s, f=f, t=t):
             ends = energies(c, o, np.array([s - h * f, s + h * f]), t + np.array([-h, h]))
             return float(ends[1] - ends[0]) / (2 * h)
 
@@ -123,7 +121,7 @@ def test_energy_changes_by_the_powers(form: str) -> None:
 
 @pytest.mark.parametrize("form", ["swirl", "stabilizer", "weight", "all"])
 @pytest.mark.parametrize("law", ["linear", "hertz"])
-def test_lanes_do_not_change_a_bit(form: str, law: str) -> None:
+def test_lanes_do_not_change_a_bit(form, law):
     found = cases(form, 16, 8, law)
     options = options_of(parameters(*found[0][:2]))
     tables = np.concatenate([packed(c, o) for c, o, *_ in found])
@@ -134,7 +132,7 @@ def test_lanes_do_not_change_a_bit(form: str, law: str) -> None:
 
 
 @pytest.mark.parametrize("key", ["mud.swirl", "well.inclination"])
-def test_an_option_that_is_zero_somewhere_changes_no_bit_there(key: str) -> None:
+def test_an_option_that_is_zero_somewhere_changes_no_bit_there(key):
     """A point of a sweep that begins at zero has the bits of a run without the
     option."""
     found = cases("swirl", 16, 9)
@@ -166,7 +164,7 @@ OF_KEYS = {
 
 
 @pytest.mark.parametrize("form", KEYS)
-def test_traces_follow_dop853(form: str) -> None:
+def test_traces_follow_dop853(form):
     """Half a second to a second of hits and slides, before chaos takes over."""
     text = (
         f"{KEYS[form]}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\noperation: {{rotary_speed: 5 rad/s}}\n"
@@ -182,7 +180,7 @@ def test_traces_follow_dop853(form: str) -> None:
         assert np.max(np.abs(trace[name].values - exact[i])) < 2e-7 * size[i], name
 
 
-def test_a_ramp_follows_dop853() -> None:
+def test_a_ramp_follows_dop853():
     """The set speed, with which the mud turns, goes from 3 to 9 rad/s within a
     second."""
     text = (
@@ -191,7 +189,7 @@ def test_a_ramp_follows_dop853() -> None:
     )
     trace = nsdrill.simulate(parse_study(text), sample=0.05)
 
-    def rate(t: float, state: np.ndarray) -> np.ndarray:
+    def rate(t, state):
         return derivative(Case(speed=3.0 + 6.0 * t), OF_KEYS["all"], 0.0, state, phase=3.0 * t + 3.0 * t * t)
 
     start = [trace[name].values[0] for name in STATES]
@@ -202,11 +200,11 @@ def test_a_ramp_follows_dop853() -> None:
 
 
 def state_of(trace: object) -> dict[str, np.ndarray]:
-    return {name: values.values for name, values in trace.data_vars.items()}  # type: ignore[attr-defined]
+    return {name: values.values for name, values in trace.data_vars.items()}
 
 
 @pytest.mark.parametrize("form", KEYS)
-def test_energy_balances_along_a_trajectory(form: str) -> None:
+def test_energy_balances_along_a_trajectory(form):
     """To 1e-6 of the work that goes through, in 5 s of hits."""
     text = f"{KEYS[form]}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\nsimulation: {{rtol: 1.0e-9}}"
     study = parse_study(text)
@@ -220,7 +218,7 @@ def test_energy_balances_along_a_trajectory(form: str) -> None:
     assert np.any(trace["wall_force"].values > 0.0)
 
 
-def test_energy_is_kept_with_gravity_and_wall_impacts() -> None:
+def test_energy_is_kept_with_gravity_and_wall_impacts():
     """All losses and drives off, 80 hits in 20 s: to 3e-5 J, of which each hit has its
     random part."""
     text = """
@@ -242,7 +240,7 @@ simulation: {rtol: 1.0e-13}
 
 
 @pytest.mark.parametrize("form", ["swirl", "weight", "both"])
-def test_the_deviation_is_the_derivative_of_the_motion(form: str) -> None:
+def test_the_deviation_is_the_derivative_of_the_motion(form):
     """Against two neighbouring runs, with hits on the wall. At looser tolerances the error
     of the motion itself is amplified, to 1e-3 at 1e-8."""
     keys = {"swirl": {"mud.swirl": 0.5}, "weight": {"well.inclination": 0.7}}
@@ -259,7 +257,7 @@ WIDE = "stabilizer: {clearance: 25.4 mm}"
 
 
 @pytest.mark.parametrize("keys", [WIDE, KEYS["weight"], f"{WIDE}\nwell: {{inclination: 10 deg}}"])
-def test_features_are_those_of_the_trace(keys: str) -> None:
+def test_features_are_those_of_the_trace(keys):
     """Contact with the stabilisers, grazes included, and the mean position, from a
     dense trace of the same run; with the same bits on every number of lanes."""
     text = f"{keys}\nsimulation: {{transient: 5 s, observe: 20 s, rtol: 1.0e-8}}\noperation: {{rotary_speed: 2 rad/s}}"
@@ -282,7 +280,7 @@ def test_features_are_those_of_the_trace(keys: str) -> None:
     assert same_bits(found, run_work(work, lanes=1))
 
 
-def test_points_of_a_sweep_have_the_bits_of_runs_of_their_own() -> None:
+def test_points_of_a_sweep_have_the_bits_of_runs_of_their_own():
     """Also those at which the option is off."""
     short = Simulation(transient=2.0, observe=5.0)
     work = work_for(Case(speed=5.0), short, **{"well.inclination": [0.0, 0.4, 1.2], "mud.swirl": [0.0, 0.5]})

@@ -2,8 +2,6 @@
 and numbers that other code found beforehand from the same equations. It is the whirl
 model, at constant bit speed, with constant softening."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -48,7 +46,7 @@ def features(study: Study) -> dict[str, float]:
     }
 
 
-def test_the_span_is_that_of_the_known_answers() -> None:
+def test_the_span_is_that_of_the_known_answers():
     study = whirl()
     k = derive(study.parameters, 5000.0, 22.24e3, 3.0)
     assert (k.m_c, k.m_f, k.gap, k.collar_radius) == pytest.approx((M_C, M_F, GAP, COLLAR), rel=1e-6)
@@ -59,11 +57,11 @@ def test_the_span_is_that_of_the_known_answers() -> None:
 
 
 @pytest.mark.parametrize(("speed", "radius"), [(2.0, 0.922591), (4.0, 4.850302), (5.0, 9.916199)])
-def test_synchronous_whirl_in_mud_that_turns(speed: float, radius: float) -> None:
+def test_synchronous_whirl_in_mud_that_turns(speed, radius):
     """((k_r - M) r)^2 + (c_h (W - s)^2 r^2)^2 = (m_e e0 W^2)^2, M = m_c W^2 + m_f (W -
     s)^2, s = W/2."""
 
-    def excess(r: float) -> float:
+    def excess(r):
         left = (HELD - M_C * speed**2 - M_F * (speed / 2) ** 2) * r, C_H * (speed / 2) ** 2 * r * r
         return math.hypot(*left) - M_C * 0.0127 * speed**2
 
@@ -77,7 +75,7 @@ def test_synchronous_whirl_in_mud_that_turns(speed: float, radius: float) -> Non
 @pytest.mark.parametrize(
     ("wob", "critical", "own"), [(0, 7.4805, 15.6722), (22.24, 7.3606, 15.4210), (66.72, 7.1147, 14.9058)]
 )
-def test_critical_speeds_in_mud_that_turns(wob: float, critical: float, own: float) -> None:
+def test_critical_speeds_in_mud_that_turns(wob, critical, own):
     study = whirl(wob=wob, swirl=0.5)
     found = derived_quantities(study.parameters, study.operation)
     assert found["critical_speed"].value == pytest.approx(critical, abs=6e-5)
@@ -85,7 +83,7 @@ def test_critical_speeds_in_mud_that_turns(wob: float, critical: float, own: flo
 
 
 @pytest.mark.parametrize(("speed", "radius"), [(14.0, 18.8297), (15.0, 19.8863), (16.0, 20.2303), (17.0, 21.9645)])
-def test_mud_that_turns_drives_whirl_by_itself(speed: float, radius: float) -> None:
+def test_mud_that_turns_drives_whirl_by_itself(speed, radius):
     """On the forward mode nu of m_c nu^2 + m_f (nu - s)^2 = k_r: 1/r = 1/r0 + kappa t,
     from 20 mm after 200 s."""
     s = speed / 2
@@ -126,7 +124,7 @@ def roots(speed: float, clearance: float) -> list[float]:
         (25.4, 9.0, [9.141]),
     ],
 )
-def test_synchronous_whirl_on_stabilisers_with_room(clearance: float, speed: float, radii: list[float]) -> None:
+def test_synchronous_whirl_on_stabilisers_with_room(clearance, speed, radii):
     """With k_r max(r - s0, 0) for k_r r; 9.141 mm is m_e e0/m_l, where it turns about
     its mass centre."""
     assert [1e3 * r for r in roots(speed, clearance * 1e-3)] == pytest.approx(radii, abs=6e-4)
@@ -136,14 +134,14 @@ FRICTIONLESS = "stabilizer: {{clearance: {} mm, friction: {{static: 0, dynamic: 
 
 
 @pytest.mark.parametrize(("clearance", "speed", "radius"), [(3.0, 9.0, 16.018), (12.7, 3.0, 18.517)])
-def test_where_synchronous_whirl_on_stabilisers_settles(clearance: float, speed: float, radius: float) -> None:
+def test_where_synchronous_whirl_on_stabilisers_settles(clearance, speed, radius):
     found = features(whirl(FRICTIONLESS.format(clearance), speed=speed, transient=2000))
     assert 1e3 * found["radius_mean"] == pytest.approx(radius, rel=2e-3)
     assert found["whirl_ratio"] == pytest.approx(1.0, abs=1e-3)
     assert (found["stabilizer_contact_fraction"], found["wall_contact_fraction"]) == (1.0, 0.0)
 
 
-def test_above_the_critical_speed_synchronous_whirl_needs_little_room() -> None:
+def test_above_the_critical_speed_synchronous_whirl_needs_little_room():
     """Less than m_e e0 W^2/M, 9.14 mm: with 3 mm it is there, with 12.7 and 25.4 mm the
     motion is irregular."""
     ratio = {room: features(whirl(FRICTIONLESS.format(room), speed=9.0))["whirl_ratio"] for room in (3.0, 12.7, 25.4)}
@@ -158,14 +156,14 @@ RUBBING = (
 
 
 @pytest.mark.parametrize(("mu", "radius", "rate"), [(0.02, 54.681, 4.7869), (0.01, 27.341, 1.743)])
-def test_friction_of_stabilisers_drives_backward_whirl(mu: float, radius: float, rate: float) -> None:
+def test_friction_of_stabilisers_drives_backward_whirl(mu, radius, rate):
     """Slipping, r = f m_l/c_h and nu = sqrt(k_r (r - s0)/(m_l r)); the smoothed law
     takes f at the slip there."""
     sharp = mu * M_L / C_H
     assert 1e3 * sharp == pytest.approx(radius, abs=1e-3)
     assert math.sqrt(HELD * (sharp - 0.0254) / (M_L * sharp)) == pytest.approx(rate, abs=1e-3)
 
-    def balance(r: float) -> float:
+    def balance(r):
         nu = math.sqrt(HELD * (r - 0.0254) / (M_L * r))
         slip = 6.0 * (0.1905 - 0.0254) - nu * 0.0254
         return r - mu * 2 / math.pi * math.atan(500 * slip) * M_L / C_H
@@ -180,7 +178,7 @@ def test_friction_of_stabilisers_drives_backward_whirl(mu: float, radius: float,
         assert (1e3 * smooth, nu) == pytest.approx((54.6012, 4.78386), abs=2e-3)
 
 
-def test_stabilisers_roll_at_low_speed() -> None:
+def test_stabilisers_roll_at_low_speed():
     """nu = W R_s/s0 and r = k_r s0/(k_r - m_l nu^2): 3.250 rad/s and 33.72 mm; the
     smoothed law creeps to 3.2346 and 33.62 mm."""
     nu = 0.5 * 0.1651 / 0.0254
@@ -190,7 +188,7 @@ def test_stabilisers_roll_at_low_speed() -> None:
     assert (1e3 * found["radius_mean"], found["whirl_speed_mean"]) == pytest.approx((33.62, -3.2346), abs=2e-2)
 
 
-def test_contained_whirl_on_stabilisers_needs_little_friction() -> None:
+def test_contained_whirl_on_stabilisers_needs_little_friction():
     """Above mu = c_h c0/m_l, 0.02787, it ends on the wall."""
     sharp = C_H * GAP / M_L
     assert sharp == pytest.approx(0.02787, abs=1e-5)
@@ -199,7 +197,7 @@ def test_contained_whirl_on_stabilisers_needs_little_friction() -> None:
 
 
 @pytest.mark.parametrize(("speed", "rolls"), [(5.0, True), (4.0, False)])
-def test_where_rolling_on_the_wall_is_lost(speed: float, rolls: bool) -> None:
+def test_where_rolling_on_the_wall_is_lost(speed, rolls):
     """Whirl over bit speed -R_c/r, -1.489 within the wall; lost below (c0/R_c)
     sqrt(k_r/(m_l - c_h c0/mu)), 4.58 rad/s with mu = 0.3."""
     assert GAP / COLLAR * math.sqrt(HELD / (M_L - C_H * GAP / 0.3)) == pytest.approx(4.58, abs=5e-3)
@@ -215,7 +213,7 @@ def test_where_rolling_on_the_wall_is_lost(speed: float, rolls: bool) -> None:
 # The inclined hole
 
 
-def test_weight_of_the_span() -> None:
+def test_weight_of_the_span():
     """F_g = 28652 sin a N, buoyed, and W_g = 35420 sin a N of the steel."""
     assert weights(whirl("well: {inclination: 90 deg}").parameters) == pytest.approx((28652, 35420), abs=0.6)
     across, steel = weights(whirl("well: {inclination: 30 deg}").parameters)
@@ -227,7 +225,7 @@ NO_FRICTION = "{static: 0, dynamic: 0}"
 
 
 @pytest.mark.parametrize(("inclination", "sag"), [(5, 15.8482), (15, 47.0632)])
-def test_sag(inclination: float, sag: float) -> None:
+def test_sag(inclination, sag):
     """F_g/k_r, where the collar stays; 0.4 % from 5/384 w l^4/(E I), of the exact
     shape."""
     study = whirl(INCLINED.format(inclination, NO_FRICTION, 0, -sag), offset=0, wob=66.72)
@@ -240,7 +238,7 @@ def test_sag(inclination: float, sag: float) -> None:
 
 
 @pytest.mark.parametrize(("wob", "least"), [(66.72, 24.8), (0.0, 27.6)])
-def test_from_where_the_weight_lays_the_collar_on_the_wall(wob: float, least: float) -> None:
+def test_from_where_the_weight_lays_the_collar_on_the_wall(wob, least):
     for inclination, lies in ((least - 0.1, False), (least + 0.1, True)):
         study = whirl(INCLINED.format(inclination, NO_FRICTION, 0, -76.2), offset=0, wob=wob, transient=100)
         assert (features(study)["wall_contact_fraction"] > 0.0) is lies
@@ -251,7 +249,7 @@ def test_from_where_the_weight_lays_the_collar_on_the_wall(wob: float, least: fl
     assert math.sin(found) == pytest.approx(math.sin(math.radians(least)) * (1 - 0.0254 / GAP), rel=2e-3)
 
 
-def test_the_collar_on_the_wall() -> None:
+def test_the_collar_on_the_wall():
     study = whirl(INCLINED.format(30, NO_FRICTION, 0, -76.2922), offset=0, wob=66.72)
     trace = nsdrill.simulate(study, duration=10.0, sample=0.1)
     assert 1e3 * trace["radius"].values == pytest.approx(76.2922, abs=1e-4)
@@ -273,7 +271,7 @@ def climbed(study: Study) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize(("inclination", "angle"), [(30, 2.7367), (60, 8.6233), (90, 9.6897)])
-def test_a_turning_collar_climbs_against_the_drive_and_swings(inclination: float, angle: float) -> None:
+def test_a_turning_collar_climbs_against_the_drive_and_swings(inclination, angle):
     """To b towards -x with friction that does not fall; small swings at sqrt(F_g (cos b
     + f sin b)/(m_l r)), as the normal force and with it the friction falls with b."""
     friction = "{static: 0.3, dynamic: 0.3}"
@@ -293,7 +291,7 @@ def test_a_turning_collar_climbs_against_the_drive_and_swings(inclination: float
     assert 2 * math.pi / np.mean(periods) == pytest.approx(swing, rel=1e-3)
 
 
-def test_falling_friction_makes_the_collar_snake() -> None:
+def test_falling_friction_makes_the_collar_snake():
     """At 30 degrees from -3.95 to 10.17 degrees: as a bead on a rigid wall by DOP853.
     The linear balance of falling friction and quadratic drag, (3 pi/8) N |f'|/c_h, has
     6.67 degrees to either side."""
@@ -304,7 +302,7 @@ def test_falling_friction_makes_the_collar_snake() -> None:
     across, held = (weights(study.parameters)[0], lateral_stiffness(study.parameters, study.operation, k))
     r = 0.0762922
 
-    def bead(t: float, state: list[float]) -> list[float]:
+    def bead(t, state):
         b, rate = state
         normal = max(across * math.cos(b) + M_L * r * rate**2 - held * r, 0.0)
         slip = 3.0 * COLLAR - r * rate

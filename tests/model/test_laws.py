@@ -1,8 +1,6 @@
 """Friction laws of the bit: the compiled equations against numpy, closed forms and
 bifurcations of torsion."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import get_args
 
@@ -40,7 +38,7 @@ def lawful(rng: np.random.Generator, law: str) -> Case:
 
 
 @pytest.mark.parametrize("law", OTHERS)
-def test_derivatives_equal_the_reference(law: str) -> None:
+def test_derivatives_equal_the_reference(law):
     """At 200 random states of as many random strings, on one lane and on eight."""
     rng = np.random.default_rng(11)
     cases = [lawful(rng, law).but(wall_law="linear") for _ in range(200)]
@@ -61,12 +59,12 @@ def test_derivatives_equal_the_reference(law: str) -> None:
         assert np.all(np.abs(mine - exact) <= 1e-11 * (size + np.array([0, lateral, 0, lateral, 0, 1e-3, 0, lateral])))
 
 
-def test_every_law_has_its_word() -> None:
+def test_every_law_has_its_word():
     assert get_args(LawOfBit) == tuple(LAWS)
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_the_array_form_is_odd_and_falls_as_it_says(law: str) -> None:
+def test_the_array_form_is_odd_and_falls_as_it_says(law):
     parameters = parameters_of(Case(bit_law=law, bit_smoothing=1e9))
     k = derive(parameters, 5000.0, 22.24e3, 3.0)
     speed = np.array([0.05, 0.3, 0.9, 1.4, 3.0, 20.0])
@@ -82,7 +80,7 @@ def test_the_array_form_is_odd_and_falls_as_it_says(law: str) -> None:
 
 
 @pytest.mark.parametrize("law", OTHERS)
-def test_energy_changes_by_the_powers(law: str) -> None:
+def test_energy_changes_by_the_powers(law):
     rng = np.random.default_rng(5)
     case = Case(bit_law=law, wob=40e3)
     parameters, operation = parameters_of(case), operation_of(case)
@@ -91,7 +89,7 @@ def test_energy_changes_by_the_powers(law: str) -> None:
         time = np.array([rng.uniform(0, 5)])
         rate = slopes(1, False, pack(parameters, *_point(case)), time, state[None], friction=list(LAWS).index(law))[0]
 
-        def named(states: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:
+        def named(states, times):
             return {**dict(zip(STATES, states.T, strict=True)), "drive_angle": case.speed * times}
 
         h = 1e-6
@@ -107,7 +105,7 @@ def _point(case: Case) -> tuple[float, float, float]:
 
 
 @pytest.mark.parametrize("law", OTHERS)
-def test_a_trace_equals_scipy(law: str) -> None:
+def test_a_trace_equals_scipy(law):
     """Every state and the bit torque for 3 s, against DOP853 with the equations in
     plain Python."""
     case = Case(depth=2000.0, wob=40e3, speed=1.0, bit_smoothing=20.0, bit_law=law)
@@ -133,7 +131,7 @@ def test_a_trace_equals_scipy(law: str) -> None:
 
 
 @pytest.mark.parametrize("law", OTHERS)
-def test_lanes_and_exponent_change_no_bit_and_torque_tops_are_those_of_the_trace(law: str) -> None:
+def test_lanes_and_exponent_change_no_bit_and_torque_tops_are_those_of_the_trace(law):
     case = Case(wob=40e3, bit_law=law)
     work = work_for(case, Simulation(transient=5.0, observe=15.0, rtol=1e-8), rotary_speed=np.linspace(1.0, 8.0, 5))
     kept = run_work(work, lanes=8)
@@ -154,7 +152,7 @@ def test_lanes_and_exponent_change_no_bit_and_torque_tops_are_those_of_the_trace
 
 
 @pytest.mark.parametrize("law", OTHERS)
-def test_the_deviation_is_the_derivative_of_the_motion(law: str) -> None:
+def test_the_deviation_is_the_derivative_of_the_motion(law):
     """Against two neighbouring runs, over some seconds in which the bit sticks and
     slips."""
     simulation = Simulation(transient=0.0, observe=6.0, rtol=1e-8)
@@ -215,7 +213,7 @@ def sharp_cycle(case: tuple[float, ...]) -> tuple[float, ...]:
         def ends(t: float, y: np.ndarray, level: float = level, phase: int = phase) -> float:
             return y[1] - level if t > 1e-6 else 1.0 if phase else -1.0
 
-        ends.terminal, ends.direction = True, -1 if phase else 1  # type: ignore[attr-defined]
+        ends.terminal, ends.direction = True, -1 if phase else 1
         found = solve_ivp(rate, (0, 50), state, "DOP853", events=ends, rtol=1e-11, atol=1e-12, dense_output=True)
         times.append(found.t[-1])
         peak = max(peak, found.sol(np.linspace(0, found.t[-1], 20001))[1].max())
@@ -242,7 +240,7 @@ def smoothed(case: tuple[float, ...], smoothing: float) -> nsdrill.study.Study:
 
 
 @pytest.mark.parametrize(("case", "known"), CYCLES)
-def test_the_cycle_of_the_linear_law(case: tuple[float, ...], known: tuple[float, ...]) -> None:
+def test_the_cycle_of_the_linear_law(case, known):
     """The exact cycle, and the smoothed law that tends to it as its smoothing grows."""
     exact = sharp_cycle(case)
     assert exact == pytest.approx(known, abs=2e-5)
@@ -252,7 +250,7 @@ def test_the_cycle_of_the_linear_law(case: tuple[float, ...], known: tuple[float
     assert found["bit_torque_max"] == pytest.approx(case[1], rel=2e-2)
 
 
-def test_smoothing_takes_the_peak_off_the_linear_law() -> None:
+def test_smoothing_takes_the_peak_off_the_linear_law():
     """Peaks computed beforehand by other code; with a fall within 0.1 rad/s the cycle
     is lost, and check warns."""
     row = CYCLES[0][0]
@@ -275,7 +273,7 @@ def test_smoothing_takes_the_peak_off_the_linear_law() -> None:
         ("law: rational", 135, 9.986),
     ],
 )
-def test_onset_of_stick_slip(friction: str, wob: float, known: float) -> None:
+def test_onset_of_stick_slip(friction, wob, known):
     """Computed beforehand by other code, without smoothing; whatever the depth."""
     for depth in (1000, 5000, 8000):
         study = torsion(friction=friction, wob=wob, speed=3, depth=depth, zeta=1 if "hyper" in friction else 0)
@@ -284,7 +282,7 @@ def test_onset_of_stick_slip(friction: str, wob: float, known: float) -> None:
 
 
 @pytest.mark.parametrize("wob", [22.24, 66.72])
-def test_the_averaged_fold_has_a_closed_form_without_smoothing(wob: float) -> None:
+def test_the_averaged_fold_has_a_closed_form_without_smoothing(wob):
     """c tau Omega^2 / 2 = (T_s - T_d) ((1 + tau Omega) / sqrt(1 + 2 tau Omega) - 1), by
     averages over v = Omega (1 + cos theta)."""
     study = torsion(wob=wob, speed=3, depth=5000, zeta=1, friction="law: hyperbolic, smoothing: 1.0e+8 s/rad")
@@ -292,7 +290,7 @@ def test_the_averaged_fold_has_a_closed_form_without_smoothing(wob: float) -> No
     law, k = study.parameters.bit.friction, derive(study.parameters, 5000.0, wob * 1e3, 3.0)
     fallen = wob * 1e3 * 2 / 3 * float(k.bit_radius) * (law.static - law.dynamic)
 
-    def surplus(speed: float) -> float:
+    def surplus(speed):
         through = law.decay * speed
         return 50.0 * law.decay * speed**2 / 2 - fallen * ((1 + through) / np.sqrt(1 + 2 * through) - 1)
 
@@ -311,7 +309,7 @@ def test_the_averaged_fold_has_a_closed_form_without_smoothing(wob: float) -> No
         ("lqr", 66.72, 2.70),
     ],
 )
-def test_the_averaged_fold_is_near_that_of_runs(drive: str, wob: float, fold: float) -> None:
+def test_the_averaged_fold_is_near_that_of_runs(drive, wob, fold):
     """Where stick-slip of the torsional model ended, from a stuck start, up in small
     steps, by other code."""
     study = parse_study(
@@ -337,7 +335,7 @@ def test_the_averaged_fold_is_near_that_of_runs(drive: str, wob: float, fold: fl
         ("kind: z_torque", 66.72, 4.445),
     ],
 )
-def test_the_averaged_fold_is_too_low_by_what_its_description_says(drive: str, wob: float, fold: float) -> None:
+def test_the_averaged_fold_is_too_low_by_what_its_description_says(drive, wob, fold):
     """Folds by continuation, of docs/drives.md."""
     study = parse_study(
         f"modes: {{axial: frozen, lateral: frozen}}\noperation: {{wob: {wob} kN, rotary_speed: 3 "
@@ -349,7 +347,7 @@ def test_the_averaged_fold_is_too_low_by_what_its_description_says(drive: str, w
 
 
 @pytest.mark.parametrize("law", OTHERS)
-def test_steady_drilling_loses_its_stability_at_the_onset(law: str) -> None:
+def test_steady_drilling_loses_its_stability_at_the_onset(law):
     """A small swing about steady drilling grows below the onset of linear theory and
     dies out above it."""
     smoothing = "" if law == "rational" else ", smoothing: 100000 s/rad"
@@ -367,7 +365,7 @@ def test_steady_drilling_loses_its_stability_at_the_onset(law: str) -> None:
         assert (swing[1] > swing[0]) is grows
 
 
-def test_peaks_of_the_rational_law() -> None:
+def test_peaks_of_the_rational_law():
     """The greatest torque stands at 0.542 rad/s; computed beforehand by other code."""
     parameters = torsion(friction="law: rational", wob=22.24, speed=3).parameters
     k = derive(parameters, 5000.0, 22.24e3, 3.0)
@@ -380,14 +378,14 @@ def test_peaks_of_the_rational_law() -> None:
 
 
 @pytest.mark.parametrize(("wob", "below", "above"), [(22.24, 4.1, 4.15), (66.72, 9.55, 9.62)])
-def test_stick_slip_of_the_default_law_ends_at_its_fold(wob: float, below: float, above: float) -> None:
+def test_stick_slip_of_the_default_law_ends_at_its_fold(wob, below, above):
     """From a stuck bit: between 4.10 and 4.15, and between 9.55 and 9.62 rad/s by
     SciPy's Radau."""
     assert features(torsion(wob=wob, speed=below))["stuck_fraction"] > 0.05
     assert features(torsion(wob=wob, speed=above, transient=800))["stuck_fraction"] == 0.0
 
 
-def test_an_ensemble_winds_up_to_the_torque_at_rest() -> None:
+def test_an_ensemble_winds_up_to_the_torque_at_rest():
     """With spread 1 the twist reaches from 0 to 1.5 times that of the torque at rest,
     whatever the law."""
     for law in LAWS:
@@ -412,12 +410,12 @@ def test_an_ensemble_winds_up_to_the_torque_at_rest() -> None:
         ("bit: {friction: {law: stribeck}}", "hyperbolic, linear, exponential"),
     ],
 )
-def test_what_the_law_does_not_read_is_refused(text: str, said: str) -> None:
+def test_what_the_law_does_not_read_is_refused(text, said):
     with pytest.raises(nsdrill.StudyError, match=said):
         parse_study(text)
 
 
-def test_an_axis_over_a_number_of_a_law_has_the_bits_of_single_runs() -> None:
+def test_an_axis_over_a_number_of_a_law_has_the_bits_of_single_runs():
     text = "bit: {{friction: {{law: rational{}}}}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
     found = run_in_memory(parse_study(text.format("", "sweep: {bit.friction.b1: [1.5 s/rad, 3 s/rad]}")), workers=1)
     for i, value in enumerate((1.5, 3.0)):
@@ -426,7 +424,7 @@ def test_an_axis_over_a_number_of_a_law_has_the_bits_of_single_runs() -> None:
             assert np.ravel(found.variables[name])[i] == np.ravel(alone.variables[name])[0]
 
 
-def test_a_study_keeps_its_digest_with_the_default_law() -> None:
+def test_a_study_keeps_its_digest_with_the_default_law():
     """Keys of laws that earlier versions did not know are no part of it, and results of
     theirs are read."""
     from nsdrill.study.study import study_from_resolved

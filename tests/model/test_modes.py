@@ -1,8 +1,6 @@
 """Frozen modes: the models of one and two degrees of freedom that the literature has,
 as studies of the one model."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -42,7 +40,7 @@ def features(text: str) -> dict[str, float]:
     ("wob", "speed", "peak"),
     [(66.72, 1, 6.43), (66.72, 3, 3.10), (66.72, 5, 2.47), (66.72, 8, 2.14), (22.24, 1, 3.11), (22.24, 3, 2.15)],
 )
-def test_peaks_of_stick_slip(wob: float, speed: float, peak: float) -> None:
+def test_peaks_of_stick_slip(wob, speed, peak):
     """The greatest bit speed over the set speed, computed beforehand from the one
     equation by other code."""
     found = features(TORSION.format(wob=wob, speed=speed, twist=0, bit_speed=0, transient=300, observe=100))
@@ -52,7 +50,7 @@ def test_peaks_of_stick_slip(wob: float, speed: float, peak: float) -> None:
 
 
 @pytest.mark.parametrize(("wob", "hopf"), [(22.24, 2.036), (66.72, 3.770)])
-def test_steady_drilling_loses_its_stability_where_friction_falls_too_steeply(wob: float, hopf: float) -> None:
+def test_steady_drilling_loses_its_stability_where_friction_falls_too_steeply(wob, hopf):
     """Linear theory: the slope of the friction torque, smoothing included, is the
     torsional damping."""
     for speed, grows in ((hopf - 0.05, True), (hopf + 0.05, False)):
@@ -69,7 +67,7 @@ def test_steady_drilling_loses_its_stability_where_friction_falls_too_steeply(wo
 
 
 @pytest.mark.parametrize(("speed", "radius"), [(2.0, 0.942586e-3), (4.0, 5.459086e-3), (5.0, 12.844433e-3)])
-def test_synchronous_whirl(speed: float, radius: float) -> None:
+def test_synchronous_whirl(speed, radius):
     """The closed form of Jansen's model without swirl and clearance, drag and unbalance
     of the steel alone."""
     found = features(WHIRL.format(wob=22.24, speed=speed))
@@ -80,7 +78,7 @@ def test_synchronous_whirl(speed: float, radius: float) -> None:
 
 
 @pytest.mark.parametrize("modes", ["{axial: frozen, lateral: frozen}", "{axial: frozen}", "{lateral: frozen}"])
-def test_energy_balance(modes: str) -> None:
+def test_energy_balance(modes):
     study = parse_study(
         f"modes: {modes}\noperation: {{wob: 66.72 kN, rotary_speed: 2 rad/s}}\nsimulation: {{rtol: 1.0e-9}}"
     )
@@ -94,7 +92,7 @@ def test_energy_balance(modes: str) -> None:
     assert np.max(np.abs(held - held[0] - work)) < 2e-4 * through
 
 
-def test_what_is_frozen_is_not_carried_from_point_to_point() -> None:
+def test_what_is_frozen_is_not_carried_from_point_to_point():
     """Each point of a chain has the set speed and the static position of its own."""
     text = (
         "modes: {axial: frozen, torsional: frozen}\nsimulation: {transient: 20 s, observe: 5 s}\n"
@@ -126,6 +124,6 @@ def test_what_is_frozen_is_not_carried_from_point_to_point() -> None:
         ("initial: {lag: 1 rad}", "the drive ideal does not read"),
     ],
 )
-def test_what_means_nothing_is_refused(text: str, said: str) -> None:
+def test_what_means_nothing_is_refused(text, said):
     with pytest.raises(nsdrill.StudyError, match=said):
         parse_study(text)

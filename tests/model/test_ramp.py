@@ -1,8 +1,6 @@
 """Runs along a ramp: against plain runs, exact solutions, the energy balance, and
 themselves with finer segments."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -37,11 +35,11 @@ def calm(depth: str = "2000 m", wob: str = "22 kN", speed: str = "4 rad/s", more
     return parse_study(CALM.format(depth=depth, wob=wob, speed=speed) + more)
 
 
-def state_of(trace) -> dict[str, np.ndarray]:  # type: ignore[no-untyped-def]
+def state_of(trace) -> dict[str, np.ndarray]:
     return {name: trace[name] for name in (*STATES, "drive_angle")}
 
 
-def test_a_ramp_that_changes_nothing_is_the_plain_run() -> None:
+def test_a_ramp_that_changes_nothing_is_the_plain_run():
     """Not to the bit: its middle knot cuts a step."""
     study = calm(speed="{ramp: [[0 s, 4 rad/s], [3 s, 4 rad/s], [5 s, 4 rad/s]]}")
     ramp = simulate(study).trace
@@ -63,7 +61,7 @@ simulation: {rtol: 1e-11}
 """
 
 
-def test_the_free_string_follows_the_drive_as_the_exact_solution_does() -> None:
+def test_the_free_string_follows_the_drive_as_the_exact_solution_does():
     """J psi'' + c psi' + k psi = -(J Omega' + c Omega) with Omega linear has a
     particular solution linear in time and free vibrations about it."""
     study = parse_study(FREE)
@@ -80,10 +78,10 @@ def test_the_free_string_follows_the_drive_as_the_exact_solution_does() -> None:
         a = -(J * slope + c * omega + c * b) / k_t
         p, q = psi - a, (rate - b + decay * (psi - a)) / w
 
-        def motion(t, a=a, b=b, p=p, q=q):  # type: ignore[no-untyped-def]
+        def motion(t, a=a, b=b, p=p, q=q):
             return a + b * t + np.exp(-decay * t) * (p * np.cos(w * t) + q * np.sin(w * t))
 
-        def speed(t, b=b, p=p, q=q):  # type: ignore[no-untyped-def]
+        def speed(t, b=b, p=p, q=q):
             return b + np.exp(-decay * t) * (
                 (-decay * p + w * q) * np.cos(w * t) + (-decay * q - w * p) * np.sin(w * t)
             )
@@ -97,7 +95,7 @@ def test_the_free_string_follows_the_drive_as_the_exact_solution_does() -> None:
     assert trace["surface_torque"] == pytest.approx(-k_t * exact, abs=1e-8 * k_t)
 
 
-def test_twist_and_drive_angle_are_continuous_and_their_sum_turns_with_the_bit() -> None:
+def test_twist_and_drive_angle_are_continuous_and_their_sum_turns_with_the_bit():
     speed = "{ramp: [[0 s, 2 rad/s], [1 s, 6 rad/s], [1.5 s, 6 rad/s], [3 s, 3 rad/s]]}"
     trace = simulate(calm(speed=speed), duration=4.0, sample=1e-3).trace
     angle = trace["twist"] + trace["drive_angle"]
@@ -112,7 +110,7 @@ def test_twist_and_drive_angle_are_continuous_and_their_sum_turns_with_the_bit()
 
 
 @pytest.mark.parametrize("softening", ["live", "static"])
-def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
+def test_the_energy_balance_holds_along_a_ramp(softening):
     """With the whole system: collar on the wall, bit in and out of the rock, speed and
     weight changing.
 
@@ -142,13 +140,13 @@ def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
     assert np.max(np.abs(e - e[0] - work)) < 2e-6 * through
 
 
-def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> None:
+def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment():
     """Against SciPy on the torsional and axial equations, quasi-static in depth."""
     study = parse_study(FREE.replace("wob: 0 N,", "wob: 0 N, depth: {ramp: [[0 s, 1000 m], [20 s, 3000 m]]},"))
     trace = simulate(study, duration=20.0, sample=0.1).trace
     speed = Ramp((0.0, 12.0, 20.0), (3.0, 9.0, 5.0))
 
-    def slope(t, y):  # type: ignore[no-untyped-def]
+    def slope(t, y):
         k = derive(study.parameters, 1000.0 + 100.0 * t, 0.0, 1.0)
         return [
             y[1] - speed.at(t),
@@ -163,7 +161,7 @@ def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> N
     assert trace["depth"][[0, 100, -1]] == pytest.approx([1000, 2000, 3000])
 
 
-def test_finer_segments_change_nothing() -> None:
+def test_finer_segments_change_nothing():
     """The depth makes every coefficient bend within a segment; the error falls with the
     square of its length."""
     study = calm(
@@ -180,7 +178,7 @@ def test_finer_segments_change_nothing() -> None:
     assert errors[1] < errors[0] / 5
 
 
-def test_a_very_slow_ramp_is_the_sweep() -> None:
+def test_a_very_slow_ramp_is_the_sweep():
     """Where nothing is hysteretic: low lobes, always in contact, towards the resonance
     of the axial motion in contact at 6 rad/s."""
     text = """
@@ -207,7 +205,7 @@ simulation: {transient: 400 s, observe: 10 s}
     assert heights[2] > 1.5 * heights[0]
 
 
-def test_the_segments() -> None:
+def test_the_segments():
     ramps = {"wob": Ramp((0.0, 10.0), (1e4, 1e4)), "rotary_speed": Ramp((0.0, 4.0, 8.0), (2.0, 4.0, 4.0))}
     schedule = Schedule(Operation(), ramps)
     cuts = schedule.cuts(20.0)
@@ -224,7 +222,7 @@ def test_the_segments() -> None:
     assert np.max(np.abs(ahead_of(table, cuts, time))) < 2e-5
 
 
-def test_the_drive_angle_is_the_integral_of_its_speed() -> None:
+def test_the_drive_angle_is_the_integral_of_its_speed():
     schedule = Schedule(Operation(), {"rotary_speed": Ramp((0.0, 4.0, 9.0), (2.0, 6.0, 1.0))})
     time = np.linspace(0, 15, 1501)
     exact = cumulative_simpson(schedule.at(time).rotary_speed, x=time, initial=0.0)
@@ -232,7 +230,7 @@ def test_the_drive_angle_is_the_integral_of_its_speed() -> None:
     assert schedule.end == 9.0
 
 
-def test_ramps_outside_the_model_are_refused() -> None:
+def test_ramps_outside_the_model_are_refused():
     for times, values in (((0.0,), (1.0,)), ((1.0, 2.0), (1.0, 2.0)), ((0.0, 0.0), (1.0, 2.0)), ((0.0, 1.0), (1.0,))):
         with pytest.raises(ValueError, match="ramp: found"):
             Ramp(times, values)
@@ -240,7 +238,7 @@ def test_ramps_outside_the_model_are_refused() -> None:
         Schedule(Operation(), {"rotary_speed": Ramp((0.0, 1.0), (1.0, 0.0))})
 
 
-def test_a_ramp_that_stops_early_gives_the_samples_it_reached() -> None:
+def test_a_ramp_that_stops_early_gives_the_samples_it_reached():
 
     limited = parse_study(
         CALM.format(depth="2000 m", wob="22 kN", speed="{ramp: [[0 s, 4 rad/s], [50 s, 8 rad/s]]}").replace(

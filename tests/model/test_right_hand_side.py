@@ -1,8 +1,6 @@
 """The compiled right-hand side against the independent reference, across lanes, and
 against plain Python."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -74,7 +72,7 @@ def points(options: dict, count: int, seed: int) -> list[tuple[Case, float, np.n
 @pytest.mark.parametrize("wall_law", ["linear", "hertz"])
 @pytest.mark.parametrize("softening", ["live", "static", "none"])
 @pytest.mark.parametrize("eccentric_mass", ["total", "steel"])
-def test_derivatives_equal_the_reference(wall_law: str, softening: str, eccentric_mass: str) -> None:
+def test_derivatives_equal_the_reference(wall_law, softening, eccentric_mass):
     """To 2e-13 of the terms summed, at 200 random states of 200 random strings, all
     contacts and, with a linear wall, lobe numbers, each of which is compiled separately."""
     options = {"wall_law": wall_law, "softening": softening, "eccentric_mass": eccentric_mass}
@@ -94,14 +92,14 @@ def test_derivatives_equal_the_reference(wall_law: str, softening: str, eccentri
     assert 0.2 < on_wall < 0.9, "and on and off the wall"
 
 
-def test_the_two_references_agree() -> None:
+def test_the_two_references_agree():
     """The 3 x 3 Lagrange system and the eliminated scalar form are one model."""
     for c, t, s in points({}, 200, 8):
         assert quick(c)(t, s) == pytest.approx(derivative(c, t, s), rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("lobes", range(1, 9))
-def test_lobed_surface_is_the_sine_of_the_multiple_angle(lobes: int) -> None:
+def test_lobed_surface_is_the_sine_of_the_multiple_angle(lobes):
     """sin(n phi) by the Chebyshev recurrence, Abramowitz & Stegun 22.3.15, and its slope
     with phi, n cos(n phi); n^2 roundings."""
     surface = lobed(lobes)
@@ -128,14 +126,14 @@ def batch(hertz: bool, count: int = 32) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 @pytest.mark.parametrize("hertz", [False, True])
-def test_one_eight_and_sixteen_lanes_give_the_same_bits(hertz: bool) -> None:
+def test_one_eight_and_sixteen_lanes_give_the_same_bits(hertz):
     case = batch(hertz)
     one = slopes(1, hertz, *case)
     assert np.array_equal(one, slopes(8, hertz, *case))
     assert np.array_equal(one, slopes(16, hertz, *case))
 
 
-def test_a_lane_does_not_feel_its_neighbours() -> None:
+def test_a_lane_does_not_feel_its_neighbours():
     table, time, states, _ = batch(False, 8)
     alone = slopes(8, False, table, time, states)
     for lane in range(8):
@@ -145,7 +143,7 @@ def test_a_lane_does_not_feel_its_neighbours() -> None:
         assert np.array_equal(slopes(8, False, spoiled_table, time, spoiled_states)[lane], alone[lane])
 
 
-def test_a_lane_on_the_verge_of_the_wall_does_not_feel_a_neighbour_on_it() -> None:
+def test_a_lane_on_the_verge_of_the_wall_does_not_feel_a_neighbour_on_it():
     """The wall is computed for all lanes once one touches: a lane within an ulp of the
     gap gets the same alone."""
     c = Case()
@@ -160,7 +158,7 @@ def test_a_lane_on_the_verge_of_the_wall_does_not_feel_a_neighbour_on_it() -> No
         assert np.array_equal(slopes(1, False, table[:1], np.zeros(1), s[None])[0], among)
 
 
-def test_only_accelerations_and_auxiliary_rows_are_written() -> None:
+def test_only_accelerations_and_auxiliary_rows_are_written():
     table, time, states, _ = batch(False, 8)
     buffer = buffer_of(table, time, states, rest=0.123)
     before = buffer.copy()
@@ -183,7 +181,7 @@ print(json.dumps(out))
 """
 
 
-def test_plain_python_computes_the_same() -> None:
+def test_plain_python_computes_the_same():
     """NUMBA_DISABLE_JIT=1, the same code interpreted: a * b + c rounds twice, so equal
     to rounding."""
     done = subprocess.run(
@@ -202,7 +200,7 @@ def test_plain_python_computes_the_same() -> None:
             assert np.all(np.abs(mine - theirs) <= 2e-13 * scale)
 
 
-def test_turning_the_lateral_plane_turns_the_accelerations() -> None:
+def test_turning_the_lateral_plane_turns_the_accelerations():
     """Isotropy: without eccentricity no direction in the plane is special."""
     rng = np.random.default_rng(11)
     for _ in range(30):
@@ -222,7 +220,7 @@ def test_turning_the_lateral_plane_turns_the_accelerations() -> None:
         assert np.array_equal(f[:, 5], np.repeat(f[0, 5], 8)), "the axial motion does not see the lateral plane"
 
 
-def test_mirror_image_of_the_rotation() -> None:
+def test_mirror_image_of_the_rotation():
     """y, twist, speed and drive reversed give the mirrored motion; flat rock, as lobes
     have another flank."""
     rng = np.random.default_rng(12)
@@ -237,14 +235,14 @@ def test_mirror_image_of_the_rotation() -> None:
             assert f[1] == pytest.approx(f[0] * flip, rel=1e-12, abs=1e-12 * np.max(np.abs(f[0])))
 
 
-def test_bit_off_the_rock_feels_neither_force_nor_torque() -> None:
+def test_bit_off_the_rock_feels_neither_force_nor_torque():
     c = Case()
     s = np.array([0.01, 0.0, 0.0, 0.0, 2e-3, 0.0, 0.0, 3.0])  # 1 mm above the highest lobe
     f = slopes(1, False, table_of(c), np.zeros(1), s[None])[0]
     assert f[5] == pytest.approx(-(c.wob + c.k_a * 2e-3) / c.m_a, rel=1e-14)
 
 
-def test_centre_of_the_hole_is_an_ordinary_point() -> None:
+def test_centre_of_the_hole_is_an_ordinary_point():
     """The polar form of the paper divides by r there."""
     c = Case()
     s = np.array([0.0, 0.0, 0.0, 0.0, -1e-4, 0.0, 0.0, 3.0])
@@ -253,7 +251,7 @@ def test_centre_of_the_hole_is_an_ordinary_point() -> None:
     assert f == pytest.approx(derivative(c, 0.0, s), rel=1e-12)
 
 
-def test_packing_many_points_is_packing_each() -> None:
+def test_packing_many_points_is_packing_each():
     c = Case()
     rng = np.random.default_rng(13)
     depth, wob, speed = (rng.uniform(300, 9000, 20), rng.uniform(0, 1e5, 20), rng.uniform(0.1, 20, 20))
@@ -262,7 +260,7 @@ def test_packing_many_points_is_packing_each() -> None:
     assert np.array_equal(many, np.array(each))
 
 
-def test_natural_sizes_and_first_steps_are_positive_everywhere() -> None:
+def test_natural_sizes_and_first_steps_are_positive_everywhere():
     rng = np.random.default_rng(14)
     for _ in range(50):
         table = table_of(random_case(rng))
@@ -270,7 +268,7 @@ def test_natural_sizes_and_first_steps_are_positive_everywhere() -> None:
         assert np.all((MAIN.first_step(table, Options()) > 0) & (MAIN.first_step(table, Options()) < 0.1))
 
 
-def test_bit_starts_where_it_rests_under_the_weight() -> None:
+def test_bit_starts_where_it_rests_under_the_weight():
     """z = -W/(k_a + k_c): theory page."""
     from nsdrill.models.christoforou_yigit.parameters import Initial
 

@@ -1,8 +1,6 @@
 """The elastic collar once more, in plain numpy and for one trajectory, written from the
 equations on its page."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any

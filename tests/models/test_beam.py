@@ -1,8 +1,6 @@
 """The elastic collar: against plain numpy, an independent integration, closed forms,
 energy and the lumped model."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -129,7 +127,7 @@ def ordered(names: tuple[str, ...], collar: Collar, s: np.ndarray) -> np.ndarray
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_the_compiled_slopes_are_those_of_the_equations(case: str) -> None:
+def test_the_compiled_slopes_are_those_of_the_equations(case):
     """At random states, most of them on the wall at some station and off it at another;
     to rounding, 1e-13 of each slope's size over the states. In one lane and in eight
     the bits are the same."""
@@ -154,7 +152,7 @@ def test_the_compiled_slopes_are_those_of_the_equations(case: str) -> None:
     assert 0.1 < touching.mean() < 0.9
 
 
-def test_a_trace_is_that_of_another_integrator() -> None:
+def test_a_trace_is_that_of_another_integrator():
     """DOP853 of the plain equations, 4 s of backward rolling at 7 rad/s that begin near
     the wall, at rtol 1e-11.
 
@@ -178,7 +176,7 @@ def test_a_trace_is_that_of_another_integrator() -> None:
     assert np.abs(expected["x_3"]).max() > 1e-5
 
 
-def test_a_ramp_of_the_speed_is_that_of_another_integrator() -> None:
+def test_a_ramp_of_the_speed_is_that_of_another_integrator():
     """From 5 to 7 rad/s in 4 s, on the wall at the start; without cutting torque, which
     does not follow the speed linearly. To 1e-7 of the gap: a ramp is made of segments,
     each with its own drive."""
@@ -201,7 +199,7 @@ def test_a_ramp_of_the_speed_is_that_of_another_integrator() -> None:
     assert np.abs(trace["twist"] - expected["twist"]).max() < 1e-6
 
 
-def test_one_mode_with_a_wall_at_mid_span_is_the_lumped_model() -> None:
+def test_one_mode_with_a_wall_at_mid_span_is_the_lumped_model():
     """With the softening torque. 10 s at 3 rad/s, rtol 1e-11: to 1e-8 of a metre and of
     a radian."""
     body = "operation: {rotary_speed: 3 rad/s}\nsimulation: {rtol: 1.0e-11}\n"
@@ -223,7 +221,7 @@ LOADED = {
 
 
 @pytest.mark.parametrize("wob", LOADED)
-def test_frequencies_under_load(wob: float) -> None:
+def test_frequencies_under_load(wob):
     """w_n = (pi/l)^2 sqrt(EI / rho A) sqrt(n^4 - n^2 P / P_cr), Ghasemloonia et al.;
     six digits of their beam."""
     of = study(PAPER)
@@ -237,7 +235,7 @@ def test_frequencies_under_load(wob: float) -> None:
     assert found == pytest.approx(bare * np.sqrt(n**4 - n**2 * wob / k.buckling_load), rel=1e-12)
 
 
-def test_static_deflection_tends_to_that_of_the_beam() -> None:
+def test_static_deflection_tends_to_that_of_the_beam():
     """1 kN at mid-span: F l^3 / (48 E I) = 10.610330 mm, the first mode 96 / pi^4 of
     it; under 150 kN times 3 (tan u - u) / u^3 with u = (pi / 2) sqrt(P / P_cr)
     (Timoshenko & Gere, Theory of Elastic Stability)."""
@@ -256,7 +254,7 @@ def test_static_deflection_tends_to_that_of_the_beam() -> None:
             assert found < limit
 
 
-def test_a_force_of_the_wall_at_the_start() -> None:
+def test_a_force_of_the_wall_at_the_start():
     """The collar stands where the wall presses it so, bent as a force there bends it:
     every mode has the same force."""
     of = study(PAPER, initial__wall_force="1 MN", operation__wob="150 kN")
@@ -271,7 +269,7 @@ def test_a_force_of_the_wall_at_the_start() -> None:
     assert trace["radius"][0] == pytest.approx(0.01 + (1e6 / 6.78e11) ** (2 / 3), rel=1e-12)
 
 
-def test_a_free_mode_rebounds_as_hertz_says() -> None:
+def test_a_free_mode_rebounds_as_hertz_says():
     """One mode that nothing bends, 2469.3 kg at 0.1 m/s: it goes (5 m v^2 / (4
     k))^(2/5) = 72.996 um deep, is in contact for 2.94321 of that over v = 2.148 ms, and
     leaves as fast as it came (Johnson, Contact Mechanics, 11.4)."""
@@ -323,7 +321,7 @@ OWN = "[{at: 0.2, gap: 60 mm}, {at: 0.5, stiffness: 40 MN/m, drag: 900 N*s^2/m^2
         ("150 kN", "cy", OWN),
     ],
 )
-def test_energy_balances_through_all_contacts(load: str, torque: str, stations: str) -> None:
+def test_energy_balances_through_all_contacts(load, torque, stations):
     """What drive and rock feed in, less what mud, walls and damping take, is what the
     collar holds: 6 s at 66.72 kN and 7 rad/s with an eccentricity of the odd modes.
     Simpson's rule over the kinks of the contacts leaves some 1e-8."""
@@ -348,7 +346,7 @@ def test_energy_balances_through_all_contacts(load: str, torque: str, stations: 
     assert np.any(trace["bit_force"] == 0)
 
 
-def test_energy_is_kept_without_losses() -> None:
+def test_energy_is_kept_without_losses():
     """The paper's collar at 150 kN, pressed into the wall by 1 MN: what it holds stays,
     to the tolerance."""
     lost = []
@@ -368,7 +366,7 @@ def test_energy_is_kept_without_losses() -> None:
     assert lost[2] < 1e-4 < lost[1] < 1e-2 < lost[0] < 1.0
 
 
-def test_synchronous_whirl_without_drag() -> None:
+def test_synchronous_whirl_without_drag():
     """x_n = q_n W^2 / (k_n / m - W^2) with the eccentricities 4 e0 / (n pi) of the odd
     modes turns with the string: the derivative of this state is what turning it makes
     of it."""
@@ -398,7 +396,7 @@ def test_synchronous_whirl_without_drag() -> None:
     assert found == pytest.approx([expected[name] for name in names], abs=1e-12)
 
 
-def test_ten_times_the_mass_is_a_tenth_of_the_wall() -> None:
+def test_ten_times_the_mass_is_a_tenth_of_the_wall():
     """The factor of the modal mass leaves the motion as it is where the wall is stiffer
     by as much."""
     one = study(
@@ -416,7 +414,7 @@ def test_ten_times_the_mass_is_a_tenth_of_the_wall() -> None:
     assert 10 * light["wall_force"] == pytest.approx(heavy["wall_force"], rel=1e-6, abs=1.0)
 
 
-def test_the_watched_place_is_the_station_nearest_to_the_middle() -> None:
+def test_the_watched_place_is_the_station_nearest_to_the_middle():
     of = study(beam__stations="[{at: 0.2}, {at: 0.45}, {at: 0.7}, {at: 0.95}]")
     trace = simulate(of, duration=1.0, sample=0.1).trace
     state = states(trace, of)

@@ -1,10 +1,7 @@
 """What is observed of the elastic collar: against the lumped model, against a sampled
 trace, and in every command."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,7 +23,7 @@ record: {peaks: 8, poincare: 4}
 
 
 @pytest.fixture(scope="module")
-def both() -> tuple[nsdrill.Dataset, nsdrill.Dataset]:
+def both():
     """The lumped model and a collar of one mode with a wall at mid-span, through wall
     contacts and bit-bounce."""
     lumped = nsdrill.run(ROLLING)
@@ -57,7 +54,7 @@ EXACT = (
 
 
 @pytest.mark.parametrize("name", EXACT)
-def test_one_mode_has_the_features_of_the_lumped_model(both: tuple[nsdrill.Dataset, ...], name: str) -> None:
+def test_one_mode_has_the_features_of_the_lumped_model(both, name):
     """To 1e-5: extremes are located on polynomials of one degree less, means are sums
     over them."""
     lumped, collar = (np.ravel(one[name]) for one in both)
@@ -65,20 +62,20 @@ def test_one_mode_has_the_features_of_the_lumped_model(both: tuple[nsdrill.Datas
 
 
 @pytest.mark.parametrize("name", ["rolling_ratio", "lateral_acceleration_rms", "axial_acceleration_rms"])
-def test_what_is_summed_from_ends_of_steps(both: tuple[nsdrill.Dataset, ...], name: str) -> None:
+def test_what_is_summed_from_ends_of_steps(both, name):
     """Trapezia over the steps, of which a contact has ten or more: to two percent."""
     lumped, collar = (np.ravel(one[name]) for one in both)
     assert collar == pytest.approx(lumped, rel=0.02, abs=1e-3)
 
 
-def test_the_torque_of_the_bit_at_its_greatest(both: tuple[nsdrill.Dataset, ...]) -> None:
+def test_the_torque_of_the_bit_at_its_greatest(both):
     """Looked at where steps end: never more than the greatest in between, and near it."""
     lumped, collar = (np.ravel(one["bit_torque_max"]) for one in both)
     assert np.all(collar <= lumped * (1 + 1e-6))
     assert np.all(collar > 0.99 * lumped)
 
 
-def test_one_mode_has_the_labels_returns_and_peaks_of_the_lumped_model(both: tuple[nsdrill.Dataset, ...]) -> None:
+def test_one_mode_has_the_labels_returns_and_peaks_of_the_lumped_model(both):
     lumped, collar = both
     for name in ("response", "whirl_kind", "stick_slip_severity", "bounce_severity", "whirl_severity"):
         assert np.array_equal(lumped[name], collar[name]), name
@@ -86,7 +83,7 @@ def test_one_mode_has_the_labels_returns_and_peaks_of_the_lumped_model(both: tup
         assert np.ravel(collar[name]) == pytest.approx(np.ravel(lumped[name]), rel=1e-4, abs=1e-6, nan_ok=True), name
 
 
-def test_features_are_those_of_the_trace() -> None:
+def test_features_are_those_of_the_trace():
     """Five modes and five walls, from near the wall at 7 rad/s: a trace with a sample
     every 50 us, 2 s."""
     study = "model: beam\ninitial: {x: 78 mm, vy: -0.8 m/s}\n"
@@ -116,9 +113,7 @@ record: {peaks: 4, poincare: 4}
 """
 
 
-def test_every_command_knows_the_collar(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_command_knows_the_collar(tmp_path, capfd, monkeypatch):
     (tmp_path / "study.yaml").write_text(STUDY)
     out, again = tmp_path / "out.h5", tmp_path / "trace.h5"
     for line in (
@@ -153,19 +148,19 @@ def test_every_command_knows_the_collar(
         ({"drive.kind": "stiff"}, "unknown key"),
     ],
 )
-def test_what_does_not_fit_together_is_told(changes: dict[str, object], words: str) -> None:
+def test_what_does_not_fit_together_is_told(changes, words):
     with pytest.raises(StudyError, match=words):
         nsdrill.check(STUDY, set=changes)
 
 
-def test_a_buckled_collar_that_its_walls_hold_is_no_fault() -> None:
+def test_a_buckled_collar_that_its_walls_hold_is_no_fault():
     """At twice the buckling load mode 1 bends away from the axis; a wall at mid-span
     holds it. With four modes at 3 MN, mode 2 would go on for ever, as that wall is at
     its node."""
     nsdrill.check(STUDY, set={"beam.stations": [{"at": 0.5}], "operation.wob": "1.4 MN"})
 
 
-def test_the_load_is_an_axis() -> None:
+def test_the_load_is_an_axis():
     """A sweep over the load has the bits of single runs with it."""
     both = nsdrill.run(STUDY, set={"sweep": {"beam.axial_load": ["0 kN", "300 kN"]}})
     for load in (0.0, 300e3):
@@ -173,7 +168,7 @@ def test_the_load_is_an_axis() -> None:
         assert np.array_equal(both.sel(beam_axial_load=load).final_state, np.squeeze(alone.final_state)), load
 
 
-def test_the_force_is_that_of_the_wall_that_presses_most() -> None:
+def test_the_force_is_that_of_the_wall_that_presses_most():
     """Walls of different gaps and stiffness: the greatest force of any is that of a
     trace."""
     study = (
@@ -195,7 +190,7 @@ def test_the_force_is_that_of_the_wall_that_presses_most() -> None:
     assert float(found.wall_contact_fraction.squeeze()) == pytest.approx(on.mean(), abs=2e-3)
 
 
-def test_the_exponent_leaves_the_motion_as_it_is() -> None:
+def test_the_exponent_leaves_the_motion_as_it_is():
     """A run has the same bits with its Lyapunov exponent measured or not."""
     plain = nsdrill.run(STUDY)
     measured = nsdrill.run(STUDY, set={"record.exponent": True})
@@ -203,7 +198,7 @@ def test_the_exponent_leaves_the_motion_as_it_is() -> None:
     assert np.all(np.isfinite(measured["lyapunov_exponent"]))
 
 
-def test_one_mode_has_the_exponent_of_the_lumped_model() -> None:
+def test_one_mode_has_the_exponent_of_the_lumped_model():
     """10 s of whirl with wall contacts, to 0.02 / s."""
     study = (
         "operation: {wob: 50 kN}\nsweep: {rotary_speed: [5.96 rad/s, 6.03 rad/s]}\n"

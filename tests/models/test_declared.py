@@ -1,18 +1,28 @@
-"""What a model declares once, and what follows from it."""
+"""What a model declares once and what follows from it; friction laws and drilling rates by
+themselves."""
 
+import math
+
+import numpy as np
 import pytest
 
+import nsdrill
+from nsdrill.equations.trace import Named
+from nsdrill.models.friction import LAWS, Numbers, values
 from nsdrill.models.leaves import Values, lane_values, lanes_of, value_of
+from nsdrill.models.numbers import drilled
 from nsdrill.models.registry import BY_NAME, NAMES, described
 from nsdrill.models.responses import RESPONSES, Thresholds
+from nsdrill.models.sections import Cutting
 from nsdrill.observe.channels import Mean, TimeAbove, measured_by
 from nsdrill.study import parse_study
 from nsdrill.study.study import digest, study_from_resolved
-from nsdrill.variables import feature
+from nsdrill.units import from_si, to_si
+from nsdrill.variables import OK, feature
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_numbers_are_lane_parameters_under_the_names_they_declare(name: str) -> None:
+def test_numbers_are_lane_parameters_under_the_names_they_declare(name):
     model = described(name)
     parameters, operation = model.parameters(), model.operation()
     dynamics, names = model.dynamics, model.dynamics.names(model.dynamics.variant(parameters)).parameters
@@ -22,7 +32,7 @@ def test_numbers_are_lane_parameters_under_the_names_they_declare(name: str) -> 
     assert lane_values(parameters) == {one: row[names.index(one)] for one in lanes_of(model.parameters)}
 
 
-def test_every_response_has_its_threshold_bounds_and_variables() -> None:
+def test_every_response_has_its_threshold_bounds_and_variables():
     assert [response.bit for response in RESPONSES.values()] == [1, 2, 4]  # as in files of every version
     for response in RESPONSES.values():
         section = getattr(Thresholds(), response.name)
@@ -33,7 +43,7 @@ def test_every_response_has_its_threshold_bounds_and_variables() -> None:
         assert {response.feature, response.graded, response.severity.name} <= set(BY_NAME)
 
 
-def test_a_record_is_measured_unless_a_feature_of_that_name_is_declared() -> None:
+def test_a_record_is_measured_unless_a_feature_of_that_name_is_declared():
     records = [
         feature("mean_a", "m", "mean of a", measure=Mean("a")),
         feature("mean_b", "m", "mean of b", measure=Mean("b")),
@@ -45,7 +55,7 @@ def test_a_record_is_measured_unless_a_feature_of_that_name_is_declared() -> Non
     assert measured_by(records, own, ("option",)) == [Mean("a", "mean_a"), TimeAbove("c", "above_c")]
 
 
-def test_a_study_from_before_a_number_keeps_its_digest() -> None:
+def test_a_study_from_before_a_number_keeps_its_digest():
     """``mud.swirl`` was not there at first; 0, its default, changes nothing."""
     now = parse_study("title: now\n")
     assert value_of(now.parameters, "mud.swirl") == 0.0
@@ -56,3 +66,68 @@ def test_a_study_from_before_a_number_keeps_its_digest() -> None:
     assert digest(swirling) != now.sha256
     with pytest.raises(Exception, match="density"):  # a number of the physics that has always been there
         study_from_resolved({**before, "mud": {"added_mass": 1.7}})
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_no_slip_falls_more_steeply_than_the_law_says(name):
+    """And one falls as steeply: a scan of the slips without smoothing."""
+    numbers = {"smoothing": 1e12, "decay": 3.0, "rise": 0.7, "dynamic": 0.2}
+    slips = np.concatenate([[1e-9], np.linspace(1e-3, 10.0, 200_001)])
+    falls = values(LAWS[name], "fall", slips, Numbers(**numbers))
+    assert np.max(falls) == pytest.approx(LAWS[name].steepest_fall(Named(**numbers)), rel=1e-6)
+
+
+RUN = {"transient": "20 s", "observe": "20 s"}
+
+
+def test_the_energy_is_that_of_the_formula_in_oilfield_units():
+    # Teale 1965 as rigs compute it: MSE [psi] = 4 W/(pi D^2) + 480 T N/(D^2 ROP); 480
+    # is 2 pi 60 12 4/pi / 12, exact.
+    wob, speed, torque, diameter = 20e3, 120.0, 5500.0, 8.5  # lbf, rpm, ft lbf, in
+    found = drilled(
+        np.array([to_si(f"{torque} ft*lbf", "N m")]),
+        to_si(f"{speed} rpm", "rad/s"),
+        Cutting(),
+        to_si(f"{wob} lbf", "N"),
+        to_si(f"{diameter / 2} in", "m"),
+    )
+    rate = from_si(found["rate_of_penetration"][0], "ft/h")
+    energy = 4 * wob / (math.pi * diameter**2) + 480 * torque * speed / (diameter**2 * rate)
+    assert from_si(found["mechanical_specific_energy"][0], "psi") == pytest.approx(energy, rel=1e-12)
+
+
+def test_the_rate_is_that_of_the_law_and_none_where_it_is_negative():
+    law = Cutting(c1=1e-8, c2=-1e-4)
+    wob = np.array([0.0, 1e3, 4e4])
+    found = drilled(np.full(3, 1e3), np.array([4.0, 4.0, 9.0]), law, wob, 0.1)
+    np.testing.assert_allclose(found["rate_of_penetration"], [0.0, 0.0, 1e-8 * 4e4 * 3.0 - 1e-4], rtol=1e-14)
+    assert np.isinf(found["mechanical_specific_energy"]).tolist() == [True, True, False]
+
+
+@pytest.mark.parametrize("model", ["christoforou_yigit", "beam", "segments"])
+def test_a_run_takes_the_power_of_its_trace(model, tmp_path):
+    study = nsdrill.load_study({"model": model, "simulation": RUN, "operation": {"rotary_speed": "110 rpm"}})
+    point = nsdrill.run(study, tmp_path / "out.h5")
+    assert point.status.item() == OK
+    trace = nsdrill.replay(tmp_path / "out.h5", sample="5 ms")
+    late = trace.sel(time=slice(20.0, None))
+    power = np.trapezoid(late.surface_torque * late.drive_speed, late.time) / 20.0
+    bit_radius = study.parameters.bit.radius if model == "segments" else study.parameters.well.diameter / 2
+    rate, wob = point.rate_of_penetration.item(), study.operation.wob
+    energy = (power + wob * rate) / (math.pi * bit_radius**2 * rate)
+    assert point.mechanical_specific_energy.item() == pytest.approx(energy, rel=0.01 if model == "segments" else 1e-4)
+
+
+def test_no_energy_is_told_of_a_string_that_is_not_twisted(tmp_path):
+    point = nsdrill.run({"modes": {"torsional": "frozen"}, "simulation": RUN}, tmp_path / "out.h5")
+    assert np.isnan(point.mechanical_specific_energy.item())
+    assert point.rate_of_penetration.item() == pytest.approx(1.35e-8 * 22.24e3 * math.sqrt(3.0) - 1.9e-4, rel=1e-12)
+
+
+def test_a_motor_at_its_limit_drills_at_the_speed_that_it_keeps(tmp_path):
+    drive = {"kind": "soft_torque", "torque_limit": "1 kN*m"}
+    point = nsdrill.run({"drive": drive, "simulation": RUN}, tmp_path / "out.h5")
+    mean = point.drive_speed_mean.item()
+    assert mean < 2.9
+    law = 1.35e-8 * 22.24e3 * math.sqrt(max(mean, 0.0)) - 1.9e-4
+    assert point.rate_of_penetration.item() == pytest.approx(max(law, 0.0), rel=1e-9)

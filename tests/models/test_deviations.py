@@ -1,16 +1,15 @@
-"""Deviations, against neighbouring runs: of the main model with stabilisers and with
-friction along the axis, of a string of segments."""
-
-from __future__ import annotations
+"""Deviations and implicit friction of several masses, against neighbouring runs and
+differences."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from deviations import followed_and_quotient
 
 import nsdrill
-from nsdrill.abi import RATES, Rows
+from nsdrill.abi import RATES
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.models.leaves import Values
@@ -53,7 +52,7 @@ IDEAL = SEGMENTS + "drive: {kind: ideal}\n"
     ],
     ids=["stabilizers", "along", "touch", "segments", "ideal"],
 )
-def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float, rtol: str, within: float) -> None:
+def test_the_deviation_is_the_derivative_of_the_motion(text, seconds, rtol, within):
     study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: {rtol}}}\n")
     followed, quotient = followed_and_quotient(work_of(prepare(study)), 1e-11)
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
@@ -62,7 +61,7 @@ def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float
 @pytest.mark.parametrize("cut", ["c2: -0.00019", "c2: 0.001", "speed: mean"])
 @pytest.mark.parametrize("drive", ["dc_motor", "soft_torque"])
 @pytest.mark.parametrize("implicit", [False, True])
-def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut: str, drive: str, implicit: bool) -> None:
+def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut, drive, implicit):
     """At random states, on the rock and off it, after the rock's side at the start of a
     step: slopes, pushes and moved velocities, against differences of fourth order."""
     study = parse_study(
@@ -83,7 +82,7 @@ def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut: str, dri
     deviation = rng.normal(size=size.shape) * size
     phase, time = rng.uniform(0.0, 6.0, lanes), rng.uniform(0.0, 3.0, lanes)
 
-    def buffer(of: Rows, states: np.ndarray) -> np.ndarray:
+    def buffer(of, states):
         b = np.zeros((of.total, lanes))
         b[of.parameter : of.parameter + of.parameters] = table.T
         b[of.phase], b[of.stage_time], b[: of.own] = phase, time, states
@@ -91,7 +90,7 @@ def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut: str, dri
             b[of.relax] = 1e-4
         return b
 
-    def slopes(shift: float) -> np.ndarray:
+    def slopes(shift):
         b = buffer(plain, state + shift * step * deviation)
         model.right_hand_side(lanes, variant)(b.ravel())
         own, push = plain.own, len(plain.pushed)
@@ -115,7 +114,7 @@ def test_the_tangent_of_segments_is_the_derivative_of_their_slopes(cut: str, dri
 
 
 @pytest.mark.parametrize("text", [STABILIZERS, SEGMENTS], ids=["stabilizers", "segments"])
-def test_a_run_has_the_same_bits_with_its_exponent(text: str) -> None:
+def test_a_run_has_the_same_bits_with_its_exponent(text):
     study = f"{text}sweep: {{wob: [40 kN, 60 kN, 90 kN]}}\nsimulation: {{transient: 0.5 s, observe: 1 s}}\n"
     plain, told = (nsdrill.run(study, set={"record.exponent": switch}) for switch in (False, True))
     for name in plain.data_vars:
@@ -124,7 +123,7 @@ def test_a_run_has_the_same_bits_with_its_exponent(text: str) -> None:
     assert from_dataset(told).variables["lyapunov_error"].shape[-1] > 0
 
 
-def test_steady_rotation_of_segments_decays_as_its_slowest_eigenvalue() -> None:
+def test_steady_rotation_of_segments_decays_as_its_slowest_eigenvalue():
     """On low lobes and without pulsation a string that begins a little slower swings
     about steady drilling and comes to rest; its deviations decay with the slowest
     eigenvalue of the string on flat rock, linear about steady drilling."""
@@ -147,7 +146,7 @@ record: {exponent: true}
     n, names = work.state_count, model.states(fixed)
     free = [i for i, name in enumerate(names) if name not in ("lag", "drive_speed", "current")]
 
-    def rates(state: np.ndarray) -> np.ndarray:
+    def rates(state):
         lanes = np.zeros((rows.total, 8))
         lanes[:n] = state[:, None]
         lanes[rows.parameter : rows.parameter + rows.parameters] = runs.parameters[0][:, None]
@@ -173,3 +172,154 @@ record: {exponent: true}
     slowest = np.linalg.eigvals(matrix).real.max()
     assert slowest < -0.01
     assert float(found.lyapunov_exponent) == pytest.approx(slowest, rel=0.05)
+
+
+W, RELAX = 8, 1e-3
+
+BEAM = "model: beam\nwell: {friction: {smoothing: EPS s/m}}\nbit: {friction: {smoothing: EPS s/rad}}"
+NINE = ", ".join(f"{{at: {place / 10}}}" for place in range(1, 10))
+STRINGS = "model: segments\nbit: {cutting: {smoothing: EPS s/rad, speed: live, c2: C2}}"
+CASES = {
+    "beam": BEAM,
+    "beam, few modes": f"{BEAM}\nbeam: {{modes: 2, stations: [{{at: 0.3}}, {{at: 0.5}}, {{at: 0.6}}], torque: cy}}",
+    "beam, nine stations": f"{BEAM}\nbeam: {{modes: 2, stations: [{NINE}]}}",
+    "beam, one station": f"{BEAM}\nbeam: {{modes: 1, stations: [{{at: 0.5}}]}}",
+    "cutting from rest": STRINGS.replace("C2", "0.001"),
+    "cutting from a speed on": STRINGS.replace("C2", "-0.00019"),
+}
+
+
+WALL = "well: {friction: {smoothing: EPS s/m}"
+MIXED = {
+    **CASES,
+    "stabilisers": f"stabilizer: {{clearance: 5 mm}}\n{WALL}}}",
+    "friction along the hole": f"{WALL}, axial_friction: true}}",
+}
+
+
+def buffer_of(text: str, implicit: bool, seed: int, relax: float = 0.0) -> Any:
+    """(buffer, rows, variant) of random states, about a half of the contacts closed."""
+    study = parse_study(text)
+    model, rng, at = study.model.dynamics, np.random.default_rng(seed), study.operation
+    variant = model.variant(study.parameters)
+    variant = model.implicit(variant) if implicit else variant
+    rows = model.rows(variant)
+    points = Values(study.parameters, study.initial, tuple(np.full(W, v) for v in (at.depth, at.wob, at.rotary_speed)))
+    table = model.pack(points, Thresholds())
+    b = np.zeros((rows.total, W))
+    b[rows.parameter : rows.parameter + rows.parameters] = table.T
+    size = model.state_scales(table, variant)
+    start = model.starts(points, 0)[:, : rows.own]
+    b[rows.stage : rows.stage + rows.own] = (start + rng.normal(size=(W, rows.own)) * size).T
+    if study.model.name != "segments":
+        b[rows.stage] += rng.choice([0.0, 0.09], W)
+    else:
+        z = model.states(variant).index("z")
+        b[rows.stage + z] -= 15.0 * size[:, z]
+    b[rows.phase], b[rows.stage_time] = 1.0, 0.3
+    if implicit:
+        b[rows.relax] = relax
+    return b, rows, model.right_hand_side(W, variant)
+
+
+def slopes_of(b: np.ndarray, rows: Any) -> np.ndarray:
+    return b[rows.acceleration : rows.acceleration + rows.slopes]
+
+
+@pytest.mark.parametrize("smoothing", ["500", "1e5"])
+@pytest.mark.parametrize("case", CASES)
+def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case, smoothing):
+    found = []
+    for implicit in (False, True):
+        b, rows, function = buffer_of(CASES[case].replace("EPS", smoothing), implicit, 3)
+        function(b.ravel())
+        found.append(slopes_of(b, rows).copy())
+    assert found[1] == pytest.approx(found[0], rel=1e-11, abs=1e-12 * np.abs(found[0]).max())
+
+
+@pytest.mark.parametrize("smoothing", ["500", "1e5"])
+@pytest.mark.parametrize("case", CASES)
+def test_the_velocities_of_a_stage_agree_with_its_loads(case, smoothing):
+    """They have moved by ``relax`` times the push, and at these velocities the ordinary
+    slopes are those found, but for what Newton's method leaves of the greatest push."""
+    text = CASES[case].replace("EPS", smoothing)
+    # The load of a bit that creeps falls with its speed, which bounds the length of a
+    # stage (``falling``).
+    relax = 0.1 * RELAX if case == "cutting from a speed on" else RELAX
+    b, rows, function = buffer_of(text, True, 5, relax)
+    free = b.copy()
+    function(b.ravel())
+    pushed = [2 * slope + 1 for slope in rows.pushed]
+    pushes = b[rows.push : rows.push + len(pushed)]
+    for push, state in zip(pushes, pushed, strict=True):
+        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + relax * push, rel=1e-12, abs=1e-13)
+    plain, ordinary, function = buffer_of(text, False, 5)
+    plain[ordinary.stage : ordinary.stage + rows.own] = b[rows.stage : rows.stage + rows.own]
+    function(plain.ravel())
+    assert np.abs(pushes).max() > 0.0
+    # The slip is as exact as the velocities; steepness amplifies what rounding leaves
+    # of it.
+    noise = 1e-15 * float(smoothing) * 10
+    assert slopes_of(b, rows) == pytest.approx(slopes_of(plain, ordinary), abs=(3e-5 + noise) * np.abs(pushes).max())
+
+
+@pytest.mark.parametrize("case", MIXED)
+def test_the_bits_of_a_lane_do_not_depend_on_its_neighbours(case):
+    """Lanes with and without contact, and each of them among copies of itself. Where
+    the bit is about to stick, the number of iterations would differ."""
+    for seed in range(20):
+        b, rows, function = buffer_of(MIXED[case].replace("EPS", "1e4"), True, seed, 100 * RELAX)
+        b[rows.stage + rows.own - 1] *= 0.1  # the bit speed, but of a string of segments
+        start = b.copy()
+        function(b.ravel())
+        places = [
+            *range(rows.stage, rows.stage + rows.own),
+            *range(rows.acceleration, rows.acceleration + rows.slopes),
+            *range(rows.push, rows.push + len(rows.pushed)),
+        ]
+        for lane in range(W):
+            alone = np.repeat(start[:, [lane]], W, axis=1)
+            function(alone.ravel())
+            np.testing.assert_array_equal(b[places, lane], alone[places, lane])
+
+
+@pytest.mark.parametrize("implicit", [False, True])
+@pytest.mark.parametrize("case", ["beam", "beam, few modes", "beam, one station"])
+def test_the_deviation_is_the_derivative(case, implicit):
+    """Of an elastic collar: moved velocities, slopes and pushes of the deviation, against
+    a difference of eighth order. That of a stage is as exact as its loads, in the worst
+    of lanes; of explicit slopes to 1e-10."""
+    text, step = CASES[case].replace("EPS", "500"), 2.0**-12
+    study = parse_study(text)
+    model = model_named("beam")
+    variant = model.variant(study.parameters)
+    variant = model.implicit(variant) if implicit else variant
+    plain, ordinary, function = buffer_of(text, implicit, 7, RELAX)
+    rows = model.rows(variant, tangent=True)
+    b, own, slopes = np.zeros((rows.total, W)), rows.own, rows.own_slopes
+    inputs = [("stage", own), ("phase", 1), ("stage_time", 1), ("parameter", rows.parameters)]
+    for name, count in [*inputs, ("relax", 1)] if implicit else inputs:
+        to, source = getattr(rows, name), getattr(ordinary, name)
+        b[to : to + count] = plain[source : source + count]
+    deviation = (
+        np.random.default_rng(3).normal(size=(own, W))
+        * model.state_scales(b[rows.parameter :][: rows.parameters].T, variant).T
+    )
+    b[rows.stage + own : rows.stage + 2 * own] = deviation
+    exact = np.zeros_like(plain)
+    for distance, weight in enumerate((4 / 5, -1 / 5, 4 / 105, -1 / 280), start=1):
+        for sign in (1.0, -1.0):
+            other = plain.copy()
+            other[ordinary.stage : ordinary.stage + own] += sign * distance * step * deviation
+            function(other.ravel())
+            exact += sign * weight / step * other
+    pushes = len(ordinary.pushed)
+    model.tangent(W, variant, 0)(b.ravel())
+    tolerance = 1e-4 if implicit else 1e-10
+    for mine, theirs in (
+        (b[rows.stage + own : rows.stage + 2 * own], exact[ordinary.stage : ordinary.stage + own]),
+        (b[rows.acceleration + slopes :][:slopes], exact[ordinary.acceleration : ordinary.acceleration + slopes]),
+        (b[rows.push + pushes :][:pushes], exact[ordinary.push : ordinary.push + pushes]),
+    ):
+        for one, two in zip(mine, theirs, strict=True):
+            assert one == pytest.approx(two, rel=tolerance, abs=tolerance * np.abs(two).max())

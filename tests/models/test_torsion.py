@@ -1,8 +1,6 @@
 """The smallest model: against an independent integration, linear theory and the main
 model; and in every command."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 from pathlib import Path
@@ -37,14 +35,14 @@ def linear(speed: float) -> np.ndarray:
     return np.array([[0.0, 1.0], [-stiffness / inertia, -(p.drillstring.damping + slope) / inertia]])
 
 
-def test_a_trace_is_that_of_another_integrator() -> None:
+def test_a_trace_is_that_of_another_integrator():
     """DOP853 of the equations in plain numpy, through sticking and slipping at 3 rad/s."""
     trace = nsdrill.simulate(STUDY, rotary_speed=3.0, duration=20.0, sample=0.1, set={"simulation.rtol": 1e-10})
     p = Parameters()
     inertia, stiffness = pipe(p.drillstring, 5000.0)
     inertia = p.drillstring.collar_inertia + inertia / 3
 
-    def slopes(t: float, y: np.ndarray) -> list[float]:
+    def slopes(t, y):
         friction = torque(p.bit, 66.72e3, y[1])
         return [y[1] - 3.0, (-stiffness * y[0] - p.drillstring.damping * y[1] - friction) / inertia]
 
@@ -56,7 +54,7 @@ def test_a_trace_is_that_of_another_integrator() -> None:
 FROZEN = {"model": "christoforou_yigit", "modes.axial": "frozen", "modes.lateral": "frozen", "bit.cutting.zeta": 0}
 
 
-def test_it_is_the_main_model_with_two_motions_frozen() -> None:
+def test_it_is_the_main_model_with_two_motions_frozen():
     """Without cutting torque; the inertia of the collars that the main model computes."""
     inertia = 7850 * math.pi / 32 * (0.2286**4 - 0.0762**4) * 200
     small = nsdrill.run(STUDY, set={"drillstring.collar_inertia": f"{inertia!r} kg*m^2", "simulation.rtol": 1e-9})
@@ -68,7 +66,7 @@ def test_it_is_the_main_model_with_two_motions_frozen() -> None:
 
 
 @pytest.mark.parametrize(("speed", "frozen"), [(6.0, False), (12.0, False), (6.0, True)])
-def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed: float, frozen: bool) -> None:
+def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed, frozen):
     """By the difference of the slopes at two states, and by the tangent of the main
     model, whose frozen states do not deviate, while the twist swings into that
     of steady drilling. (At rest the step of an explicit method grows to the edge of its
@@ -92,7 +90,7 @@ def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed: float
     assert float(found.lyapunov_exponent) == pytest.approx(expected, rel=0.1)
 
 
-def test_the_loop_between_onset_and_fold() -> None:
+def test_the_loop_between_onset_and_fold():
     """Linear theory's onset of stick-slip, where the real part of the eigenvalues
     passes zero, at 3.77 rad/s; the cycle lives on to 9.47 rad/s (both with the smoothed
     law at 5000 m and 66.72 kN)."""
@@ -106,7 +104,7 @@ def test_the_loop_between_onset_and_fold() -> None:
     assert 3.1 < down.max() < 3.8
 
 
-def test_lanes_and_workers_leave_no_trace(tmp_path: Path) -> None:
+def test_lanes_and_workers_leave_no_trace(tmp_path):
     study = {"sweep.rotary_speed": {"from": "1 rad/s", "to": "8 rad/s", "points": 9}, "sweep.procedure": "same"}
     one, two = (nsdrill.run(STUDY, set=study, workers=workers) for workers in (1, 2))
     alone = nsdrill.run(STUDY, set={"sweep.rotary_speed": "1.875 rad/s", "sweep.procedure": "same"})
@@ -115,9 +113,7 @@ def test_lanes_and_workers_leave_no_trace(tmp_path: Path) -> None:
         np.testing.assert_array_equal(one[name].isel(rotary_speed=1), alone[name], err_msg=name)
 
 
-def test_every_command_knows_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_every_command_knows_it(tmp_path, monkeypatch, capfd):
     call = partial(call_here, capfd, monkeypatch)
     monkeypatch.chdir(tmp_path)
     Path("t.yaml").write_text(STUDY)
@@ -143,7 +139,7 @@ def test_every_command_knows_it(
     assert "orbit" in call("plot", "s.h5", "--kind", "orbit", "-o", "no.png", code=2).err
 
 
-def test_starts_of_an_ensemble_are_grouped(tmp_path: Path) -> None:
+def test_starts_of_an_ensemble_are_grouped(tmp_path):
     """At 6 rad/s steady drilling and stick-slip coexist: linear theory is stable, and
     the cycle has not folded."""
     many = {
@@ -157,7 +153,7 @@ def test_starts_of_an_ensemble_are_grouped(tmp_path: Path) -> None:
     assert {one["response"] for one in point["attractors"]} == {"none", "stick_slip"}
 
 
-def test_keys_of_another_model_are_refused() -> None:
+def test_keys_of_another_model_are_refused():
     with pytest.raises(StudyError) as error:
         nsdrill.load_study("model: torsion\nwell: {diameter: 1 m}\nsweep: {bit.lobes: [1, 2]}\ninitial: {x: 1 mm}")
     text = str(error.value)
@@ -171,7 +167,7 @@ def test_keys_of_another_model_are_refused() -> None:
         assert part in text
 
 
-def test_a_ramp_is_that_of_another_integrator() -> None:
+def test_a_ramp_is_that_of_another_integrator():
     """DOP853 with speed and weight on bit that move, through stick-slip, leg by leg
     between the knots."""
     ramps = {
@@ -185,7 +181,7 @@ def test_a_ramp_is_that_of_another_integrator() -> None:
     inertia, stiffness = pipe(p.drillstring, 5000.0)
     inertia = p.drillstring.collar_inertia + inertia / 3
 
-    def slopes(t: float, y: np.ndarray) -> list[float]:
+    def slopes(t, y):
         speed, wob = 3.0 + 0.4 * min(t, 10.0), 40e3 + 1.5e3 * t
         return [y[1] - speed, (-stiffness * y[0] - p.drillstring.damping * y[1] - torque(p.bit, wob, y[1])) / inertia]
 

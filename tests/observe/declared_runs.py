@@ -1,7 +1,5 @@
 """Models made from equations, observed as declared, through the real kernel."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,8 +1,6 @@
 """Systems with published answers, run through nsdrill's own kernel: Lorenz and
 Roessler, with a deviation each."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 
@@ -13,25 +11,25 @@ from nsdrill.compiler.functions import BUFFER, compiled, inlined
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.observe.exponent import GROWTH, GROWTH_COLUMNS, growth_header, make_growth, seed_deviation
-from nsdrill.observe.interpolant import crossing, quintic, value
+from nsdrill.observe.inside import crossing, quintic, value
 
 # Three states of first order and as many tangent states; three parameters.
-ROWS = STEPPERS["tsitouras"].rows(Rows(6, 0, 3, len(GROWTH), 3, singles=3))
+ROWS = with_step(STEPPERS["tsitouras"], Rows(6, 0, 3, len(GROWTH), 3, singles=3))
 
 
 @inlined
-def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
+def cubic(g0, d0, g1, d1):
     rise = g1 - g0
     return quintic(g0, d0, 6.0 * rise - 4.0 * d0 - 2.0 * d1, g1, d1, 2.0 * d0 + 4.0 * d1 - 6.0 * rise)
 
 
-def lorenz(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def lorenz(t, phase, s, p, o):
     return {"x": p.a * (s.y - s.x), "y": s.x * (p.b - s.z) - s.y, "z": s.x * s.y - p.c * s.z}
 
 
-def roessler(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def roessler(t, phase, s, p, o):
     return {"x": -s.y - s.z, "y": s.x + p.a * s.y, "z": p.b + s.z * (s.x - p.c)}
 
 
@@ -99,7 +97,7 @@ def section_watch() -> tuple[Any, Any]:
     step_, moves_, observing_ = ROWS.step, ROWS.moves, ROWS.observing
 
     @compiled(BUFFER, BUFFER)
-    def note_sections(b, store):  # type: ignore[no-untyped-def]
+    def note_sections(b, store):
         if b[moves_] * b[observing_] == 0.0 or not (b[start_ + 1] < 0.0 <= b[end_ + 1]):
             return
         h, count = b[step_], int(store[0])
@@ -110,7 +108,7 @@ def section_watch() -> tuple[Any, Any]:
         store[0] = float(count + 1)
 
     @compiled(MARKER)
-    def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+    def mark_nothing(b, store, i, mark, report, column):
         pass
 
     return note_sections, mark_nothing

@@ -1,8 +1,6 @@
 """The features of a run as anybody would compute them: from a finely sampled solution
 by SciPy, with plain NumPy."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

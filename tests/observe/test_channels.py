@@ -1,8 +1,6 @@
 """The observer made from declarations, on models of one trajectory through the real
 kernel: against closed forms and against SciPy."""
 
-from __future__ import annotations
-
 import math
 import os
 import re
@@ -24,7 +22,7 @@ from nsdrill.compiler.language import LanguageError
 from nsdrill.equations.library import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import (
     Channel,
@@ -49,18 +47,18 @@ TWO_PI = 2.0 * math.pi
 
 
 # A harmonic oscillator, damped: x'' = -w^2 x - 2 d x'.
-def swing(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def swing(t, phase, s, p, o):
     return {"v": -p.w * p.w * s.x - 2.0 * p.d * s.v}
 
 
 SWING = Model(swing, Names(("x", "v"), ("a",), ("w", "d")))
 
 
-def energy(x, v, w):  # type: ignore[no-untyped-def]
+def energy(x, v, w):
     return 0.5 * (v * v + w * w * x * x)
 
 
-def power(x, v, a, w):  # type: ignore[no-untyped-def]
+def power(x, v, a, w):
     return v * a + w * w * x * v
 
 
@@ -107,7 +105,7 @@ def swung(lanes: int) -> Observed:
     )
 
 
-def test_an_oscillator_has_its_closed_form() -> None:
+def test_an_oscillator_has_its_closed_form():
     """x = cos w t, w = 1, 1.1, ... 3, over 10 units of 2 pi: for w = 1, 1.1, 1.2 ...
     whole periods. The integration at rtol 1e-9 over 200 periods at most leaves 1e-6 of
     energy; a cubic adds its own (h^4 / 384 x''''), 1e-6 here."""
@@ -137,7 +135,7 @@ def test_an_oscillator_has_its_closed_form() -> None:
     assert list(o) == [name for name, _ in SWINGING.named_features] + ["half_difference"]
 
 
-def test_means_and_root_mean_squares_are_those_of_any_part_of_a_period() -> None:
+def test_means_and_root_mean_squares_are_those_of_any_part_of_a_period():
     """Over a window that is no whole period: from t = 1 to 4, w = 2, at rtol 1e-11. The
     cubic's own error is of fourth order in steps of some 0.05 s: h^4 / 384 of the
     fourth derivative, 1e-8."""
@@ -153,11 +151,11 @@ def test_means_and_root_mean_squares_are_those_of_any_part_of_a_period() -> None
 
 
 @pytest.mark.parametrize("lanes", [8, 16])
-def test_the_bits_depend_on_no_lanes(lanes: int) -> None:
+def test_the_bits_depend_on_no_lanes(lanes):
     assert swung(lanes).report.tobytes() == swung(1).report.tobytes()
 
 
-def test_the_bits_depend_on_no_neighbours() -> None:
+def test_the_bits_depend_on_no_neighbours():
     order = np.random.default_rng(1).permutation(len(SPEEDS))
     mixed = observe(
         SWING,
@@ -172,7 +170,7 @@ def test_the_bits_depend_on_no_neighbours() -> None:
     assert mixed.report.tobytes() == swung(1).report.tobytes()
 
 
-def test_each_run_of_a_chain_begins_anew() -> None:
+def test_each_run_of_a_chain_begins_anew():
     """The second run measures what one by itself does that starts where the first
     ended."""
     parameters = [[2.0, 0.05], [1.5, 0.05]]
@@ -181,7 +179,7 @@ def test_each_run_of_a_chain_begins_anew() -> None:
     assert second.report[0].tobytes() == chain.report[1].tobytes()
 
 
-def test_a_feature_more_leaves_the_others_as_they_are() -> None:
+def test_a_feature_more_leaves_the_others_as_they_are():
     """And one whose channel, outputs and section are new as well."""
     more = replace(
         with_feature(SWINGING, Extremes("square of v", greatest="most", peaks="tops"), TimeAbove("square of v", "q")),
@@ -208,7 +206,7 @@ def test_a_feature_more_leaves_the_others_as_they_are() -> None:
 
 # The torsional string of one degree of freedom: its bit sticks and slips under a
 # smoothed friction torque, and the last of its runs has a periodic torque besides.
-def torsion(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def torsion(t, phase, s, p, o):
     falling = p.torque / (1.0 + 3.0 * abs(s.bit_speed)) + 0.5 * p.torque
     friction = direction(p.smoothing * s.bit_speed) * falling
     forced = p.wobble * sincos(1.7 * t)[0]
@@ -226,11 +224,11 @@ TORSION = Model(
 )
 
 
-def kinetic(inertia, bit_speed):  # type: ignore[no-untyped-def]
+def kinetic(inertia, bit_speed):
     return 0.5 * inertia * bit_speed * bit_speed
 
 
-def kinetic_rate(inertia, bit_speed, bit_acceleration):  # type: ignore[no-untyped-def]
+def kinetic_rate(inertia, bit_speed, bit_acceleration):
     return inertia * bit_speed * bit_acceleration
 
 
@@ -267,13 +265,13 @@ def turned(lanes: int) -> Observed:
 
 
 @pytest.mark.parametrize("run", range(len(STICKING)))
-def test_a_torsional_string_measures_as_scipy_samples(run: int) -> None:
+def test_a_torsional_string_measures_as_scipy_samples(run):
     """DOP853 at 1e-11, sampled 20 times a millisecond. Of the fraction of time the
     run's own error counts, as friction makes the speed creep through the level; the
     rest is 1e-6 of the speed (some 10 rad/s) or energy."""
     p = STICKING[run]
 
-    def rates(t: float, y: np.ndarray) -> list[float]:
+    def rates(t, y):
         friction = 2 / np.pi * np.arctan(p[4] * y[1]) * (p[3] / (1 + 3 * abs(y[1])) + 0.5 * p[3])
         return [y[1] - p[5], (p[7] * np.sin(1.7 * t) - p[2] * y[1] - p[1] * y[0] - friction) / p[0]]
 
@@ -305,11 +303,11 @@ def test_a_torsional_string_measures_as_scipy_samples(run: int) -> None:
 
 
 @pytest.mark.parametrize("lanes", [8, 16])
-def test_a_torsional_string_has_the_same_bits_in_any_lanes(lanes: int) -> None:
+def test_a_torsional_string_has_the_same_bits_in_any_lanes(lanes):
     assert turned(lanes).report.tobytes() == turned(1).report.tobytes()
 
 
-def rippled(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def rippled(t, phase, s, p, o):
     return {"v": -10.0 * sincos(t)[1] - 1.5 * 81.0 * sincos(9.0 * t)[1]}
 
 
@@ -325,14 +323,12 @@ def rippled(t, phase, s, p, o):  # type: ignore[no-untyped-def]
         (-20.0, 0.0, 41.0, None),  # never sticks
     ],
 )
-def test_a_bit_that_sticks_has_one_peak_a_slip(
-    stuck: float, slip: float, until: float, expected: list[float] | None, smooth: bool
-) -> None:
+def test_a_bit_that_sticks_has_one_peak_a_slip(stuck, slip, until, expected, smooth):
     """x = 10 cos t + 1.5 cos 9t from t = 1 on, whose greatest values are 11.5."""
     channel = Channel("x", "x", "v", "a", level="stuck")
     model = Model(rippled, Names(("x", "v"), ("a",), ("stuck", "slip")))
 
-    def tops(**more: Any) -> np.ndarray:
+    def tops(**more):
         extremes = Extremes("x", "high", peaks="tops", smooth=smooth, **more)
         declaration = Declaration((channel,), (extremes,))
         simulation = Simulation(1.0, until - 1.0, 1e-10)
@@ -346,12 +342,12 @@ def test_a_bit_that_sticks_has_one_peak_a_slip(
 
 
 # A state of first order that follows a sine: x' = r (sin w t - x).
-def lag(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def lag(t, phase, s, p, o):
     # sin t by its own two states would be a pair; here a parabola drives it.
     return {"x": p.r * (t * t - s.x)}
 
 
-def test_states_of_first_order_are_followed_by_a_cubic() -> None:
+def test_states_of_first_order_are_followed_by_a_cubic():
     """x' = r (t^2 - x) from x(0) = x0: x = t^2 - 2 t / r + 2 / r^2 + C exp(-r t), which
     falls and then rises."""
     names = Names(("x",), ("dx",), ("r",))
@@ -383,7 +379,7 @@ def test_states_of_first_order_are_followed_by_a_cubic() -> None:
 
 
 # A body that is thrown up, or, with a negative weight, falls up: x'' = -g.
-def throw(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def throw(t, phase, s, p, o):
     return {"v": -p.g}
 
 
@@ -393,7 +389,7 @@ ABOVE_LEVEL = Declaration((Channel("x", "x", "v", "a", level="level"),), (TimeAb
 
 @pytest.mark.parametrize("curved", [True, False])
 @pytest.mark.parametrize("weight", [2.0, -2.0])
-def test_a_visit_inside_one_step_is_found(weight: float, curved: bool) -> None:
+def test_a_visit_inside_one_step_is_found(weight, curved):
     """x = g (t - t^2 / 2) in one step of 2 s: its top, g / 2 = 1, is above the level
     0.75 for 1 s, though both ends are below; turned over, it dips below -0.75 for as
     long. The second half of the window is a step of its own."""
@@ -414,14 +410,14 @@ def test_a_visit_inside_one_step_is_found(weight: float, curved: bool) -> None:
 
 
 @pytest.mark.parametrize(("level", "share"), [(1.0 + 1e-9, 0.0), (1.0 - 1e-6, 5e-4), (-3.0, 0.75), (-9.0, 1.0)])
-def test_a_touch_is_told_from_a_visit(level: float, share: float) -> None:
+def test_a_touch_is_told_from_a_visit(level, share):
     """x = 2 t - t^2 for 4 s: its top is 1, and it is above the level for 2 sqrt(1 -
     level), from 0 on at the least."""
     o = observe(THROW, ABOVE_LEVEL, [2.0, level], [0.0, 2.0], Simulation(0.0, 4.0, 1e-3), first_step=2.0)
     assert o.found["share"] == pytest.approx([share], abs=1e-9)
 
 
-def test_a_run_that_starts_on_its_level_is_on_the_side_to_which_it_goes() -> None:
+def test_a_run_that_starts_on_its_level_is_on_the_side_to_which_it_goes():
     up, down = observe(
         THROW,
         ABOVE_LEVEL,
@@ -434,7 +430,7 @@ def test_a_run_that_starts_on_its_level_is_on_the_side_to_which_it_goes() -> Non
     assert down == pytest.approx(0.0, abs=1e-12)
 
 
-def test_the_halves_differ_where_a_motion_decays() -> None:
+def test_the_halves_differ_where_a_motion_decays():
     """x = exp(-d t) (cos q t + d / q sin q t) from t = 2 pi to 22 pi; undamped, the
     halves, five periods each, agree."""
     settled = observe(SWING, SWINGING, [[1.0, 0.0], [1.0, 0.02]], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9))
@@ -458,7 +454,7 @@ def test_the_halves_differ_where_a_motion_decays() -> None:
         assert o.found["half_difference"] == pytest.approx([difference], abs=1e-6), name
 
 
-def test_a_motion_at_rest_has_equal_halves_and_no_peaks() -> None:
+def test_a_motion_at_rest_has_equal_halves_and_no_peaks():
     o = observe(SWING, SWINGING, [2.0, 0.0], [0.0, 0.0], Simulation(1.0, 5.0, 1e-6))
     assert o.found["half_difference"].tolist() == [0.0]
     assert np.isnan(o.peaks["x_peaks"]).all()
@@ -466,13 +462,13 @@ def test_a_motion_at_rest_has_equal_halves_and_no_peaks() -> None:
     assert o.found["v_above"].tolist() == [1.0]
 
 
-def test_without_extremes_and_fractions_nothing_says_how_settled_a_run_is() -> None:
+def test_without_extremes_and_fractions_nothing_says_how_settled_a_run_is():
     declaration = replace(SWINGING, features=(Mean("x", "x_mean"),))
     o = observe(SWING, declaration, [2.0, 0.1], [1.0, 0.0], Simulation(1.0, 5.0, 1e-6))
     assert np.isnan(o.found["half_difference"]).all()
 
 
-def test_a_peak_stands_out_by_ten_tolerances() -> None:
+def test_a_peak_stands_out_by_ten_tolerances():
     """rtol 1e-6, a natural scale of 1000: the margin is 0.01 and a little more. The
     rise from the least to the greatest value is twice the amplitude; four of the maxima
     after the start are left again before 4.6 periods are over."""
@@ -484,7 +480,7 @@ def test_a_peak_stands_out_by_ten_tolerances() -> None:
     assert np.count_nonzero(~np.isnan(o.peaks["tops"]), axis=1).tolist() == [0, 4]
 
 
-def test_the_ring_has_the_last_peaks_oldest_first() -> None:
+def test_the_ring_has_the_last_peaks_oldest_first():
     """Of a damped swing each maximum is smaller than the one before by the same
     factor."""
     many, few = (
@@ -503,7 +499,7 @@ def test_the_ring_has_the_last_peaks_oldest_first() -> None:
 
 # A wheel that rocks in the frame of a drive, twist' = speed - drive, and a state of
 # first order that tells the time.
-def rock(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def rock(t, phase, s, p, o):
     return {"speed": -s.twist, "x": -0.1 * s.x}
 
 
@@ -512,7 +508,7 @@ ANGLE = Channel("angle", lambda twist, drive, phase, time: phase + drive * time 
 
 
 @pytest.mark.parametrize(("swing_of", "unique"), [(0.3, True), (2.0, False)])
-def test_the_section_notes_all_states_at_multiples_of_the_angle(swing_of: float, unique: bool) -> None:
+def test_the_section_notes_all_states_at_multiples_of_the_angle(swing_of, unique):
     """twist = A sin t, x = exp(-t / 10), angle = 0.3 + t + A sin t: for A = 0.3 it only
     rises; for A = 2 it turns back, and the first time at each multiple of 0.5
     counts."""
@@ -532,7 +528,7 @@ def test_the_section_notes_all_states_at_multiples_of_the_angle(swing_of: float,
         assert (returns[:, 1] - 1.0) ** 2 + returns[:, 0] ** 2 == pytest.approx(np.full(20, swing_of**2), abs=1e-6)
 
 
-def test_a_spacing_of_nonsense_gives_no_returns_and_an_end() -> None:
+def test_a_spacing_of_nonsense_gives_no_returns_and_an_end():
     assert np.isnan(rocked(0.3, [0.0, -0.5, np.nan], 8).returns).all()
     rocked(0.3, [1e-30] * 3, 8)  # finer than the angles that floats can tell apart
 
@@ -558,7 +554,7 @@ AUX_ROWS = Rows(2, 1, 0, 0)
 
 
 @pytest.mark.parametrize("lanes", [1, 8])
-def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -> None:
+def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes):
     declaration = Declaration(
         (Channel("twice", "twice", "rate", scale=2.0),),
         (Extremes("twice", greatest="high", least="low"), Mean("twice", "mean")),
@@ -568,7 +564,7 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
     W, stage_, slope_, aux_ = (lanes, lanes * rows.stage, lanes * rows.acceleration, lanes * rows.aux_now)
 
     @compiled(BUFFER)
-    def doubling(b):  # type: ignore[no-untyped-def]
+    def doubling(b):
         for i in packed(W):
             b[slope_ + i] = -b[stage_ + i]
             b[aux_ + i] = 2.0 * b[stage_ + i]
@@ -594,7 +590,7 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
     assert found["mean"] == pytest.approx([0.0], abs=1e-6)
 
 
-def test_equal_texts_of_other_functions_are_other_observers() -> None:
+def test_equal_texts_of_other_functions_are_other_observers():
     """Functions made by a factory have one name, one file and one code; only what they
     were made with differs."""
     for factor in (2.0, 3.0):
@@ -666,7 +662,7 @@ def wrong(_: str, channels: Any = None, features: Any = (), **more: Any) -> Decl
         (wrong("output named as a state", outputs=Outputs(("x",), lambda v: (v,))), ("row: 'x'", "twice")),
     ],
 )
-def test_a_wrong_declaration_is_told(declaration: Declaration, facts: tuple[str, ...]) -> None:
+def test_a_wrong_declaration_is_told(declaration, facts):
     names = Names(("x", "v"), ("a",), ("w", "d"), ("helper",))
     with pytest.raises(ValueError, match=re.escape(facts[0])) as caught:
         check(names, declaration)
@@ -674,7 +670,7 @@ def test_a_wrong_declaration_is_told(declaration: Declaration, facts: tuple[str,
         assert fact in str(caught.value)
 
 
-def test_a_layout_that_does_not_fit_is_told() -> None:
+def test_a_layout_that_does_not_fit_is_told():
     rows = SWING.rows(SWINGING)
     with pytest.raises(ValueError, match=r"names.parameters: found 2 names for 3 rows"):
         make_observer(1, replace(rows, parameters=3), SWING.names, SWINGING)
@@ -683,7 +679,7 @@ def test_a_layout_that_does_not_fit_is_told() -> None:
         make_observer(1, replace(rows, observed=2), SWING.names, SWINGING)
 
 
-def test_functions_that_cannot_be_compiled_are_told() -> None:
+def test_functions_that_cannot_be_compiled_are_told():
     declaration = replace(SWINGING, outputs=Outputs(("one", "two"), energy))
     observer, _ = make_observer(1, SWING.rows(declaration), SWING.names, declaration)
     with pytest.raises(LanguageError, match=r"observer: b\[.*\] = .*: one value, .* for 2 names"):
@@ -708,9 +704,9 @@ MANY = Declaration(
 
 
 @pytest.mark.parametrize("declaration", [SWINGING, TURNING, MANY], ids=["swinging", "turning", "many"])
-def test_what_happens_in_every_step_works_on_all_lanes(declaration: Declaration) -> None:
+def test_what_happens_in_every_step_works_on_all_lanes(declaration):
     model = TORSION if declaration is TURNING else SWING
-    rows = STEPPERS["tsitouras"].rows(model.rows(declaration))
+    rows = with_step(STEPPERS["tsitouras"], model.rows(declaration))
     text = text_of(make_observer(8, rows, model.names, declaration)[0])
     # What attends to the events of one lane is a function of its own.
     packed, single = packed_and_single(text.partition("i64 @entry(")[2])
@@ -731,7 +727,7 @@ def few_steps() -> list[float]:
     return [float(values[0]) for values in o.found.values()]
 
 
-def test_plain_python_measures_the_same() -> None:
+def test_plain_python_measures_the_same():
     """NUMBA_DISABLE_JIT=1, where a fused multiply-add rounds twice: some hundred
     roundings of numbers about one."""
     done = subprocess.run(

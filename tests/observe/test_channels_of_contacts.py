@@ -2,13 +2,10 @@
 quantity is above one, squares, maxima of what no polynomial follows; against closed
 forms."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -32,42 +29,42 @@ TWO_PI = 2.0 * math.pi
 
 
 # x = cos w t, y = sin w t / 2, in the one sense or the other.
-def ellipse(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def ellipse(t, phase, s, p, o):
     return {"vx": -p.w * p.w * s.x, "vy": -p.w * p.w * s.y}
 
 
 ELLIPSE = Model(ellipse, Names(("x", "vx", "y", "vy"), ("ax", "ay"), ("w", "near", "far")))
 
 
-def square(x, y):  # type: ignore[no-untyped-def]
+def square(x, y):
     return x * x + y * y
 
 
-def square_slope(x, vx, y, vy):  # type: ignore[no-untyped-def]
+def square_slope(x, vx, y, vy):
     return 2.0 * (x * vx + y * vy)
 
 
-def square_curvature(x, vx, ax, y, vy, ay):  # type: ignore[no-untyped-def]
+def square_curvature(x, vx, ax, y, vy, ay):
     return 2.0 * (vx * vx + vy * vy + x * ax + y * ay)
 
 
-def x_squared(x):  # type: ignore[no-untyped-def]
+def x_squared(x):
     return x * x
 
 
-def x_squared_slope(x, vx):  # type: ignore[no-untyped-def]
+def x_squared_slope(x, vx):
     return 2.0 * x * vx
 
 
-def product(x, y):  # type: ignore[no-untyped-def]
+def product(x, y):
     return max(x, 0.0) * y
 
 
-def product_slope(x, vx, y, vy):  # type: ignore[no-untyped-def]
+def product_slope(x, vx, y, vy):
     return vx * y + x * vy if x > 0.0 else 0.0
 
 
-def product_inside(x, vx, y, vy, near):  # type: ignore[no-untyped-def]
+def product_inside(x, vx, y, vy, near):
     slope = (vx if x > 0.0 else max(vx, 0.0)) * y + max(x, 0.0) * vy
     return max(x, 0.0) * y, slope
 
@@ -111,7 +108,7 @@ def went(lanes: int, observe_for: float = 4.0 * TWO_PI) -> Observed:
     return observe(ELLIPSE, AROUND, parameters, start, Simulation(0.0, observe_for, 1e-10), lanes, peaks=3)
 
 
-def test_an_ellipse_has_its_closed_forms() -> None:
+def test_an_ellipse_has_its_closed_forms():
     """The radius squared is (1 + 3 cos^2) / 4, above a level while |cos| is above that
     of an angle. Over whole turns, and half ones for w = 1.5."""
     o, w = went(1), np.abs(SPEEDS)
@@ -135,18 +132,18 @@ def test_an_ellipse_has_its_closed_forms() -> None:
 
 
 @pytest.mark.parametrize("duration", [0.4, 5.0, 4.0 * TWO_PI])
-def test_counted_half_revolutions_are_the_angle(duration: float) -> None:
+def test_counted_half_revolutions_are_the_angle(duration):
     o = went(8, duration).found
     assert o["counted_turning"] == pytest.approx(o["turning"], abs=1e-11)
     assert np.all(np.sign(o["turning"]) == np.sign(SPEEDS))
 
 
 @pytest.mark.parametrize("lanes", [8, 16])
-def test_the_bits_depend_on_no_lanes(lanes: int) -> None:
+def test_the_bits_depend_on_no_lanes(lanes):
     assert went(lanes).report.tobytes() == went(1).report.tobytes()
 
 
-def test_a_smooth_quantity_has_the_extremes_and_peaks_of_any() -> None:
+def test_a_smooth_quantity_has_the_extremes_and_peaks_of_any():
     plain = replace(AROUND, channels=(CHANNELS[0],), features=(Extremes("x", "x_max", "x_min", "x_peaks"),))
     parameters = np.column_stack([SPEEDS, SPEEDS, SPEEDS])
     start = np.column_stack([0 * SPEEDS + 1.0, 0 * SPEEDS, 0 * SPEEDS, 0.5 * SPEEDS])
@@ -157,7 +154,7 @@ def test_a_smooth_quantity_has_the_extremes_and_peaks_of_any() -> None:
     assert smooth.peaks["x_peaks"] == pytest.approx(o.peaks["x_peaks"], abs=1e-15)
 
 
-def throw(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+def throw(t, phase, s, p, o):
     return {"v": -p.g}
 
 
@@ -166,7 +163,7 @@ THROW = Model(throw, Names(("x", "v"), ("a",), ("g", "far")))
 
 @pytest.mark.parametrize("maxima", [True, False])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_visits_of_two_levels_inside_one_step(sign: float, maxima: bool) -> None:
+def test_visits_of_two_levels_inside_one_step(sign, maxima):
     """x = 2 t - t^2 in one step of 2 s: above 0.75 for 1 s and above 0.96 for 0.4 s,
     both about 1 s, which is the mean of the time there; turned over, below as long."""
     declaration = Declaration(
@@ -191,7 +188,7 @@ def test_visits_of_two_levels_inside_one_step(sign: float, maxima: bool) -> None
     assert o["high"] == pytest.approx([1.0 if sign > 0 else 8.0], abs=1e-12)
 
 
-def test_a_polynomial_that_does_not_follow_is_not_looked_at() -> None:
+def test_a_polynomial_that_does_not_follow_is_not_looked_at():
     """x = 2 t - t^2 in one step of 2 s: its top is left out where ``unless`` holds."""
     found = []
     for at_start, at_end in ((None, 0.0), (None, 1.0), ("far", 1.0), ("g", 1.0)):
@@ -204,11 +201,11 @@ def test_a_polynomial_that_does_not_follow_is_not_looked_at() -> None:
     assert found == [(1.0, True), (0.0, False), (1.0, True), (0.0, False)]
 
 
-def test_the_halves_are_compared_by_the_scale_that_is_given() -> None:
+def test_the_halves_are_compared_by_the_scale_that_is_given():
     """x = 2 t - t^2 over two halves of 2 s each: its means are 2/3 and -10/3."""
     channels = (Channel("x", "x", "v", "a", level=0.0, scale=1.0),)
 
-    def differing(*features: Any) -> float:
+    def differing(*features):
         o = observe(THROW, Declaration(channels, features), [2.0, 5.0], [0.0, 2.0], Simulation(0.0, 4.0, 1e-6))
         return float(o.found["half_difference"][0])
 
@@ -236,7 +233,7 @@ INSIDE = replace(X, of=("x",), inside=lambda x, v, g: (x, v))
         ((Extremes("x", least="low", maxima=True),), ("Extremes of 'x'", "'low'", "maxima")),
     ],
 )
-def test_a_wrong_feature_is_told(features: tuple[Any, ...], facts: tuple[str, ...]) -> None:
+def test_a_wrong_feature_is_told(features, facts):
     with pytest.raises(ValueError, match=re.escape(facts[0])) as caught:
         check(THROW.names, Declaration((X,), features))
     for fact in facts[1:]:
@@ -256,7 +253,7 @@ def test_a_wrong_feature_is_told(features: tuple[Any, ...], facts: tuple[str, ..
         ),
     ],
 )
-def test_a_wrong_function_inside_is_told(channel: Channel, feature: Any, facts: tuple[str, ...]) -> None:
+def test_a_wrong_function_inside_is_told(channel, feature, facts):
     with pytest.raises(ValueError, match=re.escape(facts[0])) as caught:
         check(THROW.names, Declaration((channel,), (feature,)))
     for fact in facts[1:]:

@@ -1,8 +1,6 @@
 """From made-up features to labels: each response, each kind, each bound. Bands: D,
 severity of stick-slip."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +22,7 @@ def label(thresholds: Thresholds = Thresholds(), status: int = OK, **features: f
     return {name: int(v[0]) for name, v in MAIN.classify(made, np.array([status]), thresholds, ONES).items()}
 
 
-def test_calm_drilling_has_no_response() -> None:
+def test_calm_drilling_has_no_response():
     assert label() == {
         "response": 0,
         "whirl_kind": NO_WHIRL,
@@ -46,14 +44,14 @@ def test_calm_drilling_has_no_response() -> None:
         ({"lift_off_fraction": 0.5, "stick_slip_index": 120.0, "wall_contact_fraction": 1.0}, 7),
     ],
 )
-def test_responses_add_up(features: dict[str, float], response: int) -> None:
+def test_responses_add_up(features, response):
     assert label(**features)["response"] == response
 
 
 @pytest.mark.parametrize(
     ("name", "bound"), [("lift_off_fraction", 0.01), ("stick_slip_index", 80.0), ("wall_contact_fraction", 0.01)]
 )
-def test_a_response_begins_above_its_bound(name: str, bound: float) -> None:
+def test_a_response_begins_above_its_bound(name, bound):
     assert label(**{name: bound})["response"] == 0
     assert label(**{name: float(np.nextafter(bound, 1e9))})["response"] != 0
 
@@ -64,7 +62,7 @@ def test_a_response_begins_above_its_bound(name: str, bound: float) -> None:
     ("index", "band"),
     [(0, 0), (39.9, 0), (40, 0), (40.1, 1), (60, 1), (60.1, 2), (80, 2), (80.1, 3), (100, 3), (100.1, 4), (5000, 4)],
 )
-def test_severity_bands(index: float, band: int) -> None:
+def test_severity_bands(index, band):
     assert label(stick_slip_index=index)["stick_slip_severity"] == band
 
 
@@ -72,7 +70,7 @@ def test_severity_bands(index: float, band: int) -> None:
     ("fraction", "band"),
     [(0, 0), (0.01, 0), (0.0101, 1), (0.1, 1), (0.101, 2), (0.3, 2), (0.301, 3), (0.6, 3), (0.601, 4), (1, 4)],
 )
-def test_bands_of_bit_bounce(fraction: float, band: int) -> None:
+def test_bands_of_bit_bounce(fraction, band):
     """As in the table of thresholds; with the defaults there is a grade exactly where
     there is the response."""
     found = label(lift_off_fraction=fraction)
@@ -84,14 +82,14 @@ def test_bands_of_bit_bounce(fraction: float, band: int) -> None:
     ("acceleration", "band"),
     [(0, 0), (2.5, 0), (2.51, 1), (5, 1), (5.01, 2), (7.5, 2), (7.51, 3), (10, 3), (10.1, 4), (np.inf, 4)],
 )
-def test_bands_of_whirl(acceleration: float, band: int) -> None:
+def test_bands_of_whirl(acceleration, band):
     """On the wall or not: a tool feels the acceleration either way."""
     assert label(lateral_acceleration_rms=acceleration)["whirl_severity"] == band
     on_wall = label(lateral_acceleration_rms=acceleration, wall_contact_fraction=1.0)
     assert on_wall["whirl_severity"] == max(band, 1)
 
 
-def test_no_critical_response_is_graded_none() -> None:
+def test_no_critical_response_is_graded_none():
     """Also with a response threshold below the first bound of severity; a bound above
     it stays as it is."""
     low = replace(Thresholds(), bit_bounce=BitBounce(lift_off_fraction=0.001))
@@ -103,7 +101,7 @@ def test_no_critical_response_is_graded_none() -> None:
     assert (found["response"], found["bounce_severity"]) == (0, 3)
 
 
-def test_the_bounds_of_severity_can_be_moved() -> None:
+def test_the_bounds_of_severity_can_be_moved():
     strict = replace(
         Thresholds(),
         bit_bounce=BitBounce(0.0, 0.2, 0.4, 0.6, 0.8),
@@ -114,7 +112,7 @@ def test_the_bounds_of_severity_can_be_moved() -> None:
 
 
 @pytest.mark.parametrize("index", [np.inf, np.nan])
-def test_a_bit_that_does_not_turn_sticks(index: float) -> None:
+def test_a_bit_that_does_not_turn_sticks(index):
     """(max - min)/(2 mean) with mean zero: infinite, or undefined where nothing moves
     at all."""
     found = label(stick_slip_index=index, bit_speed_mean=0.0)
@@ -141,24 +139,24 @@ def test_a_bit_that_does_not_turn_sticks(index: float) -> None:
         ({"whirl_ratio": float("nan")}, IRREGULAR),
     ],
 )
-def test_kinds_of_whirl(features: dict[str, float], kind: int) -> None:
+def test_kinds_of_whirl(features, kind):
     """On the wall all the time, but where said. Rolling: ratio within 0.1 of one, half
     of the time on the wall."""
     assert label(**{"wall_contact_fraction": 1.0, **features})["whirl_kind"] == kind
 
 
-def test_settled_up_to_the_tolerance() -> None:
+def test_settled_up_to_the_tolerance():
     assert label(half_difference=0.05)["settled"] == 1
     assert label(half_difference=0.0501)["settled"] == 0
     assert label(half_difference=float("nan"))["settled"] == 0
 
 
-def test_failed_points_have_no_labels() -> None:
+def test_failed_points_have_no_labels():
     found = label(status=DIVERGED, **dict.fromkeys(FEATURES, float("nan")))
     assert set(found.values()) == {0}
 
 
-def test_thresholds_can_be_moved() -> None:
+def test_thresholds_can_be_moved():
     strict = replace(
         Thresholds(), bit_bounce=BitBounce(0.0), stick_slip=StickSlip(stick_slip_index=20.0), whirl=Whirl(0.5)
     )
@@ -172,7 +170,7 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 
 @given(st.fixed_dictionaries(dict.fromkeys(FEATURES, anything)), st.integers(0, 4))
 @settings(max_examples=200, deadline=None)
-def test_any_features_give_labels_in_range(features: dict[str, float], status: int) -> None:
+def test_any_features_give_labels_in_range(features, status):
     found = label(status=status, **features)
     assert set(found) == set(LABELS)
     assert 0 <= found["response"] <= 7
@@ -185,7 +183,7 @@ def test_any_features_give_labels_in_range(features: dict[str, float], status: i
     assert (found["whirl_kind"] != NO_WHIRL) == bool(found["response"] & WHIRL)
 
 
-def test_labels_keep_the_shape_of_the_grid() -> None:
+def test_labels_keep_the_shape_of_the_grid():
     shape = (2, 3, 4, 5)
     made = {name: np.zeros(shape) for name in FEATURES}
     for name, values in MAIN.classify(made, np.full(shape, OK), Thresholds(), ONES).items():

@@ -1,8 +1,6 @@
 """The largest Lyapunov exponent, on systems whose exponent is published and on the
 model itself."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +15,6 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.observe.exponent import GROWTH_COLUMNS, GROWTH_HEADER, WAVES, exponent_of, growth_header, seed_deviation
 from nsdrill.observe.thresholds import Record
-from nsdrill.sweep.work import Work
 from observe.flows import exponents
 
 WITH = Record(peaks=4, poincare=12, exponent=True)
@@ -31,9 +28,7 @@ WITH = Record(peaks=4, poincare=12, exponent=True)
         (True, (0.2, 0.2, 5.7), (1.0, 1.0, 0.0), 200000.0, 0.0714, 0.001),
     ],
 )
-def test_published_exponents(
-    roessler: bool, parameters: tuple, start: tuple, observe: float, published: float, within: float
-) -> None:
+def test_published_exponents(roessler, parameters, start, observe, published, within):
     simulation = Simulation(transient=100.0, observe=observe, rtol=1e-8)
     found = exponent_of(exponents(roessler, [parameters], start, simulation), observe)
     exponent, error = found["lyapunov_exponent"][0], found["lyapunov_error"][0]
@@ -42,7 +37,7 @@ def test_published_exponents(
     assert abs(exponent - published) < 4 * error
 
 
-def test_a_limit_cycle_has_exponent_zero_and_a_fixed_point_its_eigenvalue() -> None:
+def test_a_limit_cycle_has_exponent_zero_and_a_fixed_point_its_eigenvalue():
     """Roessler at c = 2.5 has a cycle (the exponent along the flow is zero); Lorenz at
     rho = 0.5 rests at the origin, whose slowest eigenvalue is ((-(s + 1) + sqrt((s -
     1)^2 + 4 s rho)) / 2)."""
@@ -58,7 +53,7 @@ def test_a_limit_cycle_has_exponent_zero_and_a_fixed_point_its_eigenvalue() -> N
     assert rest["lyapunov_exponent"][0] == pytest.approx(slowest, rel=1e-3)
 
 
-def test_exponents_have_the_same_bits_in_every_lane() -> None:
+def test_exponents_have_the_same_bits_in_every_lane():
     parameters = [(10.0, rho, 8 / 3) for rho in (28.0, 100.0, 14.0, 24.5, 40.0, 60.0, 20.0, 0.5, 30.0)]
     simulation = Simulation(transient=5.0, observe=20.0)
     alone, packed = (exponents(False, parameters, (1.0, 2.0, 20.0), simulation, lanes) for lanes in (1, 8))
@@ -84,7 +79,7 @@ def run_one(case: Case, start: np.ndarray, simulation: Simulation, record: Recor
 # so much that its derivative is by 1e-2, where it meets the wall again and again.)
 @pytest.mark.parametrize(("rtol", "within"), [(1e-7, 4e-3), (1e-8, 2e-4)])
 @pytest.mark.parametrize("case", [BOUNCING, RUBBING], ids=["bouncing", "rubbing"])
-def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case: Case, rtol: float, within: float) -> None:
+def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case, rtol, within):
     """Against two neighbouring runs, over lift-offs or impacts on the wall."""
     distance, simulation = 1e-5, Simulation(transient=0.0, observe=3.0, rtol=rtol)
     size, start = MAIN.state_scales(table_of(case), Options())[0], start_of(case)
@@ -98,7 +93,7 @@ def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case: Ca
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
 
 
-def test_a_touch_that_begins_and_ends_within_one_step_counts() -> None:
+def test_a_touch_that_begins_and_ends_within_one_step_counts():
     """A lobe that rises 160 nm above a bit at rest for some milliseconds, against steps
     a tenth as long."""
     case, top = Case(speed=3.0, wob=0.0, eccentricity=0.005), 0.02
@@ -117,7 +112,7 @@ def test_a_touch_that_begins_and_ends_within_one_step_counts() -> None:
         (5.5, 2, (-2.71e-2, 6.98e-2, -1.49e-2, -0.1463, 4.85e-3, -4.46e-2, -5.822, 5.796, 133125.0)),
     ],
 )
-def test_the_exponent_of_a_bounce_is_that_of_its_monodromy(speed: float, revolutions: int, near: tuple) -> None:
+def test_the_exponent_of_a_bounce_is_that_of_its_monodromy(speed, revolutions, near):
     """Against another integrator, other equations of motion and another definition, at
     the default tolerance: -0.0175 and -0.0276 1/s. The next exponents are -0.0183 and
     -0.0294 1/s, so the deviation takes long to turn."""
@@ -133,14 +128,14 @@ SPEEDS = np.linspace(2.0, 7.0, 9)
 
 
 @pytest.fixture(scope="module")
-def sweep() -> Work:
+def sweep():
     return replace(
         work_for(Case(), Simulation(20.0, 20.0), rotary_speed=SPEEDS, procedure="up-down", along="rotary_speed"),
         record=WITH,
     )
 
 
-def test_the_motion_has_the_same_bits_with_its_exponent_measured_or_not(sweep: Work) -> None:
+def test_the_motion_has_the_same_bits_with_its_exponent_measured_or_not(sweep):
     plain = run_work(replace(sweep, record=replace(WITH, exponent=False)))
     watched = run_work(sweep)
     assert same_bits(
@@ -151,7 +146,7 @@ def test_the_motion_has_the_same_bits_with_its_exponent_measured_or_not(sweep: W
     assert (watched["lyapunov_error"] > 0).all()
 
 
-def test_neither_lanes_nor_a_resumed_chain_change_the_exponent(sweep: Work) -> None:
+def test_neither_lanes_nor_a_resumed_chain_change_the_exponent(sweep):
     """A chain goes on from a stored state, which holds no deviation: each run begins
     with its own."""
     from nsdrill.sweep.engine import Starts
@@ -168,14 +163,14 @@ def test_neither_lanes_nor_a_resumed_chain_change_the_exponent(sweep: Work) -> N
     assert all(rest[n][later].tobytes() == whole[n][later].tobytes() for n in whole)
 
 
-def test_a_run_that_fails_has_no_exponent() -> None:
+def test_a_run_that_fails_has_no_exponent():
     work = replace(work_for(Case(), Simulation(20.0, 20.0, max_steps=1000)), record=WITH)
     out = run_work(work)
     assert np.isnan(out["lyapunov_exponent"]).all()
     assert (out["motion"] == 0).all()
 
 
-def test_looks_make_up_the_window() -> None:
+def test_looks_make_up_the_window():
     for observe in (0.5, 20.0, 21.0, 333.0):
         interval, length = growth_header(observe)
         assert length == observe
@@ -183,7 +178,7 @@ def test_looks_make_up_the_window() -> None:
         assert round(observe / interval) * interval == pytest.approx(observe)
 
 
-def test_the_error_says_how_far_the_exponent_is_off() -> None:
+def test_the_error_says_how_far_the_exponent_is_off():
     """Lorenz from twenty starts for 200 time units each: two errors hold nine in ten,
     and they are not too large either."""
     starts = [(1.0 + 0.1 * k, 2.0, 20.0) for k in range(20)]
@@ -195,7 +190,7 @@ def test_the_error_says_how_far_the_exponent_is_off() -> None:
     assert 0.25 < np.sqrt(np.mean(off**2) / np.mean(error**2)) < 1.25
 
 
-def test_a_length_that_only_goes_up_and_down_adds_next_to_nothing() -> None:
+def test_a_length_that_only_goes_up_and_down_adds_next_to_nothing():
     """The deviation of a cycle changes its length within every turn. The plain mean
     rate over a window is then off by the change over the window's length, here 0.5 %,
     whatever part of a turn it ends with."""
@@ -206,14 +201,14 @@ def test_a_length_that_only_goes_up_and_down_adds_next_to_nothing() -> None:
         assert abs(cycle["lyapunov_exponent"][0]) < 2 * cycle["lyapunov_error"][0] < 5e-3
 
 
-def test_the_error_holds_what_the_steps_may_add() -> None:
+def test_the_error_holds_what_the_steps_may_add():
     report = np.array([[100.0, -3.0, *np.zeros(WAVES)]])
     found = exponent_of(report, 157.0, bias=2e-4)
     assert found["lyapunov_exponent"][0] == pytest.approx(-0.03)
     assert found["lyapunov_error"][0] == 2e-4
 
 
-def test_the_exponent_of_a_run_does_not_depend_on_those_that_ended_with_it() -> None:
+def test_the_exponent_of_a_run_does_not_depend_on_those_that_ended_with_it():
     """To the bit: numpy adds a single column and several columns in different orders."""
     outcome = np.random.default_rng(5).normal(size=(200, len(GROWTH_COLUMNS)))
     together = exponent_of(outcome, 100.0, 1e-5)

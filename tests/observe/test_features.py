@@ -1,8 +1,6 @@
 """What is measured during a run, against the same measured on a finely sampled SciPy
 solution, and on known motions."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -51,14 +49,14 @@ COARSE = {"radius_mean": 5e-6}
 
 
 @pytest.fixture(scope="module", params=list(WINDOWS))
-def window(request: pytest.FixtureRequest) -> tuple[str, Sampled, dict[str, np.ndarray]]:
+def window(request):
     case, start, transient, observe = WINDOWS[request.param]
     work = work_for(case, Simulation(transient, observe, rtol=1e-10), stuck_below=STUCK_BELOW)
     found = run_from(work, start[None])
     return request.param, sample(case, start, transient, observe, STUCK_BELOW, 5e-5), found
 
 
-def test_features_equal_those_of_a_sampled_scipy_solution(window: tuple) -> None:
+def test_features_equal_those_of_a_sampled_scipy_solution(window):
     """To 1e-6 of their size at rtol 1e-10: the sampling of the comparison leaves
     5e-7."""
     name, expected, found = window
@@ -73,7 +71,7 @@ def test_features_equal_those_of_a_sampled_scipy_solution(window: tuple) -> None
     assert set(expected.features()) == set(FEATURES) - {"half_difference"}
 
 
-def test_half_difference_is_the_worst_disagreement_of_the_halves(window: tuple) -> None:
+def test_half_difference_is_the_worst_disagreement_of_the_halves(window):
     """Extremes over their range (and a hundredth of the natural scale), fractions of
     time, mean speed."""
     _, expected, found = window
@@ -93,7 +91,7 @@ def test_half_difference_is_the_worst_disagreement_of_the_halves(window: tuple) 
     assert found["half_difference"][0] == pytest.approx(max(worst), rel=1e-5, abs=1e-6)
 
 
-def test_peaks_are_counted_and_measured(window: tuple) -> None:
+def test_peaks_are_counted_and_measured(window):
     """As many local maxima as the samples show, equal to 1e-7 of the motion's size."""
     _, expected, found = window
     state_scales = {
@@ -108,7 +106,7 @@ def test_peaks_are_counted_and_measured(window: tuple) -> None:
         assert mine == pytest.approx(peaks[-32:], abs=1e-6 * state_scales[name], rel=1e-6), name
 
 
-def test_the_windows_show_all_responses() -> None:
+def test_the_windows_show_all_responses():
     """So that the comparison above means something."""
     seen = {name: sample(c, s, t, o, STUCK_BELOW, 1e-3).features() for name, (c, s, t, o) in WINDOWS.items()}
     assert 0.1 < seen["bouncing"]["lift_off_fraction"] < 0.9
@@ -118,7 +116,7 @@ def test_the_windows_show_all_responses() -> None:
     assert seen["rolling"]["whirl_ratio"] < -1
 
 
-def test_features_follow_the_tolerance() -> None:
+def test_features_follow_the_tolerance():
     """At the default 1e-6 what is measured is good to a few parts in ten thousand, also
     in contact."""
     case, start, transient, observe = WINDOWS["rubbing"]
@@ -137,7 +135,7 @@ def test_features_follow_the_tolerance() -> None:
         assert usual[name][0] == pytest.approx(fine[name][0], rel=1e-3), name
 
 
-def test_bit_torque_is_found_where_the_bit_breaks_loose() -> None:
+def test_bit_torque_is_found_where_the_bit_breaks_loose():
     """Steep friction: within one step the torque passes its top and falls. The error is
     that of the motion."""
     case = STICKING.but(bit_smoothing=500.0)
@@ -146,7 +144,7 @@ def test_bit_torque_is_found_where_the_bit_breaks_loose() -> None:
     assert out["bit_torque_max"][0] == pytest.approx(expected["bit_torque_max"], rel=5e-6)
 
 
-def test_ripples_of_the_error_are_no_peaks() -> None:
+def test_ripples_of_the_error_are_no_peaks():
     """While the bit creeps, its speed has ripples of the size of the tolerance, which
     the true solution has not."""
     case = STICKING.but(bit_smoothing=500.0)
@@ -157,7 +155,7 @@ def test_ripples_of_the_error_are_no_peaks() -> None:
 
 
 @pytest.mark.parametrize(("tolerances", "peaks"), [(3.0, 0), (100.0, 26)])
-def test_a_peak_stands_out_by_ten_tolerances(tolerances: float, peaks: int) -> None:
+def test_a_peak_stands_out_by_ten_tolerances(tolerances, peaks):
     """A bit that swings on flat rock, undamped, from its highest point: a maximum at
     the end of each period."""
     case = FREE.but(axial_damping=0.0)
@@ -199,7 +197,7 @@ def ellipse(a: float, b: float, phase: float) -> np.ndarray:
 
 @pytest.mark.parametrize("b", [0.03, 0.01, 1e-4, 1e-7, -0.02, -1e-4, -1e-7])
 @pytest.mark.parametrize("phase", [0.3, 2.0, -2.5])
-def test_whirl_is_the_unwrapped_angle_of_the_orbit(b: float, phase: float) -> None:
+def test_whirl_is_the_unwrapped_angle_of_the_orbit(b, phase):
     """Also of a needle-thin ellipse, whose angle turns by half a turn within one
     step."""
     duration = 7.3
@@ -211,7 +209,7 @@ def test_whirl_is_the_unwrapped_angle_of_the_orbit(b: float, phase: float) -> No
 
 
 @pytest.mark.parametrize("excess", [1e-4, 1e-6, 1e-8])
-def test_a_wall_contact_shorter_than_a_step_is_seen(excess: float) -> None:
+def test_a_wall_contact_shorter_than_a_step_is_seen(excess):
     """The collar swings ``excess`` of the gap into the wall: on it for a part 2
     acos(gap/A)/pi of the time.
 
@@ -233,13 +231,13 @@ def test_a_wall_contact_shorter_than_a_step_is_seen(excess: float) -> None:
     assert out["rolling_ratio"][0] == pytest.approx(-1e-3 * RATE / (case.speed * case.collar_radius), rel=1e-3)
 
 
-def test_a_swing_that_misses_the_wall_by_a_hair_is_no_contact() -> None:
+def test_a_swing_that_misses_the_wall_by_a_hair_is_no_contact():
     out = run_from(work_for(FREE, Simulation(0.0, 20.0, rtol=1e-12)), ellipse(FREE.gap * (1 - 1e-8), 1e-3, 0.4)[None])
     assert out["wall_contact_fraction"][0] == 0
     assert out["radius_max"][0] == pytest.approx(FREE.gap * (1 - 1e-8), rel=1e-10)
 
 
-def test_radius_peaks_of_an_ellipse_are_its_long_axis() -> None:
+def test_radius_peaks_of_an_ellipse_are_its_long_axis():
     """Two a turn, all equal."""
     out = run_from(work_for(FREE, Simulation(0.0, 10.0, rtol=1e-12)), ellipse(0.05, 0.02, 0.4)[None])
     peaks = out["radius_peaks"][0]
@@ -248,7 +246,7 @@ def test_radius_peaks_of_an_ellipse_are_its_long_axis() -> None:
     assert peaks == pytest.approx(np.full(len(peaks), 0.05), rel=1e-9)
 
 
-def test_peak_ring_keeps_the_last_ones_oldest_first() -> None:
+def test_peak_ring_keeps_the_last_ones_oldest_first():
     """A swing that dies out in mud: falling peaks, so order and choice show."""
     case = FREE.but(mud_drag=1.0)
     many, few = (
@@ -261,7 +259,7 @@ def test_peak_ring_keeps_the_last_ones_oldest_first() -> None:
     assert few.tolist() == many[-7:].tolist()
 
 
-def test_a_motion_that_repeats_itself_is_settled() -> None:
+def test_a_motion_that_repeats_itself_is_settled():
     """Circular forward whirl with the bit rising and falling three times a turn."""
     period = 2 * np.pi / SMOOTH.speed
     out = run_work(work_for(SMOOTH, Simulation(transient=1500.0, observe=20 * period, rtol=1e-8)))
@@ -270,7 +268,7 @@ def test_a_motion_that_repeats_itself_is_settled() -> None:
     assert out["settled"][0] == 1
 
 
-def test_a_motion_that_dies_out_is_not_settled() -> None:
+def test_a_motion_that_dies_out_is_not_settled():
     case = FREE.but(mud_drag=1.0)
     out = run_from(work_for(case, Simulation(0.0, 30.0)), ellipse(0.06, 0.01, 0.4)[None])
     # Radius 0.06 in the first half; the second begins at what is left of it.
@@ -281,7 +279,7 @@ def test_a_motion_that_dies_out_is_not_settled() -> None:
     assert out["settled"][0] == 0
 
 
-def test_the_window_has_no_memory_of_the_transient() -> None:
+def test_the_window_has_no_memory_of_the_transient():
     """Opening the window at the state that a first run has reached gives the same
     measures.
 
@@ -295,7 +293,7 @@ def test_the_window_has_no_memory_of_the_transient() -> None:
         assert after[name][0] == pytest.approx(whole[name][0], rel=1e-6, abs=1e-8), name
 
 
-def test_a_resting_string_measures_as_at_rest() -> None:
+def test_a_resting_string_measures_as_at_rest():
     """Flat rock without friction, no eccentricity, dead centre: nothing moves but the
     rotation."""
     start = start_of(FREE)
@@ -312,7 +310,7 @@ def test_a_resting_string_measures_as_at_rest() -> None:
     assert out["settled"][0] == 1
 
 
-def test_bit_that_stands_on_the_threshold_counts_as_stuck() -> None:
+def test_bit_that_stands_on_the_threshold_counts_as_stuck():
     """Stuck is at or below the threshold: field practice counts the time below 5
     rpm."""
     start = start_of(FREE)
@@ -324,7 +322,7 @@ def test_bit_that_stands_on_the_threshold_counts_as_stuck() -> None:
     assert below["stuck_fraction"][0] == 1
 
 
-def test_lanes_that_all_turn_in_the_same_step_measure_as_one_alone() -> None:
+def test_lanes_that_all_turn_in_the_same_step_measure_as_one_alone():
     """Twins: in each of their steps all or none have an event, so that the list of
     events fills within a step, of one quantity, and again within the same step."""
     window = Simulation(0.5, 3.0)
@@ -336,7 +334,7 @@ def test_lanes_that_all_turn_in_the_same_step_measure_as_one_alone() -> None:
         assert np.array_equal(values, np.repeat(alone[name], 40, axis=0), equal_nan=True), name
 
 
-def test_grazes_are_added_up_in_each_lanes_own_order() -> None:
+def test_grazes_are_added_up_in_each_lanes_own_order():
     """Coarse steps, so that many of them hold a whole contact: when such a graze comes
     to light depends on what happens in the other lanes, and its time must not be added
     now before, now after that of the next crossing."""
@@ -351,7 +349,7 @@ def test_grazes_are_added_up_in_each_lanes_own_order() -> None:
         assert np.array_equal(values, one[name], equal_nan=True), name
 
 
-def test_a_run_that_fails_leaves_no_events_to_the_next_one_in_its_lane() -> None:
+def test_a_run_that_fails_leaves_no_events_to_the_next_one_in_its_lane():
     """One lane: what happened in the last steps of a run that ran out of steps is still
     in the lists when the next run's window opens, and must not be counted in it."""
     states = np.tile(start_of(BOUNCING), (2, 1))

@@ -1,7 +1,5 @@
 """Two-point Hermite polynomials: against numpy's roots, on steps of smooth motions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -10,8 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from machine_code import of_numbers
 
-from nsdrill.observe.inside import crossings, has_extremum
-from nsdrill.observe.interpolant import above, extreme, lowered, quintic, value
+from nsdrill.observe.inside import above, crossings, extreme, has_extremum, lowered, quintic, value
 
 
 def time_above(g0: float, d0: float, c0: float, g1: float, d1: float, c1: float, level: float) -> float:
@@ -61,9 +58,7 @@ def exact_share(ends: tuple[float, ...], level: float) -> float:
 # the turn is just before the step
 @example(step=1.0, phase=math.pi / 2 + 1e-6, overtone=0.0, height=0.9999)
 @example(step=1.0, phase=math.pi / 2 - 1 - 1e-6, overtone=0.0, height=0.9999)  # just after
-def test_time_above_a_level_is_that_of_the_polynomials_roots(
-    step: float, phase: float, overtone: float, height: float
-) -> None:
+def test_time_above_a_level_is_that_of_the_polynomials_roots(step, phase, overtone, height):
     angles = np.array([phase, phase + step])
     g = np.sin(angles) + overtone * np.sin(2 * angles)
     d = step * (np.cos(angles) + 2 * overtone * np.cos(2 * angles))

@@ -1,8 +1,6 @@
 """Periods, the 0-1 test and the kind of motion: on made-up returns and on published
 cascades."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -52,7 +50,7 @@ def logistic(r: float, count: int) -> np.ndarray:
         (4.0, 0),
     ],
 )
-def test_the_cascade_of_the_logistic_map(r: float, expected: int) -> None:
+def test_the_cascade_of_the_logistic_map(r, expected):
     fine = Motion(absolute=1e-6, relative=0.0)
     assert period(padded(logistic(r, 200)[:, None]), ONES, fine)[0] == expected
 
@@ -71,14 +69,14 @@ def test_the_cascade_of_the_logistic_map(r: float, expected: int) -> None:
         (18.0, 0),
     ],
 )
-def test_the_cascade_of_roessler(c: float, expected: int) -> None:
+def test_the_cascade_of_roessler(c, expected):
     returns = roessler_returns(0.1, 0.1, c, Simulation(transient=20000.0, observe=1000.0, rtol=1e-10))
     assert len(returns) > 100
     assert period(padded(returns), ONES, Motion(absolute=1e-3, relative=0.0))[0] == expected
 
 
 @pytest.mark.parametrize(("noise", "expected"), [(0.02, 2), (0.04, 0)])
-def test_two_returns_are_two_only_where_each_is_close_compared_with_both(noise: float, expected: int) -> None:
+def test_two_returns_are_two_only_where_each_is_close_compared_with_both(noise, expected):
     """Both are within the absolute tolerance of 0.1 of each other, so that this alone
     would take a cloud for a motion of period two."""
     level = np.tile([-0.05, 0.05], 50)
@@ -87,7 +85,7 @@ def test_two_returns_are_two_only_where_each_is_close_compared_with_both(noise: 
     assert period(padded(returns[:, None]), ONES, Motion(absolute=0.1, relative=0.0))[0] == expected
 
 
-def test_period_needs_three_repeats_and_counts_what_is_there() -> None:
+def test_period_needs_three_repeats_and_counts_what_is_there():
     cycle = np.tile([0.0, 5.0, -3.0, 1.0], 10)[:, None]
     assert period(padded(cycle), ONES, T)[0] == 4
     few = padded(cycle)
@@ -97,7 +95,7 @@ def test_period_needs_three_repeats_and_counts_what_is_there() -> None:
     assert period(few, ONES, T)[0] == 4
 
 
-def test_tolerances_are_absolute_and_relative() -> None:
+def test_tolerances_are_absolute_and_relative():
     rng = np.random.default_rng(2)
     noisy = np.tile([0.0, 10.0], 30)[:, None] + rng.uniform(-0.08, 0.08, (60, 1))
     assert period(padded(noisy), ONES, Motion(absolute=0.01, relative=0.0))[0] == 0
@@ -106,7 +104,7 @@ def test_tolerances_are_absolute_and_relative() -> None:
     assert period(padded(noisy), 20 * ONES, Motion(absolute=0.01, relative=0.0))[0] == 2, "in natural scales"
 
 
-def test_a_slow_spiral_has_no_long_period() -> None:
+def test_a_slow_spiral_has_no_long_period():
     """It comes near each of its returns again after one turn of the spiral, here eight
     returns: within the tolerance, but not nearer than to others."""
     n = np.arange(120)
@@ -121,14 +119,14 @@ def test_a_slow_spiral_has_no_long_period() -> None:
 
 @given(st.integers(1, 20), st.integers(0, 10**6))
 @settings(max_examples=60, deadline=None)
-def test_any_cycle_is_found_with_its_least_period(n: int, seed: int) -> None:
+def test_any_cycle_is_found_with_its_least_period(n, seed):
     rng = np.random.default_rng(seed)
     cycle = rng.permutation(n)[:, None] * 3.0
     returns = np.tile(cycle, (5, 1))[: 5 * n - rng.integers(0, n)]
     assert period(padded(returns), ONES, T)[0] == n
 
 
-def test_plain_python_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plain_python_finds_the_same(monkeypatch):
     rng = np.random.default_rng(2)
     returns = np.tile(rng.normal(size=(6, 3, 4)), (1, 30, 1))
     returns[1] = rng.normal(size=(90, 4))
@@ -146,7 +144,7 @@ def test_plain_python_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.isfinite(indices).tolist() == [True, True, True, False, False, True]
 
 
-def test_the_zero_one_test_tells_regular_from_chaotic() -> None:
+def test_the_zero_one_test_tells_regular_from_chaotic():
     """Logistic map: K = 1 at r = 3.97, near 0 at r = 3.55 (Gottwald & Melbourne 2009,
     section 3); a circle map with the golden mean is quasi-periodic. Too few returns: no
     answer."""
@@ -167,7 +165,7 @@ def test_the_zero_one_test_tells_regular_from_chaotic() -> None:
     assert zero_one(padded(roessler), ONES)[0] > 0.9
 
 
-def test_the_bit_frame_turns_velocities_along() -> None:
+def test_the_bit_frame_turns_velocities_along():
     section = {
         f"section_{name}": np.array([value])
         for name, value in {
@@ -202,7 +200,7 @@ def kind(
     return int(label[0])
 
 
-def test_the_kind_of_motion() -> None:
+def test_the_kind_of_motion():
     assert kind(found=3, zero_one=0.9) == PERIODIC, "a period is a period, whatever the 0-1 test says"
     assert kind(found=1, zero_one=0.9) == PERIODIC
     assert kind(found=1, range_=0.01, zero_one=np.nan) == EQUILIBRIUM
@@ -222,7 +220,7 @@ def test_the_kind_of_motion() -> None:
     assert kind(zero_one=0.95, lyapunov_exponent=-0.3, lyapunov_error=0.1) == UNSETTLED
 
 
-def test_zero_is_said_of_an_exponent_only_where_it_is_known_to_be() -> None:
+def test_zero_is_said_of_an_exponent_only_where_it_is_known_to_be():
     """Between an exponent that is zero, to some accuracy, and one that is not known
     there is a difference."""
     assert kind(lyapunov_exponent=-0.0016, lyapunov_error=0.0001) == UNSETTLED, "a period-1 motion still on the way"

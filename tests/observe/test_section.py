@@ -1,8 +1,6 @@
 """The Poincare section: located on the solution, once for each turn, the last ones
 kept."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -74,7 +72,7 @@ def exact(case: Case, start: np.ndarray, lobes: int) -> list[dict[str, float]]:
     [(SMOOTH, "revolution", 1e-6), (BOUNCING, "lobe", 1e-4), (RUBBING, "revolution", 1e-4)],
     ids=["smooth", "bouncing", "rubbing"],
 )
-def test_returns_are_those_of_the_exact_solution(case: Case, section: str, within: float) -> None:
+def test_returns_are_those_of_the_exact_solution(case, section, within):
     """Interpolation is of sixth order: at these steps below 1e-7 of the state_scales.
     Every contact adds an error of the order of the tolerance, 1e-10, and the next ones
     make it grow: some 1e-5 after forty bounces."""
@@ -94,14 +92,14 @@ def test_returns_are_those_of_the_exact_solution(case: Case, section: str, withi
         assert mine[name] == pytest.approx(values, rel=within, abs=within * state_scales.get(name, 1.0)), name
 
 
-def test_the_last_ones_are_kept_oldest_first() -> None:
+def test_the_last_ones_are_kept_oldest_first():
     start = start_of(SMOOTH)
     many, few = (crossings(with_section(SMOOTH, returns), start) for returns in (40, 3))
     for name in SECTION:
         assert few[name].tobytes() == many[name][-3:].tobytes()
 
 
-def test_a_bit_that_swings_back_is_counted_once_a_turn() -> None:
+def test_a_bit_that_swings_back_is_counted_once_a_turn():
     """Off the rock the string unwinds from twenty radians of twist, and the bit swings
     back by whole turns."""
     case, end = Case(wob=0.0, speed=2.0, amplitude=0.0), 40.0
@@ -116,7 +114,7 @@ def test_a_bit_that_swings_back_is_counted_once_a_turn() -> None:
     assert len(crossings(work, start)["section_radius"]) == expected
 
 
-def test_recording_returns_changes_no_other_bit_and_lanes_change_none() -> None:
+def test_recording_returns_changes_no_other_bit_and_lanes_change_none():
     work = work_for(Case(), Simulation(5.0, 20.0), rotary_speed=np.linspace(2.0, 7.0, 13))
     recorded = replace(work, record=Record(poincare=9))
     plain, one, eight = run_work(work), run_work(recorded, lanes=1), run_work(recorded, lanes=8)
@@ -125,7 +123,7 @@ def test_recording_returns_changes_no_other_bit_and_lanes_change_none() -> None:
     assert set(one) - set(plain) == {*SECTION, "motion", "period", "zero_one"}
 
 
-def test_the_whirl_angle_is_counted_from_the_bit() -> None:
+def test_the_whirl_angle_is_counted_from_the_bit():
     entry = np.zeros((1, 9))
     entry[0, :3], entry[0, 3], entry[0, 8] = (0.0, 0.3, 2.0), 0.4, 2 * np.pi * 7 + 0.5
     found = coordinates(entry)

@@ -1,7 +1,5 @@
 """The trajectory of one run: simulate and replay."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +25,7 @@ CASE = Case(depth=2000.0, wob=6e3, speed=3.0, bit_smoothing=20.0)
 STUDY = parse_study(TEXT.replace("PROCEDURE", "up"))
 
 
-def test_samples_equal_scipy() -> None:
+def test_samples_equal_scipy():
     """Every state and force, in and out of contact, every 10 ms for 3 s. The error
     depends on where steps meet the kinks of contact: from 5e-8 to 1e-6 of the scale at
     rtol 1e-10, below 1e-7 at 1e-11."""
@@ -45,7 +43,7 @@ def test_samples_equal_scipy() -> None:
     assert np.any(force["bit_force"] == 0)
 
 
-def test_a_trace_has_all_its_variables_at_even_times() -> None:
+def test_a_trace_has_all_its_variables_at_even_times():
     trajectory = simulate(STUDY, duration=1.0, sample=0.01)
     trace = trajectory.trace
     assert trajectory.status == OK
@@ -54,28 +52,28 @@ def test_a_trace_has_all_its_variables_at_even_times() -> None:
     assert all(len(values) == 101 and np.all(np.isfinite(values)) for values in trace.variables.values())
 
 
-def test_the_first_sample_is_the_initial_state() -> None:
+def test_the_first_sample_is_the_initial_state():
     trace = simulate(STUDY, duration=1.0).trace
     initial = trace.attrs["initial_state"]
     assert [trace[name][0] for name in STATES] == pytest.approx(initial[:8], rel=1e-15)
     assert trace["drive_angle"][0] == initial[8] == 0.7
 
 
-def test_the_last_sample_is_the_final_state() -> None:
+def test_the_last_sample_is_the_final_state():
     trace = simulate(STUDY, duration=1.0, sample=0.25).trace
     final = trace.attrs["final_state"]
     assert [trace[name][-1] for name in STATES] == pytest.approx(final[:8], rel=1e-12)
     assert trace["drive_angle"][-1] == pytest.approx(final[8], rel=1e-15)
 
 
-def test_sampling_does_not_change_the_run() -> None:
+def test_sampling_does_not_change_the_run():
     ends = [simulate(STUDY, duration=2.0, sample=sample).trace.attrs for sample in (1e-4, 0.01, 0.3, 2.0)]
     for attrs in ends[1:]:
         assert attrs["final_state"].tobytes() == ends[0]["final_state"].tobytes()
         assert attrs["steps"] == ends[0]["steps"]
 
 
-def test_coarse_samples_are_among_the_fine_ones() -> None:
+def test_coarse_samples_are_among_the_fine_ones():
     fine = simulate(STUDY, duration=2.0, sample=1 / 256).trace
     coarse = simulate(STUDY, duration=2.0, sample=1 / 16).trace
     for name in STATES:
@@ -83,7 +81,7 @@ def test_coarse_samples_are_among_the_fine_ones() -> None:
 
 
 @pytest.mark.parametrize("procedure", ["same", "up-down"])
-def test_replay_has_the_stored_bits(procedure: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_replay_has_the_stored_bits(procedure, tmp_path):
     """Of each point of a sweep, carried or not, from the file."""
     text = TEXT.replace("PROCEDURE", procedure)
     study = parse_study(text if procedure != "same" else text.replace(", along: rotary_speed", ""))
@@ -95,7 +93,7 @@ def test_replay_has_the_stored_bits(procedure: str, tmp_path) -> None:  # type: 
             assert again.same_bits, (way, speed)
 
 
-def test_simulate_is_the_run_of_that_point() -> None:
+def test_simulate_is_the_run_of_that_point():
     """With its transient and window the marks fall alike, and so do the bits."""
     study = parse_study(TEXT.replace("PROCEDURE", "same").replace(", along: rotary_speed", ""))
     results = run_in_memory(study)
@@ -104,7 +102,7 @@ def test_simulate_is_the_run_of_that_point() -> None:
         assert end.tobytes() == results["final_state"][0, 0, 0, i].tobytes()
 
 
-def test_a_run_that_stops_early_gives_the_samples_it_reached() -> None:
+def test_a_run_that_stops_early_gives_the_samples_it_reached():
     study = parse_study(TEXT.replace("PROCEDURE", "up").replace("rtol: 1e-10", "rtol: 1e-12, max_steps: 1000"))
     trajectory = simulate(study, rotary_speed=8.0)
     assert trajectory.status == STEP_LIMIT

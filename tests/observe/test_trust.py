@@ -1,7 +1,5 @@
 """How far two runs of a point differ, and what follows for the trust in it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -14,12 +12,12 @@ from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, 
 from nsdrill.models.christoforou_yigit.variables import COMPARED
 from nsdrill.models.registry import model_named
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL, Thresholds, trust_labels
-from nsdrill.observe.labels import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, verdict
+from nsdrill.observe.motion import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.observe.thresholds import Trust
 from nsdrill.variables import MODEL, OK, PENDING, STEP_LIMIT
 
 
-def test_differences_are_measured_in_natural_sizes() -> None:
+def test_differences_are_measured_in_natural_sizes():
     """The default gap is (15 in - 9 in) / 2, the lobe amplitude 1 mm, the drive speed
     as given."""
     units = MAIN.scales(pack(Parameters(), [2000.0] * 4, [2e4] * 4, [3.0] * 4))
@@ -36,11 +34,11 @@ def test_differences_are_measured_in_natural_sizes() -> None:
     assert np.isnan(model_named(MODEL).difference(one, two, units)).tolist() == [False, False, False, True]
 
 
-def test_everything_compared_is_a_feature() -> None:
+def test_everything_compared_is_a_feature():
     assert set(COMPARED) <= set(FEATURES)
 
 
-def test_a_surface_without_lobes_has_a_size_too() -> None:
+def test_a_surface_without_lobes_has_a_size_too():
     parameters = Parameters(Drillstring(), Mud(), Well(), replace(Bit(), surface_amplitude=0.0))
     table = pack(parameters, [2000.0], [2e4], [3.0])
     assert MAIN.scales(table)["lobe"] == MAIN.state_scales(table, Options())[:, 4]
@@ -72,14 +70,14 @@ def judged(response: list[int], thresholds: Thresholds = Thresholds(), **changes
     }
 
 
-def test_a_point_is_trusted_where_both_checks_agree() -> None:
+def test_a_point_is_trusted_where_both_checks_agree():
     values = judged([0, BIT_BOUNCE])
     assert values["trusted"].tolist() == [1, 0]
     assert verdict(values).tolist() == [AGREES, RESPONSE_DIFFERS]
 
 
 @pytest.mark.parametrize("check", ["tight", "long"])
-def test_one_check_is_enough_to_doubt(check: str) -> None:
+def test_one_check_is_enough_to_doubt(check):
     values = judged([0, 0], **{f"{check}_difference": [0.049, 0.051]})
     assert values["trusted"].tolist() == [1, 0]
     assert verdict(values).tolist() == [AGREES, FEATURES_DIFFER]
@@ -95,7 +93,7 @@ def test_one_check_is_enough_to_doubt(check: str) -> None:
     assert values["trusted"].tolist() == [1, 0]
 
 
-def test_a_check_that_failed_or_is_missing_is_no_agreement() -> None:
+def test_a_check_that_failed_or_is_missing_is_no_agreement():
     nan = {f"tight_{name}": [np.nan, np.nan] for name in ("difference", "lift_off_fraction", "wall_contact_fraction")}
     values = judged([0, 0], tight_status=[STEP_LIMIT, PENDING], **nan)
     assert values["tight_response"].tolist() == [0, 0]
@@ -103,7 +101,7 @@ def test_a_check_that_failed_or_is_missing_is_no_agreement() -> None:
     assert verdict(values).tolist() == [CHECK_FAILED, UNCHECKED]
 
 
-def test_the_labels_follow_the_thresholds() -> None:
+def test_the_labels_follow_the_thresholds():
     strict, loose = (replace(Thresholds(), trust=Trust(0.005)), replace(Thresholds(), trust=Trust(0.02)))
     assert judged([0, 0], strict)["trusted"].tolist() == [0, 0]
     assert judged([0, 0], loose)["trusted"].tolist() == [1, 1]

@@ -1,14 +1,12 @@
 """Systems with published periodic orbits, through the same code as drill strings."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.equations.library import sincos
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs, unobserved
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.models.base import Symmetry
 from nsdrill.orbit.flow import Equations, Flow, advance
 from nsdrill.orbit.newton import corrected_at_parameter
@@ -42,7 +40,7 @@ def flow_of(equations, states: int, *, forced: bool = False, singles: int = 0, r
     forcing."""
     names = tuple("xvw"[:states])
     motion = Motion(equations, None, names, ("a",), names if singles else ("v",))
-    rows = STEPPERS["tsitouras"].rows(Rows(2 * states, 0, 1, 0, states, singles, judged=True))
+    rows = with_step(STEPPERS["tsitouras"], Rows(2 * states, 0, 1, 0, states, singles, judged=True))
 
     def runs(values, initial):
         n = len(values)

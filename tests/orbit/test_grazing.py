@@ -11,23 +11,22 @@ import nsdrill
 from nsdrill.abi import RATES, Rows
 from nsdrill.analysis.bifurcations import PERIODIC
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.equations.contacts import touching
-from nsdrill.equations.library import sincos
+from nsdrill.equations.library import sincos, touching
 from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.models.base import Symmetry
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob
 from nsdrill.models.operation import Operation
-from nsdrill.observe.touches import make_touches, touch_rows
+from nsdrill.observe.contacts import make_touches, touch_rows
 from nsdrill.orbit import special
 from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.flow import Equations, Flow, Legs, advance
-from nsdrill.orbit.labels import Graze, kink_predicate
-from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.newton import Evaluation, Point
 from nsdrill.orbit.periodic import Periodic
+from nsdrill.orbit.special import Graze, kink_predicate
+from nsdrill.orbit.special import test_functions_of as functions_of
 
 from .flows import at
 
@@ -47,7 +46,7 @@ MOTION = Motion(stop, None, ("x", "v"), ("w",), ("v",), sides=("stop",))
 
 def flow_at_a_stop() -> Flow:
     observed = 2 * RATES + touch_rows(1)
-    rows = STEPPERS["tsitouras"].rows(Rows(4, 0, 1, observed, 2, judged=True))
+    rows = with_step(STEPPERS["tsitouras"], Rows(4, 0, 1, observed, 2, judged=True))
 
     def runs(values, initial):
         n = len(values)

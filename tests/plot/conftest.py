@@ -1,26 +1,37 @@
 """The made-up data of :mod:`made_up` as fixtures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from made_up import make_results, make_trace, spoil
-
-from nsdrill.data import Results, Trace
+from matplotlib.figure import Figure
 
 
 @pytest.fixture
-def speeds() -> Results:
+def laid_out():
+    """For tests that look where things stand on the page, and that everything can be
+    written there."""
+
+
+@pytest.fixture(autouse=True)
+def unless_laid_out(request, monkeypatch):
+    """To lay out a page takes most of the time of a picture; what is drawn does not
+    depend on it."""
+    if "laid_out" not in request.fixturenames:
+        monkeypatch.setattr(Figure, "draw_without_rendering", lambda figure: None)
+
+
+@pytest.fixture
+def speeds():
     """Up and down over 61 speeds, a few points failed."""
     return spoil(make_results(rotary_speed=np.linspace(1, 8, 61), procedures=("up", "down")))
 
 
 @pytest.fixture
-def plane() -> Results:
+def plane():
     """Depth against speed, one procedure, unequal steps."""
     return make_results(depth=np.geomspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15))
 
 
 @pytest.fixture
-def trace() -> Trace:
+def trace():
     return make_trace()

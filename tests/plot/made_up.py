@@ -1,8 +1,6 @@
 """Made-up sweeps and traces that look like real ones, so that the pictures can be
 judged as well as counted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

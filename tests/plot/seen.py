@@ -1,8 +1,6 @@
 """What is seen of a picture: the words of its legend, and what is drawn, by the names
 that the artists have."""
 
-from __future__ import annotations
-
 from typing import Any
 
 

@@ -1,7 +1,5 @@
 """The collar in the hole, and the film of it: everything to scale, at its moment."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path
@@ -23,13 +21,13 @@ COLLAR = 0.2286  # m, the usual outer diameter
 
 
 @pytest.fixture
-def whirl() -> Trace:
+def whirl():
     trace = make_trace(12.0)
     trace.attrs["study_resolved"] = json.dumps({"drillstring": {"collar": {"outer_diameter": COLLAR}}})
     return trace
 
 
-def test_hole_and_collar_are_to_scale(whirl: Trace) -> None:
+def test_hole_and_collar_are_to_scale(whirl):
     (axes,) = plot.draw(whirl, "hole").axes
     (wall,), (collar,) = artists(axes, "wall"), artists(axes, "collar")
     assert isinstance(wall, Circle)
@@ -43,13 +41,13 @@ def test_hole_and_collar_are_to_scale(whirl: Trace) -> None:
     assert np.cos(angle - wanted) == pytest.approx(1.0), "the collar turns with the bit"
 
 
-def test_the_point_says_how_wide_a_collar_is_that_was_an_axis(whirl: Trace) -> None:
+def test_the_point_says_how_wide_a_collar_is_that_was_an_axis(whirl):
     whirl.attrs["at"] = json.dumps({"drillstring.collar.outer_diameter": 0.2})
     (axes,) = plot.draw(whirl, "hole", units="field").axes
     assert artists(axes, "collar")[0].get_radius() == pytest.approx(0.1 / 0.0254)
 
 
-def test_a_trace_without_widths_is_told(whirl: Trace, trace: Trace) -> None:
+def test_a_trace_without_widths_is_told(whirl, trace):
     with pytest.raises(InputError, match="no width of the hole or of the collar"):
         plot.draw(trace, "hole")
     whirl.attrs["gap"] = None
@@ -57,7 +55,7 @@ def test_a_trace_without_widths_is_told(whirl: Trace, trace: Trace) -> None:
         plot.draw(whirl, "hole")
 
 
-def test_the_direction_of_an_orbit_is_marked(whirl: Trace) -> None:
+def test_the_direction_of_an_orbit_is_marked(whirl):
     """The triangles point along the motion at their places, and the dot is the last
     sample."""
     (axes,) = plot.draw(whirl, "orbit").axes
@@ -77,7 +75,7 @@ def test_the_direction_of_an_orbit_is_marked(whirl: Trace) -> None:
         assert velocity @ [np.cos(heading), np.sin(heading)] > 0.98 * np.hypot(*velocity)
 
 
-def test_a_gif_has_every_frame_and_the_same_bytes(whirl: Trace, tmp_path: Path) -> None:
+def test_a_gif_has_every_frame_and_the_same_bytes(whirl, tmp_path):
     look = look_of(time=(2.0, 4.0), width="2.5in")
     for name in "ab":
         frames, seconds = animate(whirl, tmp_path / f"{name}.gif", look=look)
@@ -95,12 +93,12 @@ def test_a_gif_has_every_frame_and_the_same_bytes(whirl: Trace, tmp_path: Path) 
     assert 0.01 < moved.mean() < 0.6, "what moves moves, the rest stands still"
 
 
-def test_a_film_may_be_slower_than_nature(whirl: Trace, tmp_path: Path) -> None:
+def test_a_film_may_be_slower_than_nature(whirl, tmp_path):
     frames, seconds = animate(whirl, tmp_path / "a.gif", look=look_of(time=(2.0, 2.4), width="2in"), speed=0.25)
     assert (frames, seconds) == (41, pytest.approx(0.4))
 
 
-def test_by_default_the_last_turns_of_the_bit(whirl: Trace, tmp_path: Path) -> None:
+def test_by_default_the_last_turns_of_the_bit(whirl, tmp_path):
     whirl.variables["bit_speed"][:] = 10.0
     _, seconds = animate(whirl, tmp_path / "a.gif", look=look_of(width="2in"))
     assert seconds == pytest.approx(5 * 2 * np.pi / 10, abs=1 / FRAME_RATE)
@@ -124,7 +122,7 @@ def stand_in(folder: Path, monkeypatch: pytest.MonkeyPatch, end: str = "") -> No
     monkeypatch.setenv("PATH", str(folder), prepend=os.pathsep)
 
 
-def test_ffmpeg_is_given_every_pixel(whirl: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ffmpeg_is_given_every_pixel(whirl, tmp_path, monkeypatch):
     stand_in(tmp_path / "bin", monkeypatch)
     assert film_name(tmp_path / "a.mp4") == str(tmp_path / "a.mp4")
     frames, _ = animate(whirl, tmp_path / "a.mp4", look=look_of(time=(2.0, 2.2), width="2.3in"))
@@ -134,24 +132,24 @@ def test_ffmpeg_is_given_every_pixel(whirl: Trace, tmp_path: Path, monkeypatch: 
     assert wide % 2 == high % 2 == 0
 
 
-def test_a_failing_ffmpeg_leaves_nothing(whirl: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failing_ffmpeg_leaves_nothing(whirl, tmp_path, monkeypatch):
     stand_in(tmp_path / "bin", monkeypatch, "sys.exit('no encoder')")
     with pytest.raises(NsdrillError, match="ffmpeg could not write the film: no encoder"):
         animate(whirl, tmp_path / "a.mp4", look=look_of(time=(2.0, 2.2), width="2in"))
     assert [path.name for path in tmp_path.iterdir()] == ["bin"]
 
 
-def test_without_ffmpeg_it_is_a_gif(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_ffmpeg_it_is_a_gif(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     assert film_name("whirl.mp4") == "whirl.gif"
     with pytest.raises(InputError, match=r"whirl\.avi: found '\.avi' as the kind of film; allowed: \.mp4, \.gif"):
         film_name("whirl.avi")
 
 
-def test_what_cannot_be_a_film_is_told(whirl: Trace, tmp_path: Path) -> None:
+def test_what_cannot_be_a_film_is_told(whirl, tmp_path):
     path = tmp_path / "a.gif"
     with pytest.raises(InputError, match="trace: found no collar that moves"):
-        animate(make_results(), path)  # type: ignore[arg-type]
+        animate(make_results(), path)
     with pytest.raises(InputError, match=r"speed: found 0; allowed"):
         animate(whirl, path, speed=0.0)
     with pytest.raises(InputError, match=r"trace: found 12 s of a trace, 299\d\d frames; allowed: 3000\. Choose"):
@@ -159,7 +157,7 @@ def test_what_cannot_be_a_film_is_told(whirl: Trace, tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_arrows_of_a_straight_orbit_do_not_cover_each_other() -> None:
+def test_arrows_of_a_straight_orbit_do_not_cover_each_other():
     """A collar that swings along a line passes the same places both ways."""
     time = np.linspace(0.0, 12.0, 1201)
     trace = make_trace(duration=12.01, sample=0.01)
@@ -172,7 +170,7 @@ def test_arrows_of_a_straight_orbit_do_not_cover_each_other() -> None:
 
 
 @pytest.mark.parametrize("samples", [2, 3, 4, 5, 21, 24])
-def test_the_orbit_of_a_short_trace_is_drawn(whirl: Trace, samples: int) -> None:
+def test_the_orbit_of_a_short_trace_is_drawn(whirl, samples):
     short = Trace(whirl.time[:samples], {k: v[:samples] for k, v in whirl.variables.items()}, whirl.attrs)
     (axes,) = plot.draw(short, "orbit").axes
     assert len(artists(axes, "end")) == (samples > 2)

@@ -1,8 +1,8 @@
-"""What a caller of the room meets: kinds, errors, files."""
-
-from __future__ import annotations
+"""What a caller of the room meets: kinds, errors, files; pictures from Python, in axes of a
+user, of files and Datasets."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,15 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_up import make_results
+from matplotlib.figure import Figure
 
+import nsdrill
+import nsdrill.plot.kinds
 from nsdrill import plot
-from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.registry import choose_kind
+from nsdrill.plot.registry import GROUPS, all_kinds, choose_kind
+from nsdrill.store.dataset import to_dataset
 from nsdrill.variables import DIVERGED, PENDING
 
 
-def test_default_kinds(speeds: Results, plane: Results, trace: Trace) -> None:
+def test_default_kinds(speeds, plane, trace):
     assert plot.kinds_for(speeds)[:2] == ("bifurcation", "value")
     assert plot.kinds_for(plane)[:2] == ("map", "value")
     values = ("stick_slip_index", "lift_off", "wall_contact", "whirl_ratio", "radius")
@@ -30,7 +33,7 @@ def test_default_kinds(speeds: Results, plane: Results, trace: Trace) -> None:
     assert plot.kinds_for(make_results())[0] == "bifurcation"  # one point: its peaks
 
 
-def test_few_values_of_a_second_axis_stand_side_by_side() -> None:
+def test_few_values_of_a_second_axis_stand_side_by_side():
     two = make_results(wob=(22240.0, 66720.0), rotary_speed=np.linspace(1, 8, 9))
     assert plot.kinds_for(two)[0] == "bifurcation"
     assert "map" in plot.kinds_for(two)
@@ -38,7 +41,7 @@ def test_few_values_of_a_second_axis_stand_side_by_side() -> None:
     assert {"Weight on bit: 22.24 kN", "Weight on bit: 66.72 kN"} <= set(titles)
 
 
-def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds: Results) -> None:
+def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds):
     with pytest.raises(InputError) as caught:
         plot.draw(speeds, "bifurcatoin")
     message = str(caught.value)
@@ -49,13 +52,13 @@ def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds: Results) -> None:
 
 
 @pytest.mark.parametrize("kind", ["bifurcation", "summary", "orbit"])
-def test_kind_that_does_not_fit_says_what_would(plane: Results, kind: str) -> None:
+def test_kind_that_does_not_fit_says_what_would(plane, kind):
     with pytest.raises(InputError, match=r"does not fit a sweep over depth .* and rotary_speed") as caught:
         plot.draw(plane, kind)
     assert "panel='NAME'" in str(caught.value) or "panel NAME" in str(caught.value)
 
 
-def test_a_cut_of_a_map_is_a_bifurcation_diagram(plane: Results) -> None:
+def test_a_cut_of_a_map_is_a_bifurcation_diagram(plane):
     figure = plot.draw(plane, "bifurcation", at={"depth": 500.0})
     assert "500 m" in figure.get_suptitle()
     assert "500 m" in plot.draw(plane, "bifurcation", at={"depth": 510.0}).get_suptitle(), "the nearest one"
@@ -65,13 +68,14 @@ def test_a_cut_of_a_map_is_a_bifurcation_diagram(plane: Results) -> None:
         plot.draw(plane, at={"mud": 1.0})
 
 
-def test_unknown_unit_system(speeds: Results) -> None:
+def test_unknown_unit_system(speeds):
     with pytest.raises(InputError, match="allowed: si, field"):
         plot.draw(speeds, units="metric")
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize("status", [DIVERGED, PENDING])
-def test_nothing_to_draw_is_still_a_picture(speeds: Results, plane: Results, status: int) -> None:
+def test_nothing_to_draw_is_still_a_picture(speeds, plane, status):
     for data in (speeds, plane):
         data["status"][:] = status
         for v in data.variables.values():
@@ -81,14 +85,15 @@ def test_nothing_to_draw_is_still_a_picture(speeds: Results, plane: Results, sta
             plot.draw(data, kind)
 
 
-def test_bytes_as_procedure_names_and_a_title_with_dollars(speeds: Results) -> None:
+@pytest.mark.usefixtures("laid_out")
+def test_bytes_as_procedure_names_and_a_title_with_dollars(speeds):
     speeds.coords["procedure"] = np.array([b"up", b"down"])
     speeds.attrs["title"] = "A $50 rig_1^2 & more"
     assert plot.draw(speeds).get_suptitle().startswith("A $50 rig_1^2 & more\n5000 m, 22.24 kN")
 
 
 @pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
-def test_same_bytes_every_time(speeds: Results, plane: Results, tmp_path: Path, suffix: str) -> None:
+def test_same_bytes_every_time(speeds, plane, tmp_path, suffix):
     data = plane if suffix == ".svg" else speeds
     first, second, third = (tmp_path / f"{name}{suffix}" for name in "abc")
     figure = plot.draw(data)
@@ -99,7 +104,7 @@ def test_same_bytes_every_time(speeds: Results, plane: Results, tmp_path: Path, 
     assert {path.name for path in tmp_path.iterdir()} == {first.name, second.name, third.name}
 
 
-def test_same_bytes_in_another_process(tmp_path: Path) -> None:
+def test_same_bytes_in_another_process(tmp_path):
     script = (
         "import sys; sys.path[:0] = [sys.argv[1], sys.argv[1] + '/..']\n"
         "from made_up import make_trace; from nsdrill import plot;"
@@ -119,12 +124,12 @@ def test_same_bytes_in_another_process(tmp_path: Path) -> None:
     assert (tmp_path / "0.svg").read_bytes() == (tmp_path / "1.svg").read_bytes()
 
 
-def test_asking_for_kinds_imports_no_matplotlib() -> None:
+def test_asking_for_kinds_imports_no_matplotlib():
     script = "import sys, nsdrill.plot; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
 
 
-def test_text_stays_text(speeds: Results, tmp_path: Path) -> None:
+def test_text_stays_text(speeds, tmp_path):
     figure = plot.draw(speeds)
     plot.save(figure, tmp_path / "a.svg")
     plot.save(figure, tmp_path / "a.pdf")
@@ -134,7 +139,7 @@ def test_text_stays_text(speeds: Results, tmp_path: Path) -> None:
     assert b"CreationDate" not in (tmp_path / "a.pdf").read_bytes()
 
 
-def test_refused_files(trace: Trace, tmp_path: Path) -> None:
+def test_refused_files(trace, tmp_path):
     figure = plot.draw(trace, "orbit")
     for name in ("a.jpg", "a", "a.h5"):
         with pytest.raises(InputError, match=r"allowed: \.png, \.pdf, \.svg"):
@@ -147,8 +152,192 @@ def test_refused_files(trace: Trace, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
 
 
-def test_upper_case_suffix_and_an_old_picture_replaced(trace: Trace, tmp_path: Path) -> None:
+def test_upper_case_suffix_and_an_old_picture_replaced(trace, tmp_path):
     path = tmp_path / "A.PNG"
     path.write_bytes(b"old")
     plot.save(plot.draw(trace, "orbit"), path)
     assert path.read_bytes().startswith(b"\x89PNG")
+
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_notebook_shows_a_figure_without_pyplot(shared):
+    code = (
+        "import sys, nsdrill; figure = nsdrill.plot(sys.argv[1]); assert figure._repr_png_()[:4] "
+        "== b'\\x89PNG'; "
+        "print('matplotlib.pyplot' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "False\n"
+
+
+def test_the_same_picture_of_a_file_and_of_a_dataset(shared):
+    with nsdrill.open_results(shared / "small.h5") as data:
+        pictures = [nsdrill.plot(source, "summary")._repr_png_() for source in (shared / "small.h5", data)]
+    assert pictures[0] == pictures[1]
+
+
+def test_the_room_of_that_name_can_be_called(shared):
+    code = (
+        "import sys, inspect, nsdrill.plot; from nsdrill.plot import draw; import nsdrill; "
+        "assert 'ax' in inspect.signature(nsdrill.plot).parameters; "
+        "print(type(nsdrill.plot(sys.argv[1], kind='summary', units='field')).__name__)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "Picture\n"
+
+
+@pytest.mark.parametrize("kind", ["map", "lift_off", "window", "whirl_kind"])
+def test_a_map_in_axes_of_a_user(plane, kind):
+    figure = Figure(figsize=(8, 4))
+    left, right = figure.subplots(1, 2)
+    right.set_title("mine")
+    assert nsdrill.plot(to_dataset(plane), kind, ax=right) is figure
+    assert not left.has_data()
+    assert right.get_title() == "mine"
+    assert right.get_xlabel().startswith("Rotary speed")
+    assert right.collections
+    alone = nsdrill.plot(to_dataset(plane), kind)
+    assert [type(item) for item in right.collections] == [type(item) for item in alone.axes[0].collections]
+    assert right.get_xlim() == alone.axes[0].get_xlim()
+    words = [" ".join(text.get_text().split()) for text in right.get_legend().get_texts()] if right.get_legend() else []
+    assert words == ([text.get_text() for text in alone.legends[0].get_texts()] if alone.legends else [])
+    assert len(figure.axes) == 2 + (len(alone.axes) - 1)  # the colour bar
+
+
+def test_an_orbit_in_axes_of_a_user(trace):
+    figure = Figure()
+    outer = figure.subfigures(1, 2)[0]
+    axes = outer.subplots()
+    assert nsdrill.plot(to_dataset(trace), "orbit", ax=axes) is figure
+    assert axes.lines
+
+
+@pytest.mark.parametrize("kind", [None, "summary", "value"])
+def test_kinds_of_several_axes_say_so_and_draw_nothing(speeds, kind):
+    figure = Figure()
+    axes = figure.subplots()
+    with pytest.raises(
+        nsdrill.InputError, match=r"^ax: found a picture with \d panels; allowed: one of them, by panel: 'strip', '"
+    ):
+        nsdrill.plot(to_dataset(speeds), kind, ax=axes)
+    assert not axes.has_data()
+    assert len(figure.axes) == 1
+
+
+def test_figures_after_one_into_axes_are_figures_of_their_own(plane):
+    data, axes = to_dataset(plane), Figure().subplots()
+    nsdrill.plot(data, "map", ax=axes)
+    assert nsdrill.plot(data, "map") is not axes.figure
+    with pytest.raises(nsdrill.InputError):
+        nsdrill.plot(data, "nonsense", ax=axes)
+    assert nsdrill.plot(data, "map") is not axes.figure
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"ax": 3}, "ax: found a value of the type int; allowed: axes of matplotlib"),
+        ({"kind": "mapp"}, r"plot kind: found 'mapp', which is not known\. Did you mean 'map'\?"),
+        ({"units": "metric"}, "found 'metric'; allowed: si or field"),
+        ({"start": 1}, "start: found 1; allowed: nothing"),
+        ({"states": ("z", "vz")}, "states: found with kind='map'; allowed: with kind='basin'"),
+        ({"severity": 1}, "severity: found with kind=None; allowed: with kind='window'"),
+        ({"severity": 7, "kind": "window"}, "severity: found 7; allowed: 0 to 4"),
+        ({"rotary_speed": "300 rpm"}, "rotary_speed: found .*; allowed: .* as the sweep"),
+        ({"at": {"bit.rock_stiffness": 1e6}}, r"at: found bit\.rock_stiffness; allowed: depth"),
+        ({"over": "nowhere.h5"}, "there is no such file"),
+    ],
+)
+def test_wrong_options_are_told(plane, asked, words):
+    with pytest.raises(nsdrill.InputError, match=words) as caught:
+        nsdrill.plot(to_dataset(plane), **asked)
+    assert "--" not in str(caught.value)
+
+
+def test_a_trace_takes_no_options_of_a_sweep(trace):
+    for name, value in (("wob", "3 kN"), ("start", 1), ("states", ["z", "vz"]), ("severity", 1)):
+        with pytest.raises(nsdrill.InputError, match=f"{name}: found with a trace"):
+            nsdrill.plot(to_dataset(trace), **{name: value})
+
+
+def test_a_cut_in_a_text_with_units(plane):
+    data = to_dataset(plane)
+    named = nsdrill.plot(data, "summary", depth="500 m")
+    assert named._repr_png_() == nsdrill.plot(data, "summary", at={"depth": 500.0})._repr_png_()
+
+
+def test_a_dataset_that_lacks_what_is_drawn(speeds):
+    data = to_dataset(speeds)
+    with pytest.raises(nsdrill.InputError, match="plot: found results without status"):
+        nsdrill.plot(data[["response", "axial_peaks"]])
+    with pytest.raises(nsdrill.InputError, match="plot: found results without stick_slip_index"):
+        nsdrill.plot(data.drop_vars("stick_slip_index"), "summary")
+
+
+def test_a_figure_is_saved(plane, tmp_path):
+    figure = nsdrill.plot(to_dataset(plane), "map")
+    nsdrill.save(figure, tmp_path / "map.png")
+    assert (tmp_path / "map.png").read_bytes()[:8] == PNG
+    with pytest.raises(nsdrill.FileError, match="overwrite=True"):
+        nsdrill.save(figure, tmp_path / "map.png")
+    with pytest.raises(nsdrill.InputError, match=r"allowed: \.png, \.pdf, \.svg"):
+        nsdrill.save(figure, tmp_path / "map.h5")
+
+
+def test_window_by_severity(shared):
+    figure = nsdrill.plot(shared / "small.h5", "window", severity=2)
+    with nsdrill.open_results(shared / "small.h5") as data:
+        assert nsdrill.plot(data, "window", severity=2)._repr_png_() == figure._repr_png_()
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "dev" / "extending.md"
+
+
+@pytest.fixture
+def another(tmp_path, monkeypatch):
+    """The kind of the page on extending, in a file beside the others."""
+    (block,) = (b for b in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.M | re.S) if "KINDS = " in b)
+    (tmp_path / "effort.py").write_text(block)
+    monkeypatch.setattr(nsdrill.plot.kinds, "__path__", [*nsdrill.plot.kinds.__path__, str(tmp_path)])
+    all_kinds.cache_clear()
+    yield
+    all_kinds.cache_clear()
+    sys.modules.pop("nsdrill.plot.kinds.effort", None)
+
+
+@pytest.mark.usefixtures("another")
+def test_one_more_file_is_one_more_kind():
+    data = make_results(rotary_speed=np.linspace(1, 8, 9))
+    data.variables["steps"] = np.arange(9.0).reshape(1, 1, 1, 9)
+    assert "effort" in plot.kinds_for(data)
+    assert "steps" in plot.needed(data, "effort")
+    (axes,) = plot.draw(data, "effort").axes
+    assert axes.lines[0].get_ydata() == pytest.approx(np.arange(9.0))
+    assert axes.get_xlabel() == "Rotary speed [rad/s]"
+
+
+def test_every_kind_is_drawn_of_something_known():
+    for kind in all_kinds().values():
+        assert kind.of in GROUPS
+        assert kind.words
+
+
+def test_what_is_across_is_on_the_x_axis(speeds, plane, trace):
+    """Every kind that names the variable along x has panels with that label."""
+    from nsdrill.plot.labels import quantity
+
+    seen = set()
+    for data in (speeds, plane, trace):
+        for name in plot.kinds_for(data)[:8]:
+            if across := all_kinds()[name].across(data):
+                figure = plot.draw(data, name)
+                panels = [*figure.axes, *(axes for part in figure.subfigs for axes in part.axes)]
+                assert quantity(across).label in {axes.get_xlabel() for axes in panels}, name
+                seen.add(name)
+    assert {"bifurcation", "value", "map", "window", "histories", "trace"} <= seen

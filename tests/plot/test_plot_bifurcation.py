@@ -1,8 +1,6 @@
 """The bifurcation diagram holds every peak, in the colour of its response, and shades
 where up and down differ."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -29,7 +27,7 @@ def panel(figure: Figure, label: str) -> Axes:
 
 
 @pytest.mark.parametrize("name", PEAKS)
-def test_every_finite_peak_of_a_good_point_is_drawn(speeds: Results, name: str) -> None:
+def test_every_finite_peak_of_a_good_point_is_drawn(speeds, name):
     figure = plot.draw(speeds)
     good = speeds["status"] == OK
     expected = np.sort(speeds[name][good][np.isfinite(speeds[name][good])])
@@ -39,7 +37,7 @@ def test_every_finite_peak_of_a_good_point_is_drawn(speeds: Results, name: str) 
 
 
 @pytest.mark.parametrize("name", PEAKS)
-def test_colour_shape_and_filling(speeds: Results, name: str) -> None:
+def test_colour_shape_and_filling(speeds, name):
     for line in artists(plot.draw(speeds), f"{name}:"):
         _, procedure, code = line.get_gid().split(":")
         style = RESPONSES[int(code)]
@@ -51,7 +49,7 @@ def test_colour_shape_and_filling(speeds: Results, name: str) -> None:
         assert set(line.get_xdata()) <= set(speeds.coords["rotary_speed"][mine])
 
 
-def test_shading_is_where_up_and_down_differ(speeds: Results) -> None:
+def test_shading_is_where_up_and_down_differ(speeds):
     figure = plot.draw(speeds)
     response, good = speeds["response"][:, 0, 0], (speeds["status"][:, 0, 0] == OK).all(axis=0)
     differ, borders = (response[0] != response[1]) & good, edges(speeds.coords["rotary_speed"])
@@ -66,14 +64,14 @@ def test_shading_is_where_up_and_down_differ(speeds: Results) -> None:
     assert "up and down differ in response" in legend_words(figure)
 
 
-def test_failed_points_are_crossed_and_counted(speeds: Results) -> None:
+def test_failed_points_are_crossed_and_counted(speeds):
     figure = plot.draw(speeds)
     crosses = artists(figure, "failed")
     assert sum(len(line.get_xdata()) for line in crosses) == 3
     assert "failed (3 of 122)" in legend_words(figure)
 
 
-def test_points_without_peaks_are_drawn_at_their_constant_value() -> None:
+def test_points_without_peaks_are_drawn_at_their_constant_value():
     data = make_results(rotary_speed=np.linspace(3, 5, 11))
     data["axial_peaks"][0, 0, 0, 4:7] = np.nan
     figure = plot.draw(data)
@@ -83,7 +81,7 @@ def test_points_without_peaks_are_drawn_at_their_constant_value() -> None:
     assert "no peaks: greatest value" in legend_words(figure)
 
 
-def test_wall_where_it_is_in_sight() -> None:
+def test_wall_where_it_is_in_sight():
     whirling = make_results(rotary_speed=np.linspace(5, 8, 5))
     [wall] = artists(plot.draw(whirling), "wall")
     np.testing.assert_allclose(wall.get_ydata(), GAP * 1e3)
@@ -97,7 +95,7 @@ def test_wall_where_it_is_in_sight() -> None:
     assert not artists(plot.draw(calm), "wall afar")
 
 
-def test_a_state_carried_along_the_depth_goes_deeper() -> None:
+def test_a_state_carried_along_the_depth_goes_deeper():
     """Depth increases downwards: up along it would be read as coming out of the hole."""
     results = make_results(depth=np.linspace(500, 9000, 9), rotary_speed=(1.5,), procedures=("up", "down"))
     results.attrs["study_resolved"] = json.dumps({"sweep": {"along": "depth", "procedure": "up-down"}})
@@ -123,26 +121,26 @@ def test_a_state_carried_along_the_depth_goes_deeper() -> None:
         ),
     ],
 )
-def test_labels_have_units(speeds: Results, units: str, labels: list[str], x: str, title: str) -> None:
+def test_labels_have_units(speeds, units, labels, x, title):
     figure = plot.draw(speeds, units=units)
     assert [axes.get_ylabel() for axes in figure.axes[1:]] == labels
     assert figure.axes[-1].get_xlabel() == x
     assert figure.get_suptitle().splitlines()[-1] == title
 
 
-def test_field_units_are_exact(speeds: Results) -> None:
+def test_field_units_are_exact(speeds):
     [drive] = artists(plot.draw(speeds, units="field"), "rotary speed")
     np.testing.assert_allclose(drive.get_xdata(), speeds.coords["rotary_speed"] * 30 / np.pi, rtol=1e-14)
 
 
-def test_an_unordered_axis_is_put_in_order() -> None:
+def test_an_unordered_axis_is_put_in_order():
     data = make_results(rotary_speed=(5.0, 2.0, 8.0))
     ordered = make_results(rotary_speed=(2.0, 5.0, 8.0))
     strip = plot.draw(data).axes[0].collections[0].get_array()
     np.testing.assert_array_equal(strip, plot.draw(ordered).axes[0].collections[0].get_array())
 
 
-def test_markers_of_a_large_sweep_are_rasterised_and_text_is_not() -> None:
+def test_markers_of_a_large_sweep_are_rasterised_and_text_is_not():
     large = make_results(rotary_speed=np.linspace(1, 8, 231), procedures=("up", "down"))
     assert sum(np.isfinite(large[name]).sum() for name in PEAKS) > MANY_MARKERS
     figure = plot.draw(large)
@@ -151,7 +149,8 @@ def test_markers_of_a_large_sweep_are_rasterised_and_text_is_not() -> None:
     assert not any(line.get_rasterized() for line in artists(plot.draw(make_results()), "axial_peaks:"))
 
 
-def test_words_stay_on_the_paper(speeds: Results) -> None:
+@pytest.mark.usefixtures("laid_out")
+def test_words_stay_on_the_paper(speeds):
     """No label is clipped: all words of the figure lie within it."""
     for figure in (plot.draw(speeds), plot.draw(speeds, "summary", units="field")):
         box, page = figure.get_tightbbox(), figure.bbox_inches
@@ -161,7 +160,7 @@ def test_words_stay_on_the_paper(speeds: Results) -> None:
         assert box.y1 <= page.y1 + 0.01
 
 
-def test_a_sweep_without_peaks_has_no_bifurcation_diagram(speeds: Results) -> None:
+def test_a_sweep_without_peaks_has_no_bifurcation_diagram(speeds):
     bare = Results(speeds.coords, {k: v for k, v in speeds.variables.items() if k not in PEAKS}, speeds.attrs)
     assert plot.kinds_for(bare)[0] == "value"
     with pytest.raises(InputError, match=r"record\.peaks"):
@@ -169,7 +168,7 @@ def test_a_sweep_without_peaks_has_no_bifurcation_diagram(speeds: Results) -> No
     assert plot.draw(bare).axes
 
 
-def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds: Results) -> None:
+def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds):
     speeds["status"][0, 0, 0, 3] = OK
     speeds["whirl_ratio"][0, 0, 0, 3] = 1e6
     speeds["status"][0, 0, 0, 9] = DIVERGED
@@ -183,17 +182,17 @@ def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds: Resu
     assert panel(figure, "Whirl ratio").get_ylim()[1] < 2
 
 
-def test_severity_bands(speeds: Results) -> None:
+def test_severity_bands(speeds):
     axes = panel(plot.draw(speeds, "summary"), "Stick-slip index [%]")
     starts = [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
     assert starts == [0, 40, 60, 80, 100]  # the severity table of the directional-drilling paper
 
 
-def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
+def test_severity_bands_are_those_in_force_in_the_file(speeds):
     """The study's; after a new classification, that one's. A fraction is drawn in
     percent."""
 
-    def starts(label: str) -> list[float]:
+    def starts(label):
         axes = panel(plot.draw(speeds, "summary"), label)
         return [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
 
@@ -205,7 +204,7 @@ def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
     assert starts("Stick-slip index [%]") == [0, 40, 55, 80, 100]
 
 
-def test_edges() -> None:
+def test_edges():
     np.testing.assert_allclose(
         edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 4.5]
     )  # the last step is twice the least
@@ -213,14 +212,14 @@ def test_edges() -> None:
     np.testing.assert_allclose(edges(np.array([1.0, 4.0, 16.0, 64.0])), [0.5, 2.0, 8.0, 32.0, 128.0])
 
 
-def test_robust_limits_keep_all_but_the_wild() -> None:
+def test_robust_limits_keep_all_but_the_wild():
     assert robust_limits(np.linspace(0, 1, 101)) == (0.0, 1.0)
     assert robust_limits(np.append(np.linspace(0, 1, 101), 1e6))[1] < 1.01
     assert robust_limits(np.array([np.nan])) == (0.0, 1.0)
     assert robust_limits(np.array([2.0, 2.0])) == (1.0, 3.0)
 
 
-def test_the_slip_is_drawn_where_the_last_peaks_are_ripples(speeds: Results) -> None:
+def test_the_slip_is_drawn_where_the_last_peaks_are_ripples(speeds):
     """Peaks below half of the greatest value leave it out: it is drawn as well."""
     speeds.variables["bit_speed_peaks"][0, 0, 0, 7] = 1e-3
     speeds.variables["bit_speed_max"][0, 0, 0, 7] = 6.5

@@ -1,11 +1,6 @@
 """Charts of a study: what stands in them, in which units, and that the same study gives
 the same picture."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -28,7 +23,7 @@ def lines(figure: Figure, gid: str) -> list[np.ndarray]:
     return [line.get_xydata() for line in artists(figure, gid)]
 
 
-def test_critical_speeds_by_depth() -> None:
+def test_critical_speeds_by_depth():
     figure = nsdrill.chart(STUDY, "critical-speeds")
     axes = figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("Measured depth [m]", "Rotary speed [rad/s]")
@@ -44,7 +39,7 @@ def test_critical_speeds_by_depth() -> None:
     assert "66.72 kN" in figure.get_suptitle()
 
 
-def test_the_band_is_that_of_the_sweep_or_the_ramp() -> None:
+def test_the_band_is_that_of_the_sweep_or_the_ramp():
     ramp = {"title": "t", "operation": {"rotary_speed": {"ramp": [["0 s", "4 rad/s"], ["60 s", "7 rad/s"]]}}}
     for study, low, high in ((STUDY, 2.0, 8.0), (ramp, 4.0, 7.0)):
         axes = nsdrill.chart(study, "critical-speeds").axes[0]
@@ -55,7 +50,7 @@ def test_the_band_is_that_of_the_sweep_or_the_ramp() -> None:
     assert line.get_ydata() == pytest.approx([3.0, 3.0])
 
 
-def test_field_units() -> None:
+def test_field_units():
     si, field = (nsdrill.chart(STUDY, "critical-speeds", units=units) for units in ("si", "field"))
     assert field.axes[0].get_xlabel() == "Measured depth [ft]"
     assert field.axes[0].get_ylabel() == "Rotary speed [rpm]"
@@ -66,18 +61,14 @@ def test_field_units() -> None:
     assert "ft-lbf s/rad" in nsdrill.chart(STUDY, "drive-card", units="field").axes[0].get_title(loc="left")
 
 
-def test_motions_that_are_frozen_have_no_critical_speed() -> None:
+def test_motions_that_are_frozen_have_no_critical_speed():
     figure = nsdrill.chart(STUDY, "critical-speeds", set={"modes": {"axial": "frozen", "lateral": "frozen"}})
     assert len(legend_words(figure)) == 2
     assert len(lines(figure, "torsional waves, once a turn")) == 4
 
 
-def test_a_span_that_buckles_has_no_speed() -> None:
-    study: dict[str, Any] = {
-        "title": "t",
-        "operation": {"wob": "120 kN"},
-        "sweep": {"drillstring.collar.span": ["10 m", "60 m"]},
-    }
+def test_a_span_that_buckles_has_no_speed():
+    study = {"title": "t", "operation": {"wob": "120 kN"}, "sweep": {"drillstring.collar.span": ["10 m", "60 m"]}}
     figure = nsdrill.chart(study, "critical-speeds", along="drillstring.collar.span")
     first = lines(figure, "lateral, of 1, 2, 3 half waves of the span")[0]
     # The span whose load of Euler is 120 kN: pi sqrt(E I / W) with E I = 27.803 MN m^2;
@@ -87,7 +78,7 @@ def test_a_span_that_buckles_has_no_speed() -> None:
     assert figure.axes[0].get_ylim()[0] > 0.1
 
 
-def test_buckling_by_inclination() -> None:
+def test_buckling_by_inclination():
     figure = nsdrill.chart(STUDY, "buckling")
     (collars,), (pipe,) = lines(figure, "collars"), lines(figure, "pipe")
     assert np.interp([30.0, 90.0], *collars.T) == pytest.approx([1287.6, 1820.9], abs=0.2)  # kN
@@ -97,7 +88,7 @@ def test_buckling_by_inclination() -> None:
     assert figure.axes[0].get_xlim() == (0.0, 90.0)
 
 
-def test_drive_card_has_the_drives_and_what_they_hold() -> None:
+def test_drive_card_has_the_drives_and_what_they_hold():
     figure = nsdrill.chart(STUDY, "drive-card", set={"drive": {"kind": "soft_torque"}})
     (shares,) = lines(figure, "soft_torque")
     assert np.interp(0.093996, *shares.T) == pytest.approx(0.6, abs=1e-3)
@@ -108,7 +99,7 @@ def test_drive_card_has_the_drives_and_what_they_hold() -> None:
     assert drawn["soft_torque"].get_linewidth() > drawn["stiff"].get_linewidth()
 
 
-def test_tuning_marks_the_best_and_the_own() -> None:
+def test_tuning_marks_the_best_and_the_own():
     figure = nsdrill.chart(STUDY, "drive-tuning", set={"drive": {"kind": "soft_torque"}})
     (own,) = lines(figure, "the drive of the study")
     assert own[0] == pytest.approx([4.0, 0.093996], rel=1e-4)
@@ -120,14 +111,14 @@ def test_tuning_marks_the_best_and_the_own() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_same_study_gives_the_same_bytes(kind: str, tmp_path: Path) -> None:
+def test_the_same_study_gives_the_same_bytes(kind, tmp_path):
     for name in ("a.svg", "b.svg"):
         nsdrill.save(nsdrill.chart(STUDY, kind), tmp_path / name)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_into_axes_of_ones_own(kind: str) -> None:
+def test_into_axes_of_ones_own(kind):
     figure = Figure()
     axes = figure.subplots()
     axes.set_title("mine")
@@ -137,7 +128,7 @@ def test_into_axes_of_ones_own(kind: str) -> None:
     assert axes.lines
 
 
-def test_plot_draws_charts_of_a_study() -> None:
+def test_plot_draws_charts_of_a_study():
     study = nsdrill.load_study(STUDY)
     figure = nsdrill.plot(study, "buckling")
     assert lines(figure, "collars")

@@ -1,23 +1,28 @@
-"""The user has the last word on how a picture looks: size, type, title, style,
-limits."""
-
-from __future__ import annotations
+"""How a picture looks: the user has the last word on size, type, title and style; long
+titles are broken; the palette is told apart by every reader."""
 
 import itertools
-from pathlib import Path
+import json
+from itertools import combinations
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from made_up import make_results, make_trace
+from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 
 from nsdrill import plot
-from nsdrill.data import Results, Trace
+from nsdrill.analysis.attractors import Attractor
+from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.plot import look_of
+from nsdrill.plot.kinds.starts import distinct_colours
 from nsdrill.plot.look import value_of
 from nsdrill.plot.page import panels_of
+from nsdrill.plot.style import MOTIONS, REFERENCE, RESPONSES, contrast, lightness_and_hue, luminance
+from nsdrill.variables import DIVERGED, OK, PENDING
 
 
 def words_of(figure: Any) -> list[Any]:
@@ -33,6 +38,7 @@ def both_ways() -> Results:
     return make_results(depth=np.linspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize(
     ("data", "kind", "width", "size"),
     [
@@ -41,9 +47,7 @@ def both_ways() -> Results:
         *(("trace", kind, "3.3in", None) for kind in ("trace", "histories", "orbit", "phase", "section")),
     ],
 )
-def test_a_picture_fits_one_column(
-    speeds: Results, trace: Trace, data: str, kind: str, width: str, size: float | None
-) -> None:
+def test_a_picture_fits_one_column(speeds, trace, data, kind, width, size):
     """The figure is as wide as asked for, every panel has room, no two panels and no
     words leave the page."""
     drawn = {"speeds": speeds, "maps": both_ways(), "trace": trace}[data]
@@ -59,7 +63,8 @@ def test_a_picture_fits_one_column(
         assert box.x1 < figure.bbox.width + 2, text
 
 
-def test_height_and_size_of_type(speeds: Results) -> None:
+@pytest.mark.usefixtures("laid_out")
+def test_height_and_size_of_type(speeds):
     figure = plot.draw(speeds, "summary", look=look_of(height=0.1, font_size="10pt"))
     assert figure.get_figheight() == pytest.approx(0.1 / 0.0254)
     plain = plot.draw(speeds, "summary")
@@ -68,12 +73,13 @@ def test_height_and_size_of_type(speeds: Results) -> None:
     assert sorted(size * 10 / 8 for size in sizes[1]) == pytest.approx(sorted(sizes[0]))
 
 
-def test_titles(trace: Trace) -> None:
+def test_titles(trace):
     assert plot.draw(trace, "orbit", look=look_of(title=False)).get_suptitle() == ""
     assert plot.draw(trace, "phase", look=look_of(title="Rolling $x_1$")).get_suptitle() == "Rolling $x_1$"
 
 
-def test_settings_of_the_user_are_respected_and_left_alone(speeds: Results, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("laid_out")
+def test_settings_of_the_user_are_respected_and_left_alone(speeds, tmp_path):
     plain = plot.draw(speeds, "summary")
     with mpl.rc_context({"font.size": 12.0, "axes.labelsize": 5.0, "axes.facecolor": "#ffeecc", "savefig.dpi": 50}):
         figure = plot.draw(speeds, "summary")
@@ -87,7 +93,7 @@ def test_settings_of_the_user_are_respected_and_left_alone(speeds: Results, tmp_
     assert plain.axes[-1].yaxis.label.get_fontsize() == 8.0
 
 
-def test_a_style_file(trace: Trace, tmp_path: Path) -> None:
+def test_a_style_file(trace, tmp_path):
     path = tmp_path / "journal.mplstyle"
     path.write_text("figure.figsize: 3.5, 2.6\nfont.size: 9\naxes.linewidth: 2.0\n")
     figure = plot.draw(trace, "histories", look=look_of(style=path))
@@ -118,13 +124,13 @@ def test_a_style_file(trace: Trace, tmp_path: Path) -> None:
         ({"title": 3}, "title: found 3"),
     ],
 )
-def test_wrong_looks_are_told(given: dict[str, Any], message: str) -> None:
+def test_wrong_looks_are_told(given, message):
     with pytest.raises(InputError, match=f"(?s){message}"):
         look_of(**given)
 
 
 @pytest.mark.parametrize("text", ["font.sise: 3\n", "font.size: much\n", "nothing at all\n", "", "\x00\xff\n"])
-def test_faults_of_a_style_file_are_told(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_faults_of_a_style_file_are_told(tmp_path, text, capsys):
     path = tmp_path / "a.mplstyle"
     path.write_bytes(text.encode("latin-1"))
     with pytest.raises(InputError, match=r"style .*a\.mplstyle: "):
@@ -132,7 +138,7 @@ def test_faults_of_a_style_file_are_told(tmp_path: Path, text: str, capsys: pyte
     assert capsys.readouterr().err == ""
 
 
-def test_limits_of_a_sweep(speeds: Results) -> None:
+def test_limits_of_a_sweep(speeds):
     figure = plot.draw(speeds, "bifurcation", look=look_of(xlim=("30 rpm", "50 rpm")))
     low, high = 30 * np.pi / 30, 50 * np.pi / 30
     for axes in figure.axes:
@@ -142,7 +148,7 @@ def test_limits_of_a_sweep(speeds: Results) -> None:
     assert shown[1] < 1.3 * np.nanmax(inside), "the other axis fits what is seen"
 
 
-def test_limits_of_a_map_and_of_the_window(plane: Results) -> None:
+def test_limits_of_a_map_and_of_the_window(plane):
     figure = plot.draw(plane, "stick_slip_index", look=look_of(xlim=(3.0, 5.0)))
     assert figure.axes[0].get_xlim() == pytest.approx((3.0, 5.0))
     whole, part = (plot.draw(plane, "window", look=look_of(xlim=ends)) for ends in (None, (3.0, 5.0)))
@@ -151,7 +157,7 @@ def test_limits_of_a_map_and_of_the_window(plane: Results) -> None:
     assert part.axes[0].get_xlim() == pytest.approx((3.0, 5.0))
 
 
-def test_a_part_of_a_trace(trace: Trace) -> None:
+def test_a_part_of_a_trace(trace):
     for given in ({"time": ("20 s", "24 s")}, {"xlim": (20.0, 24.0)}):
         figure = plot.draw(trace, "histories", look=look_of(**given))
         line = panels_of(figure)[0].lines[0]
@@ -172,25 +178,26 @@ def test_a_part_of_a_trace(trace: Trace) -> None:
         ("value", {"xlim": ("3 kN", "4 kN")}, "xlim: "),
     ],
 )
-def test_wrong_limits_are_told(speeds: Results, trace: Trace, kind: str, given: dict[str, Any], message: str) -> None:
+def test_wrong_limits_are_told(speeds, trace, kind, given, message):
     with pytest.raises(InputError, match=message):
         plot.draw(speeds if kind == "value" else trace, kind, look=look_of(**given))
 
 
-def test_a_look_is_of_one_picture(speeds: Results) -> None:
+def test_a_look_is_of_one_picture(speeds):
     plot.draw(speeds, "summary", look=look_of(width="3.3in", title=False))
     assert plot.draw(speeds, "summary").get_figwidth() == 7.0
     assert plot.draw(make_trace(5.0), "orbit").get_suptitle()
 
 
-def test_an_axis_without_a_unit_is_limited_by_numbers() -> None:
+def test_an_axis_without_a_unit_is_limited_by_numbers():
     assert value_of("xlim", "0.35", "") == 0.35
     with pytest.raises(InputError, match=r"xlim: found '3 m'; allowed: a number, as this axis has no unit"):
         value_of("xlim", "3 m", "")
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize("size", [8, 12, 16])
-def test_labels_above_each_other_have_room_in_large_type(speeds: Results, size: int) -> None:
+def test_labels_above_each_other_have_room_in_large_type(speeds, size):
     figure = plot.draw(speeds, look=look_of(width="3.3in", font_size=size))
     figure.draw_without_rendering()
     boxes = sorted(
@@ -198,3 +205,166 @@ def test_labels_above_each_other_have_room_in_large_type(speeds: Results, size: 
     )
     assert len(boxes) == 3
     assert all(below.y1 < above.y0 for below, above in itertools.pairwise(boxes))
+
+
+LONG: dict[str, Any] = {
+    "title": "A STRING WITH MUCH TO SAY ABOUT ITSELF " * 6,
+    "study_overrides": json.dumps(["drillstring.axial_damping=5 kN*s/m", "mud.density=1400 kg/m^3", "bit.lobes=1"] * 9),
+    "study_resolved": json.dumps({"drive": {"kind": "soft_torque"}, "modes": {"axial": "frozen"}}),
+    "at": json.dumps({"bit.rock_stiffness": 25e6, "mud.density": 1400.0, "well.friction.static": 0.3}),
+}
+
+
+@pytest.mark.usefixtures("laid_out")
+@pytest.mark.parametrize(
+    ("make", "kind"),
+    [
+        *((make_trace, kind) for kind in ("trace", "histories", "orbit", "phase", "section")),
+        *((make_results, kind) for kind in ("bifurcation", "summary", "window")),
+    ],
+)
+def test_no_line_is_wider_than_its_figure(make, kind):
+    data = make(rotary_speed=(2.0, 3.0)) if make is make_results else make()
+    data.attrs |= LONG
+    figure = plot.draw(data, kind)
+    extent = figure._suptitle.get_window_extent()
+    assert 0.0 <= extent.x0 < extent.x1 <= figure.bbox.width
+    words = " ".join(figure.get_suptitle().split())
+    assert words.startswith(LONG["title"].strip())
+    assert "soft torque drive; axial motion frozen" in words
+
+
+def test_a_short_title_stays_as_it_is():
+    assert plot.draw(make_trace(), "orbit").get_suptitle().splitlines() == [
+        "Speed sweep, state carried",
+        "5000 m, 66.72 kN, 3 rad/s, carried down",
+    ]
+
+
+def test_each_colour_of_a_legend_means_one_thing():
+    """Pictures of the kind of motion have the responses in the same legend. Black is a
+    dash at an equilibrium."""
+    colours = [style.colour for style in (*RESPONSES, *MOTIONS) if style.marker != "_"]
+    assert len(set(colours)) == len(colours)
+
+
+def test_what_the_title_says_is_not_said_again():
+    data = make_results(rotary_speed=(2.0, 3.0))
+    data.attrs["title"] = "Speeds at 5000 m, state carried"
+    assert plot.draw(data).get_suptitle().splitlines() == ["Speeds at 5000 m, state carried", "22.24 kN"]
+    data.attrs["title"] = "Speeds at 15000 m and 22.24 kN/m"
+    assert plot.draw(data).get_suptitle().splitlines()[1] == "5000 m, 22.24 kN", "other values are no repetition"
+
+
+@pytest.mark.parametrize("units", ["si", "field"])
+def test_the_words_of_the_user_are_never_changed(units):
+    """Values of a title stay in its units, and are known to be those of the sweep."""
+    data = make_results(rotary_speed=(2.0, 3.0))
+    data.attrs["title"] = "My study at 5 klbf and 16404.2 ft, and 15 klbf"
+    title, *more = plot.draw(data, units=units).get_suptitle().splitlines()
+    assert title == data.attrs["title"]
+    assert not more, "5 klbf is 22.24 kN, and 16404.2 ft are 5000 m"
+
+
+def test_what_the_axes_show_is_no_line_of_the_title():
+    data = make_results(rotary_speed=(2.0, 3.0))
+    data.attrs["study_overrides"] = json.dumps(["sweep.wob.points=5", "bit.lobes=1"])
+    assert plot.draw(data).get_suptitle().splitlines()[1] == "bit.lobes = 1"
+
+
+def test_characters_that_no_font_has_are_known_and_warned_of_once(recwarn):
+    trace = make_trace(5.0)
+    assert plot.draw(trace, "orbit").missing == ""
+    trace.attrs["title"] = "A title with \U0001f9e8\u5fd9 and words"
+    figure = plot.draw(trace, "orbit")
+    assert "\U0001f9e8" in figure.missing
+    assert "A" not in figure.missing
+    assert figure._repr_png_()
+    assert not [one for one in recwarn if "Glyph" in str(one.message)]
+
+
+@pytest.mark.parametrize(("status", "words"), [(DIVERGED, "9 of 9 failed)"), (PENDING, "0 of 9 failed, 9 not run yet")])
+def test_a_picture_with_nothing_on_it_says_so(status, words):
+    data = make_results(rotary_speed=np.linspace(1, 8, 9))
+    data["status"][:] = status
+    for kind in ("bifurcation", "summary", "lift_off", "window"):
+        found = [text.get_text() for axes in plot.draw(data, kind).axes for text in axes.texts]
+        assert any("no point ended well" in text and words in text for text in found), kind
+    data["status"][..., 0] = OK
+    assert not any("ended well" in t.get_text() for axes in plot.draw(data).axes for t in axes.texts)
+
+
+# Machado, Oliveira & Fernandes (2009), full severity, on linear sRGB.
+VISION = {
+    "normal": np.eye(3),
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.3039]],
+}
+# sRGB, D65
+TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+WHITE = np.array([0.9505, 1.0, 1.089])
+
+
+def lab(colour: str, vision: str) -> np.ndarray:
+    rgb = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    xyz = TO_XYZ @ np.clip(np.asarray(VISION[vision]) @ linear, 0, 1) / WHITE
+    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@pytest.mark.parametrize("vision", VISION)
+def test_responses_differ_in_colour(vision):
+    """At least 13 CIELAB units; 2.3 is the least difference that people notice (Mahy et
+    al. 1994)."""
+    for one, other in combinations(RESPONSES, 2):
+        distance = np.linalg.norm(lab(one.colour, vision) - lab(other.colour, vision))
+        assert distance > 13, f"{one.name} and {other.name} look alike under {vision}"
+
+
+def test_responses_differ_in_shape_and_name():
+    assert len({style.marker for style in RESPONSES}) == len(RESPONSES) == 8
+    assert len({style.name for style in RESPONSES}) == 8
+
+
+def test_every_mark_can_be_seen_on_a_dark_page(speeds, trace):
+    """The contrast of each line and marker, and of all words, is that which WCAG 2.1
+    asks of text; grounds are near the page."""
+    look = look_of(style="dark_background")
+    for data, kind in ((speeds, None), (speeds, "value"), (trace, None)):
+        figure = plot.draw(data, kind, look=look)
+        page = np.array(to_rgb(figure.get_facecolor()))
+        assert luminance(page) == 0.0
+        for axes in panels_of(figure):
+            for line in axes.lines:
+                colour = line.get_markerfacecolor() if line.get_marker() != "None" else None
+                colour = line.get_color() if colour in (None, "none") else colour
+                hollow = np.array_equal(to_rgb(colour), page)
+                colour = line.get_markeredgecolor() if hollow else colour
+                assert contrast(np.array(to_rgb(colour)), page) >= 4.4, line.get_gid()
+            for patch in axes.patches:
+                if str(patch.get_gid()).startswith(("severity", "hysteresis")):
+                    assert luminance(np.array(to_rgb(patch.get_facecolor()))) < 0.1
+        for text in figure.findobj(Text):
+            if text.get_text().strip():
+                assert contrast(np.array(to_rgb(text.get_color())), page) >= 4.4, text
+
+
+def test_a_light_page_keeps_its_colours(speeds):
+    for style in ("ggplot", "bmh", "tableau-colorblind10"):
+        figure = plot.draw(speeds, look=look_of(style=style))
+        colours = {line.get_color() for axes in figure.axes for line in axes.lines}
+        assert colours <= {*(one.colour for one in RESPONSES), "k", REFERENCE}
+
+
+def test_basins_have_colours_that_can_be_told_apart():
+    """Eight attractors of one response, which were eight tints of one colour, by their
+    distances in CIE L*a*b*, in which 2.3 can just be told apart side by side."""
+    attractors = [Attractor(number, 5, {}, None, None, 10, 0, 0.1, 0.05, 0.2, {}) for number in range(1, 9)]
+    colours = distinct_colours(attractors)
+    places = [lightness_and_hue(colour) for colour in colours]
+    distances = [np.linalg.norm(a - b) for a, b in combinations(places, 2)]
+    assert colours[0] == RESPONSES[5].colour
+    assert min(distances) > 25
+    assert lightness_and_hue("#FFFFFF") == pytest.approx([100, 0, 0], abs=0.1)

@@ -1,6 +1,5 @@
-"""Maps: right cells, right colours, panels for procedures and for a third axis."""
-
-from __future__ import annotations
+"""Maps: right cells, right colours, panels for procedures and for a third axis; what lies on
+the cells."""
 
 import numpy as np
 import pytest
@@ -8,20 +7,24 @@ from made_up import covered, make_results, spoil
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from model_tables import VARIABLES
 from seen import artists, legend_words, maps
 
 from nsdrill import plot
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.plot import draw
+from nsdrill.plot.cells import draw_equal_rates
 from nsdrill.plot.style import KIND_COLOURS, MOTIONS, RESPONSES
-from nsdrill.variables import DIVERGED, OK, PENDING, STEP_LIMIT
+from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, POINT, STEP_LIMIT
 
 
 def cells(axes: Axes) -> QuadMesh:
     return artists(axes, "cells")[0]
 
 
-def test_cells_have_the_colour_of_their_response(plane: Results) -> None:
+def test_cells_have_the_colour_of_their_response(plane):
     figure = plot.draw(plane)
     [axes] = maps(figure)
     mesh = cells(axes)
@@ -32,7 +35,7 @@ def test_cells_have_the_colour_of_their_response(plane: Results) -> None:
     assert words == [RESPONSES[code].name for code in np.unique(plane["response"])]
 
 
-def test_cells_reach_half_way_to_unequal_neighbours(plane: Results) -> None:
+def test_cells_reach_half_way_to_unequal_neighbours(plane):
     """Depths of equal ratios are drawn on a logarithmic scale, and half way is meant on
     it; other depths to scale."""
     axes = maps(plot.draw(plane))[0]
@@ -46,7 +49,7 @@ def test_cells_reach_half_way_to_unequal_neighbours(plane: Results) -> None:
     np.testing.assert_allclose(cells(axes).get_coordinates()[1:-1, 0, 1], 0.5 * (depth[1:] + depth[:-1]))
 
 
-def test_depth_goes_down(plane: Results) -> None:
+def test_depth_goes_down(plane):
     bottom, top = maps(plot.draw(plane))[0].get_ylim()
     assert bottom > top
 
@@ -60,13 +63,13 @@ def test_depth_goes_down(plane: Results) -> None:
         ("bit_torque_max", "bit_torque_max", 1e-3, "Greatest torque on the bit [kN m]"),
     ],
 )
-def test_value_maps(plane: Results, kind: str, variable: str, scale: float, label: str) -> None:
+def test_value_maps(plane, kind, variable, scale, label):
     figure = plot.draw(plane, kind)
     np.testing.assert_allclose(cells(maps(figure)[0]).get_array(), plane[variable][0, :, 0, :] * scale)
     assert label in [axes.get_ylabel() for axes in figure.axes]
 
 
-def test_failed_cells_are_crossed_and_pending_cells_blank(plane: Results) -> None:
+def test_failed_cells_are_crossed_and_pending_cells_blank(plane):
     figure = plot.draw(spoil(plane, diverged=3, step_limit=2, pending=4))
     [axes] = maps(figure)
     crossed = artists(axes, "failed")[0]
@@ -78,7 +81,7 @@ def test_failed_cells_are_crossed_and_pending_cells_blank(plane: Results) -> Non
     assert {"failed (5 of 135)", "not run yet (4 of 135)"} <= set(words)
 
 
-def test_up_and_down_are_compared_in_a_third_panel() -> None:
+def test_up_and_down_are_compared_in_a_third_panel():
     data = make_results(depth=np.linspace(1e3, 5e3, 5), rotary_speed=np.linspace(1, 8, 12), procedures=("up", "down"))
     data["status"][0, 0, 0, 0] = PENDING
     figure = plot.draw(data)
@@ -90,7 +93,7 @@ def test_up_and_down_are_compared_in_a_third_panel() -> None:
     np.testing.assert_array_equal(covered(hatched, data["rotary_speed"], data["depth"]), differs)
 
 
-def test_a_third_axis_gives_small_multiples() -> None:
+def test_a_third_axis_gives_small_multiples():
     data = make_results(
         depth=np.linspace(1e3, 5e3, 6), wob=(1e4, 2e4, 3e4, 4e4, 5e4), rotary_speed=np.linspace(1, 8, 7)
     )
@@ -100,7 +103,7 @@ def test_a_third_axis_gives_small_multiples() -> None:
         np.testing.assert_array_equal(cells(axes).get_array(), data["response"][0, :, number, :])
 
 
-def test_too_many_panels_says_what_to_select() -> None:
+def test_too_many_panels_says_what_to_select():
     data = make_results(
         depth=np.linspace(1e3, 5e3, 14), wob=np.linspace(1e4, 5e4, 13), rotary_speed=np.linspace(1, 8, 15)
     )
@@ -109,18 +112,18 @@ def test_too_many_panels_says_what_to_select() -> None:
     assert len(maps(plot.draw(data, at={"wob": 1e4}))) == 1
 
 
-def test_severity_lines_only_where_the_data_cross_them(plane: Results) -> None:
+def test_severity_lines_only_where_the_data_cross_them(plane):
     assert artists(plot.draw(plane, "stick_slip_index"), "severity")
     plane["stick_slip_index"][:] = 10.0
     assert not artists(plot.draw(plane, "stick_slip_index"), "severity")
 
 
-def test_whirl_kinds_have_names(plane: Results) -> None:
+def test_whirl_kinds_have_names(plane):
     words = legend_words(plot.draw(plane, "whirl_kind"))
     assert words == ["no whirl", "backward rolling", "irregular"]
 
 
-def test_values_of_up_and_down_are_subtracted() -> None:
+def test_values_of_up_and_down_are_subtracted():
     """The third panel of a map of values shows that value, not the response, and its
     sign by two colours."""
     data = make_results(depth=np.linspace(1e3, 5e3, 5), rotary_speed=np.linspace(1, 8, 12), procedures=("up", "down"))
@@ -136,7 +139,7 @@ def test_values_of_up_and_down_are_subtracted() -> None:
     assert "down less up [%]" in [axes.get_ylabel() for axes in figure.axes]
 
 
-def test_values_of_both_signs_are_white_at_zero(plane: Results) -> None:
+def test_values_of_both_signs_are_white_at_zero(plane):
     shown = cells(maps(plot.draw(plane, "whirl_ratio"))[0])
     assert plane["whirl_ratio"].min() < 0 < plane["whirl_ratio"].max()
     assert shown.norm.vmin == -shown.norm.vmax
@@ -144,13 +147,221 @@ def test_values_of_both_signs_are_white_at_zero(plane: Results) -> None:
     assert cells(maps(plot.draw(plane, "lift_off"))[0]).norm.vmin == 0.0
 
 
-def test_kinds_of_whirl_have_colours_of_their_own() -> None:
+def test_kinds_of_whirl_have_colours_of_their_own():
     others = {style.colour for style in (*RESPONSES, *MOTIONS)}
     assert not others & {*KIND_COLOURS}
 
 
-def test_no_cell_reaches_below_zero_where_no_value_does() -> None:
+def test_no_cell_reaches_below_zero_where_no_value_does():
     figure = plot.draw(make_results(rotary_speed=(1.0, 9.0)))
     assert figure.axes[1].get_xlim()[0] == 0.0
     figure = plot.draw(make_results(depth=(500.0, 9000.0), rotary_speed=np.linspace(1, 9, 5)), "map")
     assert min(figure.axes[0].get_ylim()) == 0.0
+
+
+WEIGHTS = np.linspace(1e4, 1e5, 5)
+
+
+@pytest.fixture
+def checked():
+    """Of forty points two change response in one of the checks, three change their
+    features only, the others agree."""
+    coords = {
+        "procedure": np.array(["same"]),
+        "depth": np.array([5000.0]),
+        "wob": WEIGHTS,
+        "rotary_speed": np.linspace(1.0, 8.0, 8),
+    }
+    shape = (1, 1, 5, 8)
+    variables = {v.name: np.full(shape, 0.5 if v.dtype == "f8" else OK) for v in VARIABLES if v.dims == POINT}
+    variables["trusted"][0, 0, 0, :2] = 0
+    variables["tight_response"][0, 0, 0, 0] = 3
+    variables["long_response"][0, 0, 0, 1] = 0
+    variables["trusted"][0, 0, 2, 3:6] = 0
+    return Results(coords, variables, {"title": ""})
+
+
+@pytest.mark.parametrize("kind", ["map", "stick_slip_index"])
+def test_a_map_marks_them(checked, kind):
+    figure = draw(checked, kind)
+    axes = figure.axes[0]
+    [dots] = artists(axes, "response_differs")
+    assert np.asarray(dots.get_xdata()).tolist() == [1.0, 2.0]
+    assert np.asarray(dots.get_ydata()).tolist() == pytest.approx([10.0, 10.0], abs=1.0)
+    [hatched] = artists(axes, "features_differ")
+    corners = np.concatenate([path.vertices for path in hatched.get_paths()])
+    assert (corners[:, 0].min(), corners[:, 0].max()) == (3.5, 6.5)
+    words = legend_words(figure)
+    assert "checked: response differs (2 of 40)" in words
+    assert "checked: numbers differ (3 of 40)" in words
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_a_long_legend_stays_on_the_paper(checked):
+    """Long entries stand below each other rather than beyond the edge."""
+    checked.variables["status"][0, 0, 1, :4] = INFERRED
+    checked.variables["motion"][:] = np.arange(8) % 2
+    for kind in ("motion", "window", "map"):
+        figure = draw(checked, kind)
+        box = figure.legends[0].get_window_extent()
+        assert box.x0 >= 0, kind
+        assert box.x1 <= figure.bbox.width, kind
+
+
+def test_a_strip_marks_them(checked):
+    figure = draw(checked, "summary", at={"wob": WEIGHTS[0]})
+    [dots] = artists(figure.axes[0], "response_differs")
+    assert np.asarray(dots.get_xdata()).tolist() == [1.0, 2.0]
+    assert not artists(figure.axes[0], "features_differ")
+
+
+def test_what_was_not_checked_is_not_marked(checked):
+    for name in ("tight_status", "long_status"):
+        checked.variables[name][:] = 0
+    figure = draw(checked, "map")
+    assert not artists(figure.axes[0], "response_differs")
+    assert not any("checked" in word for word in legend_words(figure))
+
+
+@pytest.fixture
+def refined():
+    """Five weights by nine speeds, of which every other was run; all points bounce and
+    whirl forward."""
+    coords = {
+        "procedure": np.array(["same"]),
+        "depth": np.array([5000.0]),
+        "wob": WEIGHTS,
+        "rotary_speed": np.linspace(1.0, 8.0, 9),
+        "peak": np.arange(2),
+    }
+    shape = (1, 1, 5, 9)
+    ran = np.zeros(shape, dtype=bool)
+    ran[..., ::2, ::2] = True
+    variables = {
+        v.name: np.where(ran, 30.0, np.nan) if v.dtype == "f8" else np.where(ran, 1, 0)
+        for v in VARIABLES
+        if v.dims == POINT and v.only is None
+    }
+    variables["status"] = np.where(ran, OK, INFERRED)
+    variables["response"] = np.full(shape, 5)
+    for name in ("axial_peaks", "bit_speed_peaks", "radius_peaks"):
+        variables[name] = np.where(ran[..., None], np.ones(2), np.nan)
+    return Results(coords, variables, {"title": ""})
+
+
+def test_a_map_shows_inferred_responses_and_says_so(refined):
+    figure = draw(refined, "map")
+    cells = artists(figure, "cells")[0]
+    assert np.all(np.asarray(cells.get_array()) == 5)
+    dots = artists(figure, "inferred")
+    inferred = refined["status"][0, 0] == INFERRED
+    assert inferred.sum() == 30
+    np.testing.assert_array_equal(covered(dots[0], refined["rotary_speed"], refined["wob"] / 1e3), inferred)
+    assert "paler: inferred (30 of 45)" in legend_words(figure)
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"), [("whirl_kind", "paler: inferred"), ("stick_slip_index", "interpolated between runs")]
+)
+def test_other_maps_fill_them_from_the_points_around_and_say_so(refined, kind, said):
+    figure = draw(refined, kind)
+    cells = artists(figure, "cells")[0]
+    assert np.all(np.asarray(cells.get_array()) == (1 if kind == "whirl_kind" else 30.0))
+    veiled = artists(figure, "inferred")
+    assert bool(veiled) == (kind == "whirl_kind"), "a veil would change the colours of a scale"
+    assert f"{said} (30 of 45)" in legend_words(figure)
+    assert not any(c.get_hatch() for c in figure.axes[0].collections)
+
+
+def test_between_points_values_are_linear(refined):
+    """A plane through the points that were run is met at all others, wherever they lie
+    between."""
+    x, y = np.meshgrid(refined["rotary_speed"], refined["wob"])
+    plane = 2.0 * x + 3e-3 * y
+    ran = refined["status"][0, 0] == OK
+    refined.variables["stick_slip_index"][0, 0] = np.where(ran, plane, np.nan)
+    cells = artists(draw(refined, "stick_slip_index"), "cells")[0]
+    assert np.asarray(cells.get_array()) == pytest.approx(plane)
+
+
+@pytest.mark.parametrize("kind", ["summary", "bifurcation"])
+def test_along_one_axis_the_strip_is_whole_and_curves_pass_over_them(refined, kind):
+    figure = draw(refined, kind, at={"wob": WEIGHTS[0]})
+    strip = artists(figure, "strip")[0]
+    assert np.ma.count(np.ma.asarray(strip.get_array())) == 9
+    for axes in figure.axes[1:]:
+        for line in axes.get_lines():
+            if str(line.get_gid()).split(":")[0] in refined.variables:
+                assert len(set(np.asarray(line.get_xdata()))) == 5
+                assert np.all(np.isfinite(line.get_ydata()))
+
+
+RATED_SPEEDS, RATED_WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3, 9)
+
+
+@pytest.fixture
+def rated():
+    """The rate [m/h] is the speed times the weight in 10 kN."""
+    made = make_results(wob=RATED_WEIGHTS, rotary_speed=RATED_SPEEDS, procedures=("up", "down"))
+    made.variables["rate_of_penetration"] = np.broadcast_to(
+        np.outer(RATED_WEIGHTS / 1e4, RATED_SPEEDS) / 3600.0, made.shape
+    ).copy()
+    return made
+
+
+@pytest.mark.parametrize(("kind", "panels"), [("map", 2), ("window", 1)])
+def test_the_rate_is_equal_along_a_line(rated, kind, panels):
+    figure = draw(rated, kind)
+    found = artists(figure, "equal")
+    assert len(found) == panels
+    for line in found:
+        for level, path in zip(line.levels, line.get_paths(), strict=True):
+            x, y = path.vertices.T  # rad/s, kN
+            # straight between points of the map
+            np.testing.assert_allclose(x * y / 10, level, rtol=0.02)
+    legend = legend_words(figure)
+    assert "Rate of penetration [m/h]" in legend
+
+
+def test_in_field_units_it_is_in_feet(rated):
+    figure = draw(rated, "window", units="field")
+    [line] = artists(figure, "equal")
+    x, y = line.get_paths()[0].vertices.T
+    metres = (x * 2 * np.pi / 60) * (y * 4448.2216152605 / 1e4)
+    np.testing.assert_allclose(metres / 0.3048, line.levels[0], rtol=0.02)
+
+
+def test_points_that_were_not_run_are_passed_over(rated):
+    rated.variables["rate_of_penetration"][:, :, 1::2, 1::2] = np.nan
+    figure = draw(rated, "map")
+    for line in artists(figure, "equal"):
+        for level, path in zip(line.levels, line.get_paths(), strict=True):
+            x, y = path.vertices.T
+            np.testing.assert_allclose(x * y / 10, level, rtol=0.05)
+
+
+def test_no_lines_where_nothing_varies_or_none_is_known(rated):
+    for values in (np.full(rated.shape, 1e-3), np.full(rated.shape, np.nan), np.zeros(rated.shape)):
+        rated.variables["rate_of_penetration"] = values
+        assert not artists(draw(rated, "map"), "equal")
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_no_label_covers_a_point_that_is_to_be_clear():
+    x, y = RATED_SPEEDS, RATED_WEIGHTS / 1e3
+    values = np.outer(RATED_WEIGHTS / 1e4, RATED_SPEEDS) / 3600.0
+
+    def labels(clear):
+        axes = Figure().add_subplot()
+        axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+        assert draw_equal_rates(axes, (x, y), values, "si", clear)
+        return {text.get_text(): np.array(text.get_position()) for text in axes.texts}
+
+    usual = labels(())
+    extent = [np.ptp(x), np.ptp(y)]
+    for text, place in usual.items():
+        moved = labels([tuple(place)])
+        assert moved.keys() == usual.keys()
+        for other, where in moved.items():
+            assert np.hypot(*((where - place) / extent)) > 0.1
+            assert other == text or np.allclose(where, usual[other], atol=0.02 * np.array(extent))

@@ -1,20 +1,27 @@
-"""One panel of a picture alone, limits of the y axis, and the kinds that a file can be
-drawn as."""
+"""One panel of a picture alone, limits of its y axis; what is left out: frozen motions,
+rounding that is no signal."""
 
-from __future__ import annotations
-
+import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from made_up import make_results
+from made_up import make_results, make_trace
 from matplotlib.figure import Figure
 
 import nsdrill
 from nsdrill import plot
+from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Results, Trace
+from nsdrill.errors import InputError
+from nsdrill.models.registry import described, drawn_in
+from nsdrill.plot.kinds.returns import section_of
 from nsdrill.plot.look import look_of
+from nsdrill.plot.page import freeze_layout, new_figure
 from nsdrill.plot.registry import all_kinds
+from nsdrill.plot.style import house_style
+from nsdrill.plot.traces import planes_of
 from nsdrill.store.dataset import to_dataset
 
 
@@ -23,7 +30,7 @@ def labels(figure: Figure) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", ["bifurcation", "summary"])
-def test_a_panel_along_an_axis_is_the_same_alone(speeds: Results, kind: str) -> None:
+def test_a_panel_along_an_axis_is_the_same_alone(speeds, kind):
     whole = plot.draw(speeds, kind)
     for axes in whole.axes[1:]:
         name = str(axes.get_label())
@@ -37,13 +44,13 @@ def test_a_panel_along_an_axis_is_the_same_alone(speeds: Results, kind: str) -> 
             assert np.array_equal(one.get_xydata(), other.get_xydata(), equal_nan=True)
 
 
-def test_a_name_may_be_shortened_where_it_is_clear(speeds: Results) -> None:
+def test_a_name_may_be_shortened_where_it_is_clear(speeds):
     assert labels(plot.draw(speeds, "bifurcation", panel="radius")) == ["Radial peaks $r$ [mm]"]
     with pytest.raises(nsdrill.InputError, match="found 'peaks'; allowed here: 'axial_peaks', 'bit_speed_peaks'"):
         plot.draw(speeds, panel="peaks")
 
 
-def test_panels_of_maps_are_named_by_the_way_the_state_was_carried() -> None:
+def test_panels_of_maps_are_named_by_the_way_the_state_was_carried():
     data = make_results(wob=np.linspace(1e4, 6e4, 5), rotary_speed=np.linspace(1, 8, 9), procedures=("up", "down"))
     whole = plot.draw(data, "map")
     for number, name in enumerate(("up", "down", "compared")):
@@ -58,7 +65,7 @@ def test_panels_of_maps_are_named_by_the_way_the_state_was_carried() -> None:
 @pytest.mark.parametrize(
     ("panel", "kind"), [("orbit", None), ("phase", "trace"), ("section", None), ("wall_force", "trace")]
 )
-def test_panels_of_a_trace(trace: Trace, panel: str, kind: str | None) -> None:
+def test_panels_of_a_trace(trace, panel, kind):
     """Those that were kinds of their own are drawn as they were."""
     figure = plot.draw(trace, kind, panel=panel)
     if panel in all_kinds():
@@ -69,7 +76,7 @@ def test_panels_of_a_trace(trace: Trace, panel: str, kind: str | None) -> None:
         assert labels(figure) == ["Wall force [kN]"]
 
 
-def test_every_panel_in_axes_of_a_user(speeds: Results, trace: Trace) -> None:
+def test_every_panel_in_axes_of_a_user(speeds, trace):
     """Also where the user's panels share their axes."""
     figure = Figure()
     left, right = figure.subplots(1, 2, sharex=True)
@@ -88,8 +95,8 @@ def test_every_panel_in_axes_of_a_user(speeds: Results, trace: Trace) -> None:
     assert axes.get_xlabel() == "Time [s]"
 
 
-def test_limits_of_the_y_axis_with_units(speeds: Results) -> None:
-    def shown(**look: Any) -> list[tuple[float, float]]:
+def test_limits_of_the_y_axis_with_units(speeds):
+    def shown(**look):
         return [axes.get_ylim() for axes in plot.draw(speeds, look=look_of(**look)).axes]
 
     usual, limited = shown(), shown(ylim=("0 rpm", "60 rpm"))
@@ -103,7 +110,7 @@ def test_limits_of_the_y_axis_with_units(speeds: Results) -> None:
     assert not [one for one in figure.axes[1].lines if "beyond" in str(one.get_gid())]
 
 
-def test_limits_of_an_axis_of_the_sweep_along_y() -> None:
+def test_limits_of_an_axis_of_the_sweep_along_y():
     data = make_results(wob=np.linspace(1e4, 6e4, 6), rotary_speed=np.linspace(1, 8, 9))
     for kind in ("map", "stick_slip_index", "window"):
         figure = plot.draw(data, kind, look=look_of(ylim=("20 kN", "40 kN")))
@@ -118,6 +125,166 @@ def test_limits_of_an_axis_of_the_sweep_along_y() -> None:
         (("60 rpm", "0 rpm"), "ylim: found 6.28319 to 0 rad/s; allowed: the lower end first"),
     ],
 )
-def test_limits_that_do_not_fit(speeds: Results, ends: tuple[str, str], words: str) -> None:
+def test_limits_that_do_not_fit(speeds, ends, words):
     with pytest.raises(nsdrill.InputError, match=words):
         plot.draw(speeds, look=look_of(ylim=ends))
+
+
+def frozen(*modes: str) -> dict[str, Any]:
+    return {"study_resolved": json.dumps({"modes": {mode: "frozen" for mode in modes}})}
+
+
+def words_of(figure: Any) -> list[str]:
+    return [axes.get_ylabel().partition(" [")[0] for axes in figure.axes if axes.get_ylabel()]
+
+
+def returns(*modes: str) -> Results:
+    """A sweep with the section of a frozen_trace at every point."""
+    results = make_results(rotary_speed=(2.0, 3.0, 4.0))
+    for name, values in section_of(make_trace()).items():
+        results.variables[name] = values + 0.0 * results["bit_speed_max"][..., None]
+    results.variables["motion"] = results["status"] * 0 + 2
+    results.variables["period"] = results["status"] * 0 + 1
+    results.attrs.update(frozen(*modes))
+    return results
+
+
+@pytest.fixture(scope="module")
+def frozen_trace():
+    return make_trace()
+
+
+@pytest.mark.parametrize(
+    ("mode", "kind", "shown"),
+    [
+        ("lateral", "histories", ["$z$", "Bit speed", "Bit force", "Bit torque"]),
+        ("axial", "histories", ["Bit speed", "$r$", "Bit torque", "Wall force"]),
+        ("torsional", "histories", ["$z$", "$r$", "Bit force", "Bit torque", "Wall force"]),
+        ("lateral", "phase", ["$\\dot z$", "Bit speed"]),
+        ("axial", "phase", ["Bit speed", "$\\dot r$"]),
+        ("lateral", "section", ["$\\dot z$", "Bit speed"]),
+        ("torsional", "section", ["across", "$\\dot z$", "$\\dot r$"]),
+        ("lateral", "trace", ["$z$", "Bit speed", "Bit force", "Bit torque", "$\\dot z$", "Bit speed"]),
+    ],
+)
+def test_of_a_trace(frozen_trace, mode, kind, shown):
+    figure = plot.draw(Trace(frozen_trace.time, frozen_trace.variables, frozen_trace.attrs | frozen(mode)), kind)
+    assert words_of(figure) == shown
+
+
+@pytest.mark.parametrize(
+    ("modes", "kind", "shown"),
+    [
+        (("lateral",), "bifurcation", ["Axial peaks $z$", "Bit speed peaks"]),
+        (("axial", "lateral"), "bifurcation", ["Bit speed peaks"]),
+        (("torsional",), "summary", ["Time off the rock", "Time on the wall", "Whirl ratio"]),
+        (("lateral",), "poincare", ["$z$", "Bit speed"]),
+        (("axial",), "poincare", ["$r$", "Whirl angle from bit", "Bit speed"]),
+    ],
+)
+def test_of_a_sweep(modes, kind, shown):
+    assert words_of(plot.draw(returns(*modes), kind)) == shown
+
+
+def test_of_a_ramp():
+    frozen_trace = make_trace()
+    frozen_trace.variables["drive_speed"] = frozen_trace.time / 20.0
+    frozen_trace.attrs |= frozen("torsional")
+    assert words_of(plot.draw(frozen_trace, "ramp")) == ["Axial peaks $z$", "Radial peaks $r$"]
+
+
+def test_the_orbit_of_a_string_without_lateral_motion_is_refused(frozen_trace):
+    alone = Trace(frozen_trace.time, frozen_trace.variables, frozen_trace.attrs | frozen("lateral"))
+    assert "orbit" not in plot.kinds_for(alone)
+    with pytest.raises(InputError, match=r"'orbit', which does not fit a frozen_trace \(the lateral motion is frozen"):
+        plot.draw(alone, "orbit")
+
+
+def test_every_variable_that_is_drawn_has_a_mode_or_moves_with_several():
+    drawn = described("christoforou_yigit").drawn
+    names = {*drawn.histories, *sum(drawn.planes, ()), *drawn.section, *sum(drawn.section_planes, ()), *drawn.summary}
+    names |= {one[1] for one in drawn.attractors}
+    assert names - set(drawn.modes) == {"bit_torque"}
+    assert drawn_in(frozen("axial", "lateral")).attractors == ((None, "stick_slip_index", "Stick-slip index"),)
+    assert drawn_in({}) is drawn
+
+
+@pytest.mark.usefixtures("laid_out")
+@pytest.mark.parametrize(("middle", "swing", "opened"), [(-0.884, 1e-8, True), (0.0, 1e-15, True), (3.0, 1e-3, False)])
+def test_the_last_digits_of_a_value_do_not_fill_a_panel(middle, swing, opened):
+    with house_style():
+        figure = new_figure(3.0, 3.0)
+        axes = figure.add_subplot()
+        values = middle + swing * np.sin(np.arange(50.0))
+        axes.plot(np.arange(50.0), values)
+        freeze_layout(figure)
+    low, high = axes.get_ylim()
+    assert low < values.min() < values.max() < high
+    assert (np.ptp(values) < 1e-3 * (high - low)) == opened
+    assert max(len(label.get_text()) for label in axes.get_yticklabels()) <= 7
+
+
+def test_a_plane_of_rounding_is_left_out():
+    trace = make_trace()
+    noise = 1e-15 * np.sin(np.arange(len(trace.time)))
+    still = replace(trace, variables={**trace.variables, "z": -8.8e-4 + noise * 1e-3, "vz": noise})
+    assert {"z", "vz"} & {name for pair in planes_of(trace) for name in pair}
+    assert not {"z", "vz"} & {name for pair in planes_of(still) for name in pair}
+
+
+@pytest.mark.parametrize(("part", "wall"), [(0.05, False), (0.9, True)])
+def test_an_orbit_fills_its_panel_and_the_wall_is_there_where_it_is_near(part, wall):
+    trace = make_trace()
+    gap, angle = float(trace.attrs["gap"]), 3.0 * trace.time
+    x, y = part * gap * np.cos(angle), part * gap * np.sin(angle)
+    trace = replace(trace, variables={**trace.variables, "x": x, "y": y, "wall_force": np.zeros(len(x))})
+    (axes,) = plot.draw(trace, "orbit").axes
+    half = axes.get_xlim()[1]
+    assert 1e3 * part * gap < half < 1.5e3 * part * gap
+    assert (half > 1e3 * gap) == wall
+    assert ("wall at" in axes.get_title()) != wall
+
+
+def test_a_turn_along_the_wall_is_no_polygon():
+    trace = make_trace()
+    gap, time = float(trace.attrs["gap"]), np.arange(0.0, 2.0, 0.02)
+    angle = -30.0 * time
+    made = {
+        "x": gap * np.cos(angle),
+        "y": gap * np.sin(angle),
+        "vx": 30.0 * gap * np.sin(angle),
+        "vy": -30.0 * gap * np.cos(angle),
+        "wall_force": np.ones(len(time)),
+    }
+    variables = {name: values[: len(time)] for name, values in trace.variables.items()} | made
+    (axes,) = plot.draw(replace(trace, time=time, variables=variables), "orbit").axes
+    (line,) = [line for line in axes.lines if line.get_gid() == "orbit:wall"]
+    chords = np.column_stack(
+        [0.5 * (line.get_xdata()[1:] + line.get_xdata()[:-1]), 0.5 * (line.get_ydata()[1:] + line.get_ydata()[:-1])]
+    )
+    # between samples alone it would be cos(0.3) of it
+    assert np.hypot(*chords.T).min() > 0.998e3 * gap
+
+
+def test_without_a_title_there_is_no_strip_for_it():
+    trace = make_trace()
+    plain, bare = (plot.draw(trace, "orbit", look=look_of(title=title)) for title in (None, False))
+    assert bare.get_figheight() < plain.get_figheight() - 0.25
+    assert bare.axes[0].get_title() == ""
+    assert plot.draw(trace, "orbit", look=look_of(title=False, height="5in")).get_figheight() == pytest.approx(5.0)
+
+
+def test_strings_that_differ_are_told_by_their_keys():
+    def study(**bit):
+        return json.dumps({"title": "any", "bit": {"lobes": 3, **bit}, "simulation": {"rtol": bit.get("friction", 1)}})
+
+    def sweep(text):
+        results = make_results(rotary_speed=np.linspace(1, 8, 5))
+        return replace(results, attrs={**results.attrs, "study_resolved": text})
+
+    one = {"study_resolved": study(friction=0.3)}
+    wob = float(sweep("{}").coords["wob"][0])
+    assert other_string(one, sweep(study(friction=0.3)), {"wob": wob}) == []
+    assert other_string(one, sweep(study(friction=0.4)), {"wob": wob}) == [("bit.friction", 0.3, 0.4)]
+    assert other_string(one, sweep(study(friction=0.4)), {"wob": wob}, {"bit.friction"}) == []
+    assert [key for key, *_ in other_string(one, sweep(study(friction=0.3)), {"wob": 2 * wob})] == ["operation.wob"]

@@ -1,18 +1,20 @@
-"""Sections and kinds of motion: what is drawn where, and the section of a trace."""
-
-from __future__ import annotations
+"""Sections, kinds of motion, and the special points of branches."""
 
 import numpy as np
 import pytest
 from made_up import make_results
 from matplotlib.colors import to_hex
+from matplotlib.text import Annotation
 from model_tables import SECTION, VARIABLES
-from seen import legend_words
+from seen import artists, legend_words
+from xarray import Dataset
 
 from nsdrill import plot
+from nsdrill.analysis.bifurcations import DOUBLING, FOLD, TORUS
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.plot.kinds.returns import section_of
+from nsdrill.plot.look import look_of
 from nsdrill.plot.style import MOTIONS
 from nsdrill.variables import CHAOTIC, PERIODIC
 
@@ -21,7 +23,7 @@ SPEEDS = np.linspace(2.0, 8.0, 7)
 
 
 @pytest.fixture
-def sweep() -> Results:
+def sweep():
     """Periodic up to 5 rad/s, with period two; chaotic above; on the way down chaotic
     throughout."""
     results = make_results(rotary_speed=SPEEDS, procedures=("up", "down"))
@@ -42,7 +44,7 @@ def sweep() -> Results:
     return results
 
 
-def test_every_return_is_drawn_in_the_colour_of_its_motion(sweep: Results) -> None:
+def test_every_return_is_drawn_in_the_colour_of_its_motion(sweep):
     figure = plot.draw(sweep, "poincare")
     lines = {line.get_gid(): line for axes in figure.axes for line in axes.get_lines() if line.get_gid()}
     up = lines[f"section_radius:up:{PERIODIC}"]
@@ -60,7 +62,7 @@ def test_every_return_is_drawn_in_the_colour_of_its_motion(sweep: Results) -> No
     assert "quasi-periodic" not in words
 
 
-def test_motion_is_drawn_with_exponent_and_period(sweep: Results) -> None:
+def test_motion_is_drawn_with_exponent_and_period(sweep):
     figure = plot.draw(sweep, "motion")
     labels = [axes.get_ylabel() for axes in figure.axes]
     assert [word in " ".join(labels) for word in ("Lyapunov", "0-1 test", "Period")] == [True] * 3
@@ -69,7 +71,7 @@ def test_motion_is_drawn_with_exponent_and_period(sweep: Results) -> None:
     assert "Lyapunov" not in " ".join(axes.get_ylabel() for axes in plot.draw(sweep, "motion").axes)
 
 
-def test_the_section_of_one_point_needs_one_point(sweep: Results) -> None:
+def test_the_section_of_one_point_needs_one_point(sweep):
     with pytest.raises(InputError, match="select a value of every axis"):
         plot.draw(sweep, "section")
     figure = plot.draw(sweep, "section", at={"rotary_speed": 3.0})
@@ -78,14 +80,14 @@ def test_the_section_of_one_point_needs_one_point(sweep: Results) -> None:
     assert "carried down: chaotic, 12 returns" in text
 
 
-def test_what_was_not_recorded_is_not_offered() -> None:
+def test_what_was_not_recorded_is_not_offered():
     plain = make_results(rotary_speed=SPEEDS)
     assert not {"poincare", "motion", "section"} & set(plot.kinds_for(plain))
     with pytest.raises(InputError, match=r"record\.poincare"):
         plot.draw(plain, "poincare")
 
 
-def test_the_section_of_a_trace_is_found_between_samples() -> None:
+def test_the_section_of_a_trace_is_found_between_samples():
     """A motion known in closed form, sampled every 0.05 s: the cubic is good to the
     fourth power of that."""
     time = np.arange(0.0, 60.0, 0.05)
@@ -112,7 +114,7 @@ def test_the_section_of_a_trace_is_found_between_samples() -> None:
     assert found["section_whirl_angle"] == pytest.approx(np.angle(np.exp(2j * moments)), abs=1e-4)
 
 
-def test_a_trace_without_a_turn_has_no_section() -> None:
+def test_a_trace_without_a_turn_has_no_section():
     time = np.linspace(0.0, 1.0, 50)
     values = {name: np.zeros(50) for name in ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")}
     with pytest.raises(InputError, match="less than one revolution"):
@@ -126,7 +128,7 @@ MOTION_SPEEDS = np.linspace(1.0, 8.0, 8)
 
 
 @pytest.fixture
-def motions() -> Results:
+def motions():
     """Eight points, six of period two and two chaotic, with the 0-1 test for these and
     without Lyapunov exponents."""
     made = make_results(rotary_speed=MOTION_SPEEDS)
@@ -141,20 +143,92 @@ def labels(results: Results) -> list[str]:
     return [axes.get_ylabel() for axes in plot.draw(results, "motion").axes]
 
 
-def test_a_panel_for_everything_there_is(motions: Results) -> None:
+def test_a_panel_for_everything_there_is(motions):
     assert labels(motions) == ["", "Motion", "0-1 test $K$", "Period\n[returns]"]
 
 
-def test_no_panel_without_values(motions: Results) -> None:
+def test_no_panel_without_values(motions):
     motions.variables["zero_one"][:] = np.nan
     assert labels(motions) == ["", "Motion", "Period\n[returns]"]
     motions.variables["motion"][:] = CHAOTIC
     assert labels(motions) == ["", "Motion"]
 
 
-def test_only_periods_of_periodic_motions_are_drawn(motions: Results) -> None:
+def test_only_periods_of_periodic_motions_are_drawn(motions):
     motions.variables["period"][..., 4] = 7
     [line] = [line for line in plot.draw(motions, "motion").axes[3].get_lines() if line.get_marker() == "o"]
     drawn = np.asarray(line.get_ydata(), dtype=float)
     assert np.array_equal(np.isfinite(drawn), motions["motion"].ravel() == PERIODIC)
     assert np.nanmax(drawn) == 2
+
+
+@pytest.fixture
+def crowd():
+    """One branch with 41 special points of three kinds within 0.4 of 6 rad/s, and a
+    fold by itself."""
+    speed = np.linspace(2.0, 8.0, 601)
+    label = np.zeros(601, dtype=int)
+    label[400:441] = np.array([FOLD, TORUS, DOUBLING])[np.arange(41) % 3]
+    label[100] = FOLD
+    return Dataset(
+        {
+            "rotary_speed": ("point", speed),
+            "radius_max": ("point", np.full(601, 0.05)),
+            "unstable": ("point", np.zeros(601, dtype=int)),
+            "label": ("point", label),
+            "row_size": ("branch", np.array([601])),
+            "motion": ("branch", np.array(["periodic"])),
+        },
+        attrs={"along": "rotary_speed", "continue_from": 2.0, "continue_to": 8.0},
+    )
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_special_points_that_lie_on_each_other_are_counted(crowd):
+    figure = plot.draw(crowd)
+    (axes,) = figure.axes
+    figure.draw_without_rendering()
+    marked = np.array([axes.transData.transform(line.get_xydata()[0]) for line in artists(axes, "special:")])
+    apart = np.diff(np.sort(marked[:, 0])) / figure.dpi
+    assert apart.min() > 0.05, "inches: no marker, 0.055 wide, covers another one"
+    numbers = [int(text.get_text()) for text in axes.texts if isinstance(text, Annotation)]
+    assert sum(numbers) == 41
+    alone = [line for line in artists(axes, "special:") if line.get_xdata()[0] == pytest.approx(3.0)]
+    assert [line.get_gid() for line in alone] == ["special:fold"]
+    words = legend_words(figure)
+    assert "several special points" in words
+
+
+def test_closer_to_them_they_are_apart(crowd):
+    far, near = (plot.draw(crowd, look=look_of(xlim=ends)) for ends in ((2.0, 8.0), ("5.95 rad/s", "6.25 rad/s")))
+    assert len(artists(near.axes[0], "special:")) > 2 * len(artists(far.axes[0], "special:"))
+    kinds = {line.get_gid() for line in artists(near.axes[0], "special:")}
+    assert {"special:fold", "special:torus", "special:doubling"} <= kinds
+
+
+def test_the_other_axes_fit_what_is_within_the_limits(crowd):
+    """The radius rises from 20 to 80 mm over the whole range, and by 5 mm within the limits."""
+    crowd["radius_max"] = "point", np.linspace(0.02, 0.08, 601)
+    low, high = plot.draw(crowd, look=look_of(xlim=(4.0, 4.5))).axes[0].get_ylim()
+    assert 39.0 < low < 40.0
+    assert 45.0 < high < 46.0
+
+
+def test_branches_are_a_kind_like_others(crowd):
+    assert plot.kinds_for(crowd) == ("branches",)
+    assert [axes.get_label() for axes in plot.draw(crowd, panel="radius").axes] == ["radius_max"]
+
+
+def test_labels_are_broken_beside_low_panels(crowd):
+    labels = [
+        plot.draw(crowd, look=look_of(width="3.3 in", height=height)).axes[0].get_ylabel()
+        for height in ("5 in", "1.9 in")
+    ]
+    assert "\n" not in labels[0]
+    assert labels[1].split() == labels[0].split()
+    assert "\n" in labels[1]
+
+
+def test_a_panel_is_one_name(crowd):
+    with pytest.raises(InputError, match="panel: found a value of the type list"):
+        plot.draw(crowd, panel=["radius_max"])

@@ -1,8 +1,6 @@
 """Pictures of a ramp: its schedule is shown, and its peaks stand at the value of their
 moment."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 
@@ -31,7 +29,7 @@ def lines(figure, start: str) -> dict[str, Any]:
     return {line.get_gid(): line for line in artists(figure, start)}
 
 
-def test_the_kind_is_offered_for_a_ramp_only() -> None:
+def test_the_kind_is_offered_for_a_ramp_only():
     assert "ramp" not in plot.kinds_for(make_trace())
     assert plot.kinds_for(ramped())[0] == "trace"
     assert plot.kinds_for(ramped())[-1] == "ramp"
@@ -40,7 +38,7 @@ def test_the_kind_is_offered_for_a_ramp_only() -> None:
 
 
 @pytest.mark.parametrize("kind", ["trace", "histories"])
-def test_the_schedule_has_panels_of_its_own(kind: str) -> None:
+def test_the_schedule_has_panels_of_its_own(kind):
     trace = ramped("wob", (1e4, 6e4), ramped())
     figure = plot.draw(trace, kind)
     panels = figure.subfigs[0].axes if kind == "trace" else figure.axes
@@ -48,7 +46,7 @@ def test_the_schedule_has_panels_of_its_own(kind: str) -> None:
     assert "5000 m, 10 to 60 kN, 3 to 8 to 3 rad/s" in figure.get_suptitle()
 
 
-def test_peaks_stand_at_the_speed_of_their_moment() -> None:
+def test_peaks_stand_at_the_speed_of_their_moment():
     trace = ramped()
     figure = plot.draw(trace, "ramp")
     assert figure.axes[-1].get_xlabel() == "Rotary speed [rad/s]"
@@ -63,13 +61,13 @@ def test_peaks_stand_at_the_speed_of_their_moment() -> None:
     assert rising.get_ydata()[: early.sum()] == pytest.approx(heights[early] * 1e3)
 
 
-def test_a_ramp_of_depth_and_field_units() -> None:
+def test_a_ramp_of_depth_and_field_units():
     figure = plot.draw(ramped("depth", (5000.0, 5100.0)), "ramp", units="field")
     assert figure.axes[-1].get_xlabel() == "Measured depth [ft]"
     assert "16404 to 16732 ft" in figure.get_suptitle()
 
 
-def test_local_maxima_are_those_of_the_motion() -> None:
+def test_local_maxima_are_those_of_the_motion():
     """Of a cosine with 100 samples a turn: the parabola's vertex is right to the fourth
     order of the step, 1e-6."""
     time = np.arange(0.0, 10.0, 0.01)
@@ -78,7 +76,7 @@ def test_local_maxima_are_those_of_the_motion() -> None:
     assert height == pytest.approx(3.0, abs=3e-6)
 
 
-def test_a_sweep_lies_behind() -> None:
+def test_a_sweep_lies_behind():
     sweep = make_results(rotary_speed=np.linspace(1, 10, 19), wob=(22240.0, 66720.0), procedures=("up", "down"))
     figure = plot.draw(ramped(), over=sweep)
     behind = lines(figure, "sweep:")
@@ -93,7 +91,7 @@ def test_a_sweep_lies_behind() -> None:
     assert line.get_zorder() < min(one.get_zorder() for one in lines(figure, "bit_speed:").values())
 
 
-def test_a_sweep_that_does_not_fit_is_refused() -> None:
+def test_a_sweep_that_does_not_fit_is_refused():
     with pytest.raises(InputError, match=r"found a sweep of depth; allowed: a sweep of rotary_speed"):
         plot.draw(ramped(), over=make_results(depth=(1000.0, 2000.0)))
     with pytest.raises(InputError, match=r"found a sweep at 22\.24 kN; allowed: one at 66\.72 kN"):

@@ -1,8 +1,6 @@
 """Pictures of several starts: shares that add up, markers that mean a share, basins in
 their places."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -53,28 +51,28 @@ def with_starts(results: Results, starts: int = STARTS, plane: dict[str, object]
 
 
 @pytest.fixture(scope="module")
-def ensemble() -> Results:
+def ensemble():
     return with_starts(make_results(rotary_speed=SPEEDS))
 
 
 @pytest.fixture(scope="module")
-def basins() -> Results:
+def basins():
     plane = {"x": {"from": -0.07, "to": 0.07, "points": 5}, "vx": {"from": -1.0, "to": 1.0, "points": 4}}
     return with_starts(make_results(rotary_speed=[3.0]), plane=plane)
 
 
-def test_the_kinds(ensemble: Results, basins: Results) -> None:
+def test_the_kinds(ensemble, basins):
     assert plot.kinds_for(ensemble) == ("shares", "attractors", "basin", "window")
     assert plot.kinds_for(basins) == ("basin",)
     assert "status" in plot.needed(ensemble)
     assert "initial_state" in plot.needed(basins)
 
 
-def test_columns_are_the_shares(ensemble: Results) -> None:
+def test_columns_are_the_shares(ensemble):
     figure = plot.draw(ensemble)
     (axes,) = figure.axes
     for column, speed in enumerate(SPEEDS):
-        heights: dict[int, float] = {}
+        heights = {}
         for area in axes.collections:
             x, y = area.get_paths()[0].vertices.T
             if x.min() < speed < x.max():
@@ -90,7 +88,7 @@ def test_columns_are_the_shares(ensemble: Results) -> None:
     )
 
 
-def test_intervals_are_wilsons(ensemble: Results) -> None:
+def test_intervals_are_wilsons(ensemble):
     figure = plot.draw(ensemble, "shares")
     bars = [line for line in figure.axes[0].get_lines() if str(line.get_gid()) == "interval:0"]
     assert len(bars) == len(SPEEDS)
@@ -100,14 +98,14 @@ def test_intervals_are_wilsons(ensemble: Results) -> None:
         assert np.array(bar.get_ydata()) / 100 == pytest.approx(wilson(calm, STARTS))
 
 
-def test_failed_starts_are_left_out_and_counted(ensemble: Results) -> None:
+def test_failed_starts_are_left_out_and_counted(ensemble):
     variables = {name: values.copy() for name, values in ensemble.variables.items()}
     variables["status"][0, 0, 0, 2, :3], variables["attractor"][0, 0, 0, 2, :3] = STEP_LIMIT, 0
     figure = plot.draw(Results(ensemble.coords, variables, ensemble.attrs), "shares")
     assert "failed, left out (3)" in legend_words(figure)
 
 
-def test_attractors_by_share_and_response(ensemble: Results) -> None:
+def test_attractors_by_share_and_response(ensemble):
     figure = plot.draw(ensemble, "attractors")
     assert [axes.get_ylabel() for axes in figure.axes] == [
         "Greatest radius [mm]",
@@ -129,7 +127,7 @@ def test_attractors_by_share_and_response(ensemble: Results) -> None:
     assert size(0.05) > 3.0, "points: a share of 5 % is seen"
 
 
-def test_one_attractor_is_one_line(ensemble: Results) -> None:
+def test_one_attractor_is_one_line(ensemble):
     """Its markers in the order of the speeds, dotted over a speed where it has no
     start."""
     variables = {name: values.copy() for name, values in ensemble.variables.items()}
@@ -145,7 +143,7 @@ def test_one_attractor_is_one_line(ensemble: Results) -> None:
     assert {text.get_text() for text in figure.axes[1].texts} == {"1", "2", "5"}
 
 
-def test_one_attractor_is_one_band(ensemble: Results) -> None:
+def test_one_attractor_is_one_band(ensemble):
     (axes,) = plot.draw(ensemble, "shares").axes
     numbers = {str(text.get_gid()): text.get_text() for text in axes.texts}
     # The response of 2 and 5 changes between the fifth and the sixth speed.
@@ -163,7 +161,7 @@ def test_one_attractor_is_one_band(ensemble: Results) -> None:
         assert line.get_ydata() == pytest.approx([left, right])
 
 
-def test_numbers_of_an_older_version_are_not_joined(ensemble: Results) -> None:
+def test_numbers_of_an_older_version_are_not_joined(ensemble):
     """They were given at each operating point for itself; classified anew, they are
     numbers along the axis."""
     study = json.loads(ensemble.attrs["study_resolved"])
@@ -177,7 +175,7 @@ def test_numbers_of_an_older_version_are_not_joined(ensemble: Results) -> None:
         assert bool(plot.draw(results, "shares").axes[0].texts) == joined
 
 
-def test_cells_of_a_slice_lie_where_they_began(basins: Results) -> None:
+def test_cells_of_a_slice_lie_where_they_began(basins):
     figure = plot.draw(basins)
     (axes,) = figure.axes
     mesh = axes.collections[0]
@@ -191,7 +189,7 @@ def test_cells_of_a_slice_lie_where_they_began(basins: Results) -> None:
     assert np.array_equal(np.asarray(turned.get_array()).reshape(5, 4), numbers.T)
 
 
-def test_dots_of_an_ensemble(ensemble: Results) -> None:
+def test_dots_of_an_ensemble(ensemble):
     figure = plot.draw(ensemble, "basin", at={"rotary_speed": 3.0}, states=("twist", "bit_speed"))
     (axes,) = figure.axes
     states = ensemble["initial_state"][0, 0, 0, 1]
@@ -206,7 +204,7 @@ def test_dots_of_an_ensemble(ensemble: Results) -> None:
     assert "to" in legend_words(figure)[0], "with its interval"
 
 
-def test_one_start_is_a_sweep_as_any_other(ensemble: Results) -> None:
+def test_one_start_is_a_sweep_as_any_other(ensemble):
     figure = plot.draw(ensemble, "bifurcation", start=3)
     lines = [line for axes in figure.axes for line in axes.get_lines()]
     markers = [line for line in lines if str(line.get_gid()).startswith("axial_peaks")]
@@ -228,12 +226,12 @@ def test_one_start_is_a_sweep_as_any_other(ensemble: Results) -> None:
         ({"kind": "shares", "at": {"rotary_speed": 3.0}}, r"needs a swept axis"),
     ],
 )
-def test_messages(ensemble: Results, asked: dict[str, object], message: str) -> None:
+def test_messages(ensemble, asked, message):
     with pytest.raises(InputError, match=f"(?s){message}"):
-        plot.draw(ensemble, **asked)  # type: ignore[arg-type]
+        plot.draw(ensemble, **asked)
 
 
-def test_messages_elsewhere(basins: Results) -> None:
+def test_messages_elsewhere(basins):
     with pytest.raises(InputError, match="those of the slice, x,vx"):
         plot.draw(basins, states=("x", "y"))
     with pytest.raises(InputError, match=r"initial\.ensemble or initial\.slice"):

@@ -1,7 +1,5 @@
 """Pictures of one trajectory: nothing of it is lost by drawing fewer samples."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from made_up import GAP, make_trace
@@ -23,7 +21,7 @@ def axes_of(trace: Trace, kind: str):
     return [axes for sub in (figure.subfigs or [figure]) for axes in sub.axes]
 
 
-def test_the_page_holds_everything(trace: Trace) -> None:
+def test_the_page_holds_everything(trace):
     labels = [(axes.get_xlabel(), axes.get_ylabel()) for axes in axes_of(trace, "trace")]
     assert [y for _, y in labels[:6]] == [
         "$z$ [mm]",
@@ -42,7 +40,7 @@ def test_the_page_holds_everything(trace: Trace) -> None:
     ]
 
 
-def test_title_tells_the_operating_point(trace: Trace) -> None:
+def test_title_tells_the_operating_point(trace):
     lines = plot.draw(trace, "phase").get_suptitle().splitlines()
     assert lines == ["Speed sweep, state carried", "5000 m, 66.72 kN, 3 rad/s, carried down"]
     assert "16404 ft, 15 klbf, 28.65 rpm" in plot.draw(trace, "phase", units="field").get_suptitle()
@@ -52,7 +50,7 @@ SCALES = {"z": 1e-3, "bit_speed": 1.0, "radius": 1e-3, "wall_force": 1e3}
 
 
 @pytest.mark.parametrize("name", SCALES)
-def test_histories_keep_every_extreme(name: str) -> None:
+def test_histories_keep_every_extreme(name):
     trace = make_trace(duration=60.0, sample=0.001)
     drawn = line(plot.draw(trace, "histories"), f"history:{name}")
     assert len(drawn.get_xdata()) < len(trace.time) / 10
@@ -60,9 +58,10 @@ def test_histories_keep_every_extreme(name: str) -> None:
     assert np.min(drawn.get_ydata()) * SCALES[name] == pytest.approx(trace[name].min(), rel=1e-12)
 
 
+@pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize("name", SCALES)
 @pytest.mark.parametrize("width", [7.0, 3.3])
-def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float) -> None:
+def test_a_long_trace_is_a_band_that_holds_every_sample(name, width):
     trace = make_trace(duration=600.0, sample=0.01)
     figure = plot.draw(trace, "histories", look=plot.look_of(width=f"{width}in", time=(0, None)))
     axes = next(one for one in figure.axes if any(c.get_gid() == f"history:{name}:band" for c in one.collections))
@@ -84,7 +83,7 @@ def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float)
         assert axes.get_tightbbox().x1 <= figure.bbox.width + 1
 
 
-def test_a_long_run_shows_its_last_seconds() -> None:
+def test_a_long_run_shows_its_last_seconds():
     """Lines that can be read in place of solid bands; a part that the user chooses, a
     ramp and a drive that is switched on are drawn as they are."""
     long = make_trace(duration=600.0, sample=0.01)
@@ -103,7 +102,7 @@ def test_a_long_run_shows_its_last_seconds() -> None:
     assert line(plot.draw(short, "histories"), "history:z").get_xdata()[0] == 0.0
 
 
-def test_a_wall_out_of_reach_takes_no_room(trace: Trace) -> None:
+def test_a_wall_out_of_reach_takes_no_room(trace):
     trace.variables["radius"] = 0.1 * trace.variables["radius"]
     figure = plot.draw(trace, "histories")
     radius = next(axes for axes in figure.axes if axes.get_label() == "radius")
@@ -111,7 +110,7 @@ def test_a_wall_out_of_reach_takes_no_room(trace: Trace) -> None:
     assert f"wall at {GAP * 1e3:g} mm" in figure.axes[0].get_title(loc="left")
 
 
-def test_slow_motion_stays_a_line_however_long_it_takes() -> None:
+def test_slow_motion_stays_a_line_however_long_it_takes():
     time = np.linspace(0.0, 600.0, 60_001)
     rippled = np.sin(2 * np.pi * time / 20.0) + 0.01 * np.sin(2 * np.pi * 5 * time)
     assert count_upcrossings(rippled) < 60  # of 3000 ripples
@@ -120,13 +119,13 @@ def test_slow_motion_stays_a_line_however_long_it_takes() -> None:
     assert count_upcrossings(np.full(1000, np.nan)) == count_upcrossings(np.zeros(5000)) == 0
 
 
-def test_reference_lines(trace: Trace) -> None:
+def test_reference_lines(trace):
     figure = plot.draw(trace, "histories")
     assert line(figure, "rotary speed").get_ydata()[0] == 3.0
     assert line(figure, "wall").get_ydata()[0] == pytest.approx(GAP * 1e3)
 
 
-def test_orbit_in_the_hole(trace: Trace) -> None:
+def test_orbit_in_the_hole(trace):
     figure = plot.draw(trace, "orbit")
     [axes] = figure.axes
     [wall] = [patch for patch in axes.patches if isinstance(patch, Circle)]
@@ -137,7 +136,7 @@ def test_orbit_in_the_hole(trace: Trace) -> None:
     np.testing.assert_array_equal(np.isfinite(on_wall), shown)
 
 
-def test_the_part_that_is_shown_is_said(trace: Trace) -> None:
+def test_the_part_that_is_shown_is_said(trace):
     # 20 turns at 3 rad/s take 41.9 s
     assert plot.draw(trace, "phase").axes[0].get_title() == "last 41.9 s"
     short = make_trace(duration=20.0)
@@ -146,32 +145,34 @@ def test_the_part_that_is_shown_is_said(trace: Trace) -> None:
     assert len(line(figure, "phase:twist").get_xdata()) == len(short.time)
 
 
-def test_a_trace_without_attributes_is_drawn(trace: Trace) -> None:
+@pytest.mark.usefixtures("laid_out")
+def test_a_trace_without_attributes_is_drawn(trace):
     trace.attrs.clear()
     for kind in ("trace", "phase"):
         plot.draw(trace, kind)
 
 
-def test_a_trace_that_ends_in_nan_is_drawn(trace: Trace) -> None:
+@pytest.mark.usefixtures("laid_out")
+def test_a_trace_that_ends_in_nan_is_drawn(trace):
     for values in trace.variables.values():
         values[len(trace.time) // 3 :] = np.nan
     for kind in ("histories", "orbit"):
         plot.draw(trace, kind)
 
 
-def test_one_sample_is_no_line(trace: Trace) -> None:
+def test_one_sample_is_no_line(trace):
     short = Trace(trace.time[:1], {name: values[:1] for name, values in trace.variables.items()})
     with pytest.raises(InputError, match="two or more"):
         plot.draw(short)
 
 
-def test_a_million_samples_are_thinned() -> None:
+def test_a_million_samples_are_thinned():
     figure = plot.draw(make_trace(duration=1000.0, sample=0.001))
     drawn = [one for sub in figure.subfigs for axes in sub.axes for one in axes.get_lines()]
     assert sum(len(one.get_xdata()) for one in drawn) < 400_000
 
 
-def test_envelope() -> None:
+def test_envelope():
     t = np.arange(10.0)
     # short enough already
     assert envelope(t, t, 5) == (t, t) or np.array_equal(envelope(t, t, 5)[1], t)
@@ -181,7 +182,7 @@ def test_envelope() -> None:
     assert np.isnan(envelope(t, np.full(10, np.nan), 2)[1]).all()
 
 
-def test_what_stays_at_one_value_is_told_not_drawn() -> None:
+def test_what_stays_at_one_value_is_told_not_drawn():
     trace = make_trace(duration=20.0)
     steady = {**trace.variables, "wall_force": np.zeros(len(trace.time)), "z": np.full(len(trace.time), 2e-3)}
     steady["vz"] = np.zeros(len(trace.time))
@@ -200,7 +201,7 @@ def test_what_stays_at_one_value_is_told_not_drawn() -> None:
     assert len(plot.draw(still, "phase").axes) == 3
 
 
-def test_the_force_that_holds_a_collar_before_its_release_is_cut(trace: Trace) -> None:
+def test_the_force_that_holds_a_collar_before_its_release_is_cut(trace):
     """The axis fits the blows that follow, and the title says what it leaves out."""
     force = np.linspace(0.0, 2e5, len(trace.time)) % 1e5
     force[:3] = 1e6, 5e5, 0.0

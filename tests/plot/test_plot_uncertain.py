@@ -1,8 +1,6 @@
 """Pictures of uncertain numbers: the shades, bands and bars are the numbers of the
 analysis."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from seen import artists, legend_words
@@ -12,7 +10,6 @@ from nsdrill.analysis.probability import probabilities_of
 from nsdrill.analysis.sensitivity import sensitivity
 from nsdrill.analysis.window import find_window
 from nsdrill.app.run import run_in_memory
-from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.plot.look import apply_limits, look_of
 from nsdrill.plot.registry import choose_kind
@@ -36,11 +33,11 @@ record: {peaks: 0}
 
 
 @pytest.fixture(scope="module")
-def both() -> Results:
+def both():
     return run_in_memory(parse_study(STUDY))
 
 
-def test_maps_show_the_probability_of_each_outcome_in_one_scale(both: Results) -> None:
+def test_maps_show_the_probability_of_each_outcome_in_one_scale(both):
     figure = plot.draw(both, "probability")
     found = probabilities_of(both)
     for number, outcome in enumerate(found.outcomes):
@@ -51,7 +48,7 @@ def test_maps_show_the_probability_of_each_outcome_in_one_scale(both: Results) -
     assert plot.kinds_for(both)[0] == "probability"
 
 
-def test_the_line_surrounds_the_window_at_the_confidence(both: Results) -> None:
+def test_the_line_surrounds_the_window_at_the_confidence(both):
     for confidence in (0.5, 0.99):
         figure = plot.draw(both, "probability", confidence=confidence)
         inside = probabilities_of(both).of("safe")[0][0] >= confidence - 1e-9
@@ -63,7 +60,7 @@ def test_the_line_surrounds_the_window_at_the_confidence(both: Results) -> None:
         assert words == [f"safe with {100 * confidence:g} % or more ({100 * inside.mean():.1f} % of the points)"]
 
 
-def test_along_an_axis_the_bands_are_the_intervals(both: Results) -> None:
+def test_along_an_axis_the_bands_are_the_intervals(both):
     figure = plot.draw(both, "probability", at={"wob": 60e3})
     one = plot.cut(both, {"wob": 60e3})
     found = probabilities_of(one)
@@ -79,7 +76,7 @@ def test_along_an_axis_the_bands_are_the_intervals(both: Results) -> None:
     assert np.allclose(artists(axes, "alone:up")[0].get_ydata(), 100 * found.of("safe", "up")[0].ravel())
 
 
-def test_one_point_has_bars(both: Results) -> None:
+def test_one_point_has_bars(both):
     figure = plot.draw(both, "probability", at={"wob": 60e3, "rotary_speed": 4.0})
     share = probabilities_of(plot.cut(both, {"wob": 60e3, "rotary_speed": 4.0})).of("safe")[0].ravel()[0]
     axes = figure.axes[0]
@@ -87,7 +84,7 @@ def test_one_point_has_bars(both: Results) -> None:
     assert point.get_xdata()[0] == pytest.approx(100 * share)
 
 
-def test_tornado_bars_reach_from_low_to_high(both: Results) -> None:
+def test_tornado_bars_reach_from_low_to_high(both):
     figure = plot.draw(both, "tornado", at={"wob": 60e3})
     note = sensitivity(plot.cut(both, {"wob": 60e3}))
     assert len(figure.axes) == len(note["answers"])
@@ -100,13 +97,13 @@ def test_tornado_bars_reach_from_low_to_high(both: Results) -> None:
             assert sorted((bar.get_x(), bar.get_x() + bar.get_width())) == pytest.approx(ends)
 
 
-def test_the_window_is_drawn_at_its_confidence(both: Results) -> None:
+def test_the_window_is_drawn_at_its_confidence(both):
     figure = plot.draw(both, "window", confidence=0.6)
     words = legend_words(figure)
     assert words[0].startswith("safe with 60 %: no critical response, in up and down (")
 
 
-def test_a_sample_is_drawn_as_a_sweep_of_its_own(both: Results) -> None:
+def test_a_sample_is_drawn_as_a_sweep_of_its_own(both):
     plot.draw(both, "map", at={"sample": 3})
     with pytest.raises(InputError, match=r"(?s)draws one sample .* 'map' with at={'sample': \.\.\.}, 0 to 15"):
         plot.draw(both, "map")
@@ -116,7 +113,7 @@ def test_a_sample_is_drawn_as_a_sweep_of_its_own(both: Results) -> None:
         plot.draw(plot.cut(both, {"sample": 3}), "tornado")
 
 
-def test_limits_leave_the_samples_of_the_unknowns(both: Results) -> None:
+def test_limits_leave_the_samples_of_the_unknowns(both):
     """By which a picture knows what no run has in common with the others."""
     kind, _ = choose_kind(both, "probability")
     part, ends = apply_limits(both, kind, look_of(xlim=(5.0, 12.0)))
@@ -126,12 +123,12 @@ def test_limits_leave_the_samples_of_the_unknowns(both: Results) -> None:
 
 
 @pytest.mark.parametrize("kind", ["probability", "tornado", "window"])
-def test_pictures_are_in_field_units_too(both: Results, kind: str) -> None:
+def test_pictures_are_in_field_units_too(both, kind):
     figure = plot.draw(both, kind, units="field")
     assert "ft" in figure.get_suptitle()
 
 
-def test_where_nothing_is_safe_the_most_probable_point_is_drawn(both: Results) -> None:
+def test_where_nothing_is_safe_the_most_probable_point_is_drawn(both):
     figure = plot.draw(both, "window", confidence=0.9999)
     note = find_window(both, confidence=0.9999)
     drawn = artists(figure, "most_probable")
@@ -140,7 +137,7 @@ def test_where_nothing_is_safe_the_most_probable_point_is_drawn(both: Results) -
         assert line.get_xdata()[0] == pytest.approx(note["most_probable"]["rotary_speed"])
 
 
-def test_an_answer_that_does_not_vary_is_told_in_words(both: Results) -> None:
+def test_an_answer_that_does_not_vary_is_told_in_words(both):
     both.variables["lift_off_fraction"] = np.zeros_like(both.variables["lift_off_fraction"])
     panels = {axes.get_xlabel().partition(" [")[0]: axes for axes in plot.draw(both, "tornado").axes}
     (said,) = panels["Time off the rock"].texts

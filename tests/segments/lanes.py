@@ -1,8 +1,6 @@
 """The compiled right-hand side of the string of segments at single states, and runs of
 it, for the tests."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -4,8 +4,6 @@ without the package's code.
 The state is [u_0..u_n, v_0..v_n, th_0..th_n, w_0..w_n, I].
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,15 +1,13 @@
-"""A bit that creeps, held by a cutting torque that begins at a speed above zero, by the
-implicit method."""
+"""The string of segments along ramps, and a bit that creeps."""
 
-from __future__ import annotations
-
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import nsdrill
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
 from nsdrill.kernel.settings import Simulation
@@ -45,7 +43,7 @@ def lanes_of(states: np.ndarray, relax: float | None, **keys: Any) -> tuple[np.n
 @pytest.mark.parametrize("relax", [1e-5, 1e-4, 4e-4])
 @pytest.mark.parametrize("fastest", [0.1, 1.0, 20.0])
 @pytest.mark.parametrize("smoothing", [50.0, 1e4])
-def test_the_speed_of_a_stage_agrees_with_its_torque(relax: float, fastest: float, smoothing: float) -> None:
+def test_the_speed_of_a_stage_agrees_with_its_torque(relax, fastest, smoothing):
     """Stages of up to 4 ms, on the rock with up to three times the weight on bit, of
     bits of both directions: they have moved by ``relax`` times the push, and there the
     ordinary slopes are those found, to 1e-7 of the greatest push."""
@@ -72,12 +70,12 @@ def test_the_speed_of_a_stage_agrees_with_its_torque(relax: float, fastest: floa
 
 
 @pytest.mark.parametrize("method", ["explicit", "implicit"])
-def test_a_bit_from_rest_creeps_as_scipy_has_it(method: str) -> None:
+def test_a_bit_from_rest_creeps_as_scipy_has_it(method):
     """A twisted string whose bit stands still, 0.3 s: the bit begins to creep and the
     string holds it. DOP853 on the plain equations at 1e-10."""
     parameters = string(**FEW)
     initial = Initial(twist=-9.0, bit_speed=0.0)
-    done = run(parameters, Simulation(0.0, 0.3, rtol=1e-10, method=method, max_steps=10**7), initial)  # type: ignore[arg-type]
+    done = run(parameters, Simulation(0.0, 0.3, rtol=1e-10, method=method, max_steps=10**7), initial)
     plain, n = Plain(pipes=2, collars=2), 4
     start = plain_of(done["initial_state"][0, :-1], n)
     absolute = 1e-10 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 10.0], [n + 1] * 4 + [1])
@@ -87,7 +85,7 @@ def test_a_bit_from_rest_creeps_as_scipy_has_it(method: str) -> None:
     assert np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < 2e-6
 
 
-def test_both_methods_find_one_stick_slip() -> None:
+def test_both_methods_find_one_stick_slip():
     """Features of a minute, and the implicit method takes two thirds of the steps."""
     head = "model: segments\nsegments: {pipe: 2, collar: 2}\ninitial: {start: rest}\n"
     work = work_of(prepare(parse_study(f"{head}simulation: {{transient: 20 s, observe: 20 s}}\n")))
@@ -102,7 +100,7 @@ def test_both_methods_find_one_stick_slip() -> None:
     assert two["steps"][0] < 0.7 * one["steps"][0]
 
 
-def test_the_default_study_is_implicit() -> None:
+def test_the_default_study_is_implicit():
     """`auto` follows the load: a bit creeps steeply where the depth of cut is great at
     a low speed."""
     study = parse_study("model: segments\n")
@@ -111,3 +109,69 @@ def test_the_default_study_is_implicit() -> None:
         for wob in (10e3, 100e3, 200e3)
     ]
     assert chosen == [False, True, True]
+
+
+STUDY = """
+model: segments
+segments: {{pipe: 2, collar: 2}}
+operation:
+  wob: {{ramp: [[0 s, 100 kN], [1.5 s, 80 kN]]}}
+  rotary_speed: {{ramp: [[0 s, 13 rad/s], [1.5 s, 19 rad/s]]}}
+initial: {{bit_speed: 10 rad/s}}
+drive: {{{}}}
+simulation: {{rtol: 1.0e-9}}
+"""
+GAINS = (0.029333, 41.716072, 2.158996, -32.539385, 13.552175)
+
+
+@dataclass
+class Turned(Plain):
+    """At one moment of the ramp: ``angle`` of the set point."""
+
+    angle: float = 0.0
+
+    def turned(self, t: float) -> float:
+        return self.angle
+
+
+@pytest.mark.parametrize(
+    ("drive", "keys"),
+    [
+        ("kind: dc_motor", {}),
+        (f"kind: dc_motor, gains: {list(GAINS)}, on_at: 0.7 s", {"gains": GAINS, "on_at": 0.7}),
+        ("kind: ideal", {"stiff": True}),
+    ],
+    ids=["motor", "regulated", "ideal"],
+)
+def test_a_ramp_is_the_motion_of_moving_numbers(drive, keys):
+    """The drive, the mud's pulsation and the moment at which control begins go by the
+    time of the run."""
+    found = nsdrill.simulate(STUDY.format(drive), sample=0.1)
+
+    def rates(t, y):
+        speed, load = 13.0 + 4.0 * t, 100e3 - 20e3 / 1.5 * t
+        moment = Turned(pipes=2, collars=2, speed=speed, wob=load, angle=13.0 * t + 2.0 * t * t, **keys)
+        made = np.array(moment.rates(t, y))
+        if keys.get("stiff"):  # the table follows the set point
+            made[3 * 5] = 4.0
+        return made
+
+    start = plain_of(found.attrs["initial_state"][:-1], 4)
+    at = found.time.values
+    pieces, y = [start[:, None]], start
+    for first, last in ((0.0, 0.7), (0.7, 1.5)):  # the law begins with a jump
+        times = np.minimum(at[(at > first + 1e-9) & (at <= last + 1e-9)], last)
+        one = solve_ivp(rates, (first, last), y, "DOP853", rtol=1e-9, atol=1e-9, t_eval=times, max_step=0.01)
+        pieces, y = [*pieces, one.y], one.y[:, -1]
+    exact = dict(
+        zip(
+            ("z", "twist", "bit_speed", "drive_speed", "current", "lag"),
+            np.concatenate(pieces, axis=1)[[4, 14, 19, 15, 20, 10]],
+            strict=True,
+        )
+    )
+    for name, within in {"z": 2e-6, "twist": 2e-4, "bit_speed": 5e-3, "drive_speed": 1e-4, "lag": 1e-4}.items():
+        if name in found:
+            assert found[name].values == pytest.approx(exact[name], abs=within), name
+    if not keys.get("stiff"):
+        assert found["current"].values == pytest.approx(exact["current"], abs=0.1)

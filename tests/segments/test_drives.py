@@ -1,8 +1,6 @@
 """Drives by torque at the top of the string of segments: the law of the main model on a
 string with many modes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any
@@ -84,7 +82,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("kind", "keys", "numbers"), CASES)
-def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dict) -> None:
+def test_the_lanes_have_the_rates_of_the_law(kind, keys, numbers):
     """At random states, before and after the drive is switched on, with a limit and
     without. The gains from LAPACK are rounded to nine digits."""
     limits = (None, 3000.0) if kind != "z_torque" and "taken" not in numbers else (None,)
@@ -117,12 +115,12 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
 @pytest.mark.parametrize(
     ("kind", "method", "within"), [("soft_torque", "explicit", 1e-7), ("equal_damping", "implicit", 1e-6)]
 )
-def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> None:
+def test_a_run_ends_where_scipy_does(kind, method, within):
     """0.4 s from a bit that turns too slowly, beside DOP853 on the plain equations.
     With a tolerance of 1e-12 the error of SciPy is 1e-9 of the natural scales, that of
     the explicit pair 7e-9, of the implicit one 2.4e-7."""
     parameters = string(**FEW, drive__kind=kind)
-    done = run(parameters, Simulation(0.0, 0.4, rtol=1e-12, method=method), Initial(bit_speed=6.0))  # type: ignore[arg-type]
+    done = run(parameters, Simulation(0.0, 0.4, rtol=1e-12, method=method), Initial(bit_speed=6.0))
     plain = Driven(pipes=2, collars=2, kind=kind)
     n = plain.n
     start = plain_of(done["initial_state"][0, :-1], n)
@@ -134,13 +132,13 @@ def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> N
 
 
 @pytest.mark.parametrize("kind", ["ideal", "soft_torque"])
-def test_energy(kind: str) -> None:
+def test_energy(kind):
     """The energy of springs and inertias changes with the power of drive, rock, mud and
     dampers, at random states: of the ideal drive that of the torque that keeps the top
     at the set speed."""
     parameters = string(**FEW, drive__kind=kind)
     slopes = Slopes(parameters)
-    plain: Plain = Driven(pipes=2, collars=2, kind=kind) if kind != "ideal" else Plain(pipes=2, collars=2)
+    plain = Driven(pipes=2, collars=2, kind=kind) if kind != "ideal" else Plain(pipes=2, collars=2)
     n, generator = plain.n, np.random.default_rng(3)
     state_scales = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
     for _ in range(6):
@@ -167,7 +165,7 @@ def test_energy(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["ideal", *KINDS, "dc_motor", "lqr"])
-def test_linear_theory_is_the_derivative_of_the_lanes(kind: str) -> None:
+def test_linear_theory_is_the_derivative_of_the_lanes(kind):
     """The eigenvalues of the compiled right-hand side about steady drilling, with the
     fall of the bit's torque, beside those of the matrix that `check` has."""
     parameters = string(**QUIET, drive__kind=kind)
@@ -184,7 +182,7 @@ def test_linear_theory_is_the_derivative_of_the_lanes(kind: str) -> None:
     np.testing.assert_allclose(found, exact, rtol=2e-5, atol=2e-5)
 
 
-def test_equal_damping_has_two_equal_modes_on_a_lumped_string() -> None:
+def test_equal_damping_has_two_equal_modes_on_a_lumped_string():
     """J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)^2 with z = sqrt(J/J_d)/2 of one
     spring and one inertia, which the first mode of a string with a heavy bit is, to
     some percent: without damping of material and mud."""
@@ -206,7 +204,7 @@ def test_equal_damping_has_two_equal_modes_on_a_lumped_string() -> None:
 
 
 @pytest.mark.parametrize("kind", ["ideal", "soft_torque", "z_torque"])
-def test_stick_slip_begins_where_the_linear_loop_says(kind: str) -> None:
+def test_stick_slip_begins_where_the_linear_loop_says(kind):
     """Without lobes and pulsation a bit that is 0.01 rad/s slow comes back to steady
     drilling above the onset of `check`, and swings more and more below it: 15 percent
     on either side, a minute. Soft torque moves the onset from 32.8 to 14.3 rad/s, which
@@ -230,7 +228,7 @@ def test_stick_slip_begins_where_the_linear_loop_says(kind: str) -> None:
     assert growth[1] < 0.95
 
 
-def test_torque_drives_hold_more_than_an_ideal_one() -> None:
+def test_torque_drives_hold_more_than_an_ideal_one():
     """The order is that of the main model's drives (docs/drives.md)."""
     held = [
         slope_held(parameters, string_of(parameters, DEPTH))
@@ -241,7 +239,7 @@ def test_torque_drives_hold_more_than_an_ideal_one() -> None:
     assert held[2] > 4 * held[0]
 
 
-def test_gains_that_swing_the_string_are_told() -> None:
+def test_gains_that_swing_the_string_are_told():
     """The loop of a drive that pushes with the bit's speed; and no word of one that
     does not."""
     bad = "drive: {kind: pi, damping: 10 N*m*s/rad, stiffness: 3000 N*m/rad, speed_gain: 500 N*m*s/rad}"
@@ -271,7 +269,7 @@ record: {peaks: 4, poincare: 8}
 """
 
 
-def test_a_carried_sweep_replays_to_the_bit_and_measures_what_a_trace_shows(tmp_path: Any) -> None:
+def test_a_carried_sweep_replays_to_the_bit_and_measures_what_a_trace_shows(tmp_path):
     """The lag goes from point to point; the drive is at its limits."""
     path = tmp_path / "driven.h5"
     nsdrill.run(SWEEP, path, progress=False)
@@ -291,7 +289,7 @@ def test_a_carried_sweep_replays_to_the_bit_and_measures_what_a_trace_shows(tmp_
     assert float(here["drive_speed_max"].item()) == pytest.approx(seen["drive_speed"].max(), abs=1e-4)
 
 
-def test_a_drive_by_torque_along_a_ramp_that_is_switched_on() -> None:
+def test_a_drive_by_torque_along_a_ramp_that_is_switched_on():
     """The top keeps the moving set speed until 0.7 s; DOP853 on the plain equations."""
     found = nsdrill.simulate(
         """
@@ -307,10 +305,10 @@ simulation: {rtol: 1.0e-9}
         sample=0.1,
     )
 
-    def rates(t: float, y: np.ndarray) -> np.ndarray:
+    def rates(t, y):
         speed, load = 13.0 + 4.0 * t, 100e3 - 20e3 / 1.5 * t
         moment = Driven(pipes=2, collars=2, speed=speed, wob=load, kind="soft_torque", limit=6000.0, on_at=0.7)
-        moment.turned = lambda t: 13.0 * t + 2.0 * t * t  # type: ignore[method-assign]
+        moment.turned = lambda t: 13.0 * t + 2.0 * t * t
         made = np.array(moment.rates(t, y))
         if t < 0.7:
             made[3 * 5] = 4.0
@@ -342,7 +340,7 @@ simulation: {rtol: 1.0e-9}
     assert found["drive_speed"].values[6] == pytest.approx(13 + 4 * 0.6, abs=1e-9)
 
 
-def test_kinds_along_an_axis_are_the_runs_of_each() -> None:
+def test_kinds_along_an_axis_are_the_runs_of_each():
     """Bit for bit; a current is there only where the motor is."""
     head = SWEEP.partition("drive:")[0] + "simulation: {transient: 1 s, observe: 1 s}\n"
     both = nsdrill.run(f"{head}sweep: {{drive.kind: [dc_motor, soft_torque]}}\n", progress=False)
@@ -354,7 +352,7 @@ def test_kinds_along_an_axis_are_the_runs_of_each() -> None:
     assert np.isfinite(both.sel(drive_kind="dc_motor")["current_max"].item())
 
 
-def test_exponents_ensembles_and_unknowns_run() -> None:
+def test_exponents_ensembles_and_unknowns_run():
     """The exponent leaves the bits alone; starts differ; samples are of the drive's own
     numbers."""
     head = SWEEP.partition("sweep:")[0] + "simulation: {transient: 1 s, observe: 2 s}\n"
@@ -382,18 +380,18 @@ def test_exponents_ensembles_and_unknowns_run() -> None:
         ("{kind: soft_torque, on_at: 5 s}\nsweep: {wob: [50 kN, 60 kN], procedure: up}", "carries the state"),
     ],
 )
-def test_what_cannot_be_is_refused_by_its_key(drive: str, words: str) -> None:
+def test_what_cannot_be_is_refused_by_its_key(drive, words):
     with pytest.raises(StudyError, match=words):
         parse_study(f"model: segments\ndrive: {drive}\n")
 
 
-def test_charts_of_the_model() -> None:
+def test_charts_of_the_model():
     """A card of all drives, with that of a wave that a matched one swallows; other
     charts are of other models."""
     from nsdrill.app.pictures import chart_of
 
     card = chart_of(parse_study("model: segments\ndrive: {kind: soft_torque, matching: 1}\n"), "drive-card")
-    assert {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "dc_motor", "lqr"} == {*card.held}  # type: ignore[union-attr]
-    assert card.reflected["soft_torque"].min() < 0.1  # type: ignore[union-attr]
+    assert {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "dc_motor", "lqr"} == {*card.held}
+    assert card.reflected["soft_torque"].min() < 0.1
     with pytest.raises(InputError, match="drive-card"):
         chart_of(parse_study("model: segments\n"), "drive-tuning")

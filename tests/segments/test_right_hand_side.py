@@ -1,8 +1,6 @@
 """The lanes of the string of segments against its equations in plain numpy, and against
 closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -53,7 +51,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("keys", "fields"), CASES)
-def test_the_lanes_have_the_rates_of_the_equations(keys: dict, fields: dict) -> None:
+def test_the_lanes_have_the_rates_of_the_equations(keys, fields):
     """Random states, on the rock and off it, stuck and turning backward; before and
     after the control begins. The lanes sum in another order and have an exponential
     good to 1e-9: equal to 1e-8 of the largest force on the node."""
@@ -78,7 +76,7 @@ def test_the_lanes_have_the_rates_of_the_equations(keys: dict, fields: dict) -> 
             assert np.max(np.abs(mine - exact) / bound) < 1e-9
 
 
-def test_a_uniform_string_has_the_frequencies_of_equal_lumps() -> None:
+def test_a_uniform_string_has_the_frequencies_of_equal_lumps():
     """(2c/h) sin((2j - 1) pi / 4n) of n equal lumps below a held end, exact; n = 10,
     2000 m."""
     same = {"outer_diameter": 0.101, "inner_diameter": 0.0848}
@@ -102,7 +100,7 @@ def test_a_uniform_string_has_the_frequencies_of_equal_lumps() -> None:
 @pytest.mark.parametrize(
     ("segments", "errors"), [(5, (-1.53e-3, -0.24)), (10, (-3.84e-4, -0.065)), (20, (-9.60e-5, -0.016))]
 )
-def test_pipe_and_collars_come_nearer_to_the_continuous_string(segments: int, errors: tuple[float, float]) -> None:
+def test_pipe_and_collars_come_nearer_to_the_continuous_string(segments, errors):
     """tan(w L_p/c) tan(w L_c/c) = Ip_p/Ip_c of two uniform rods below a held end:
     1.13697632 rad/s and, the fifth, 20.03975275. The error falls with the square of the
     segment's length."""
@@ -118,7 +116,7 @@ def test_pipe_and_collars_come_nearer_to_the_continuous_string(segments: int, er
     assert found[4] / 20.03975275 - 1 == pytest.approx(errors[1], rel=3e-2)
 
 
-def test_axial_frequencies_with_the_bit_free_and_held() -> None:
+def test_axial_frequencies_with_the_bit_free_and_held():
     """Of another program, 10 + 10 segments; the continuous string (transfer matrices)
     has 2.30074107, 8.67773072 and 7.79335656, 15.26854860 rad/s."""
     slopes = Slopes(string(**RINGING))
@@ -130,7 +128,7 @@ def test_axial_frequencies_with_the_bit_free_and_held() -> None:
     np.testing.assert_allclose(frequencies(held)[:3], [7.7688304, 15.1094544, 20.6420172], rtol=1e-7)
 
 
-def test_steady_drilling() -> None:
+def test_steady_drilling():
     """100 kN, 13 rad/s, of another program; nothing accelerates."""
     slopes = Slopes(string(**QUIET))
     state, value = slopes.steady(), dict(zip(slopes.names.parameters, slopes.table, strict=True))
@@ -147,7 +145,7 @@ def test_steady_drilling() -> None:
     assert sum(made.drags) == pytest.approx(2.605875, rel=1e-6)
 
 
-def test_the_mud_damps_axial_motion_as_the_derivative_of_its_drag() -> None:
+def test_the_mud_damps_axial_motion_as_the_derivative_of_its_drag():
     """2 a Q/A_o + 2 b Q/A_b, summed over all segments: 36797 N s/m."""
     parameters = string(**{**RINGING, "segments__hydraulics__flow": 0.022, "mud__density": 1198.0})
     slopes, plain = Slopes(parameters), Plain(pulsation=0.0)
@@ -160,7 +158,7 @@ def test_the_mud_damps_axial_motion_as_the_derivative_of_its_drag() -> None:
     assert -float(plain.m @ pushed) == pytest.approx(exact, rel=1e-8)
 
 
-def test_the_motor_has_its_two_poles() -> None:
+def test_the_motor_has_its_two_poles():
     """L J s^2 + R J s + nK^2 = 0 with J = 2364.334969 kg m^2: -1 +- 12.524614i. The
     string has hardly any stiffness."""
     slopes = Slopes(string(**RINGING, drillstring__material__shear_modulus=1e6))
@@ -171,7 +169,7 @@ def test_the_motor_has_its_two_poles() -> None:
     np.testing.assert_allclose(abs(poles.imag), 12.524614, rtol=1e-7)
 
 
-def test_gains_of_the_regulator() -> None:
+def test_gains_of_the_regulator():
     """Of another program, two weights of the voltage."""
     made = string_of(string(), DEPTH)
     np.testing.assert_allclose(regulator(string(), made)[0], GAINS, rtol=2e-5)
@@ -181,7 +179,7 @@ def test_gains_of_the_regulator() -> None:
 
 
 @pytest.mark.parametrize(("damping", "real"), [(0.2e-3, 0.0254), (10e-3, -0.103)])
-def test_the_regulator_needs_a_string_with_damping(damping: float, real: float) -> None:
+def test_the_regulator_needs_a_string_with_damping(damping, real):
     """The worst pole of the whole string without friction at the bit, of another
     program: at 5.15 rad/s."""
     parameters = string(
@@ -199,7 +197,7 @@ def test_the_regulator_needs_a_string_with_damping(damping: float, real: float) 
 
 
 @pytest.mark.parametrize(("wob", "onset"), [(50e3, 19.46), (75e3, 26.40), (100e3, 32.30), (150e3, 42.02)])
-def test_steady_drilling_is_unstable_below_a_speed(wob: float, onset: float) -> None:
+def test_steady_drilling_is_unstable_below_a_speed(wob, onset):
     """The speed at which the torsional motion about steady drilling loses stability at
     constant voltage, of another program to four digits."""
     growth = []
@@ -223,7 +221,7 @@ def _along(plain: Plain, start: np.ndarray, until: float, rtol: float = 1e-10) -
     return found.y[:-1, -1], float(found.y[-1, -1])
 
 
-def test_a_run_ends_where_scipy_does_and_energy_balances() -> None:
+def test_a_run_ends_where_scipy_does_and_energy_balances():
     """Half a second from a bit that turns too slowly, on its lobes; DOP853 on the plain
     equations at 1e-10. Both of our tolerances of 1e-10 leave errors of about 1e-8 of
     the natural scales. Energy: 200 kJ in all, to the integral's tolerance."""
@@ -241,7 +239,7 @@ def test_a_run_ends_where_scipy_does_and_energy_balances() -> None:
 
 
 @pytest.mark.parametrize(("speed", "load"), [(5.0, 1037.2), (13.0, 6971.3), (20.0, 20072.4)])
-def test_the_bit_lifts_off_below_a_load(speed: float, load: float) -> None:
+def test_the_bit_lifts_off_below_a_load(speed, load):
     """Without friction and rock damping the motion is linear until contact is lost:
     below W_c = s0 |k_c / (1 + k_c H)| (1 + k_a / k_c), where H is the string's
     receptance at the bit at the frequency of the lobes; loads of another program."""

@@ -1,9 +1,6 @@
 """The string of segments from study to files: what a user sees."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,13 +30,13 @@ record: {peaks: 8, poincare: 20}
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def results(tmp_path_factory):
     path = tmp_path_factory.mktemp("segments") / "results.h5"
     api.run(STUDY, path, progress=False)
     return path
 
 
-def test_a_sweep_is_stored_read_and_replayed_to_the_bit(results: Path) -> None:
+def test_a_sweep_is_stored_read_and_replayed_to_the_bit(results):
     """Another number of segments than usual has other states; the file is read by them."""
     data = api.open_results(results)
     assert data["initial_state"].shape[-1] == 4 * 5 + 2
@@ -50,7 +47,7 @@ def test_a_sweep_is_stored_read_and_replayed_to_the_bit(results: Path) -> None:
     )
 
 
-def test_features_are_those_of_a_dense_trace(results: Path) -> None:
+def test_features_are_those_of_a_dense_trace(results):
     """Sampled every millisecond. The bit turns at up to 80 rad/s and 100 rad/s^2, so
     that between samples extremes of the speed differ by 1e-4 rad/s; the force rises
     within milliseconds, to a few percent. Fractions of 20 s differ by a sample at every
@@ -59,7 +56,7 @@ def test_features_are_those_of_a_dense_trace(results: Path) -> None:
     trace = api.replay(results, rotary_speed="30 rad/s", sample="1 ms")
     seen = {name: trace[name].to_numpy()[20_000:] for name in trace.data_vars}
 
-    def measured(name: str) -> float:
+    def measured(name):
         return float(data[name].to_numpy().item())
 
     assert measured("bit_speed_max") == pytest.approx(seen["bit_speed"].max(), abs=2e-3)
@@ -75,7 +72,7 @@ def test_features_are_those_of_a_dense_trace(results: Path) -> None:
         assert measured(f"{name}_min") == pytest.approx(seen[name].min(), abs=2e-3 * span)
 
 
-def test_a_trace_has_the_forces_of_the_equations(results: Path) -> None:
+def test_a_trace_has_the_forces_of_the_equations(results):
     """At the end of a trace, whose whole state is kept."""
     trace = api.replay(results, rotary_speed="30 rad/s", sample="1 ms")
     state, plain = np.asarray(trace.attrs["final_state"]), Plain(speed=30.0, pipes=2, collars=2)
@@ -91,7 +88,7 @@ def test_a_trace_has_the_forces_of_the_equations(results: Path) -> None:
     assert found["current"] == pytest.approx(current, rel=1e-9)
 
 
-def test_an_ideal_drive_turns_with_the_set_speed_of_each_point_of_a_chain() -> None:
+def test_an_ideal_drive_turns_with_the_set_speed_of_each_point_of_a_chain():
     """The motion is carried on, the speed of the drive is not. It has a torque, and no
     current."""
     text = STUDY.replace("13 rad/s, 30 rad/s]", "30 rad/s, 31 rad/s], procedure: up").replace("20 s", "1 s")
@@ -106,7 +103,7 @@ def test_an_ideal_drive_turns_with_the_set_speed_of_each_point_of_a_chain() -> N
     )
 
 
-def test_a_string_at_rest_and_one_without_flow() -> None:
+def test_a_string_at_rest_and_one_without_flow():
     """Words for what the numbers say as well."""
     head = STUDY.partition("initial:")[0] + "operation: {depth: 2200 m}\nsimulation: {transient: 1 s, observe: 1 s}\n"
     head = head.replace("operation: {depth: 2200 m, wob: 100 kN}\n", "")
@@ -131,19 +128,19 @@ def test_a_string_at_rest_and_one_without_flow() -> None:
         ("{gains: [1, 2, 3, 4, x]}", "found 'x'"),
     ],
 )
-def test_gains_that_do_not_fit(drive: str, words: str) -> None:
+def test_gains_that_do_not_fit(drive, words):
     with pytest.raises(StudyError, match=words):
         parse_study(f"{STUDY}drive: {drive}\n")
 
 
-def test_lobes_are_an_axis() -> None:
+def test_lobes_are_an_axis():
     head = STUDY.replace("20 s", "2 s").partition("sweep:")[0] + "simulation: {transient: 2 s, observe: 2 s}\n"
     both = api.run(f"{head}sweep: {{bit.lobes: [1, 3]}}\n", progress=False)["axial_max"].to_numpy().ravel()
     alone = api.run(f"{head}bit: {{lobes: 3}}\n", progress=False)["axial_max"].to_numpy().ravel()
     assert both[0] != both[1] == alone[0]
 
 
-def test_steady_drilling_returns_once_a_revolution() -> None:
+def test_steady_drilling_returns_once_a_revolution():
     """The section is a whole turn of the bit. Without pulsation steady drilling on a
     low lobe repeats with each turn, and on flat rock it is an equilibrium."""
     quiet = {"segments__pipe": 2, "segments__collar": 2, "segments__hydraulics__pulsation": 0.0}
@@ -155,7 +152,7 @@ def test_steady_drilling_returns_once_a_revolution() -> None:
     assert np.all(np.isfinite(done["section_bit_speed"][0]))
 
 
-def test_a_bit_that_sticks_shows_its_slips(results: Path) -> None:
+def test_a_bit_that_sticks_shows_its_slips(results):
     """The greatest speed of each slip, as a trace sampled every millisecond has it, and
     none of the ripples between the slips."""
     found = api.open_results(results)["bit_speed_peaks"].sel(rotary_speed=13.0).to_numpy().ravel()
@@ -167,7 +164,7 @@ def test_a_bit_that_sticks_shows_its_slips(results: Path) -> None:
     assert found[np.isfinite(found)] == pytest.approx(expected, rel=1e-4)
 
 
-def test_results_get_new_labels(results: Path) -> None:
+def test_results_get_new_labels(results):
     """With a bound above every index and fraction nothing is critical."""
     data = api.open_results(results)
     assert np.all(data["response"] != 0)
@@ -175,7 +172,7 @@ def test_results_get_new_labels(results: Path) -> None:
     assert np.all(api.classify(data, bounds)["response"] == 0)
 
 
-def test_starts_follow_from_the_bit() -> None:
+def test_starts_follow_from_the_bit():
     """A string at rest below a table that turns: no twist to speak of, speeds that fall
     to that of the bit."""
     points = Slopes(string()).points
@@ -189,7 +186,7 @@ def test_starts_follow_from_the_bit() -> None:
     assert current == pytest.approx(53.362710, rel=1e-7)
 
 
-def test_an_ensemble_starts_within_its_bounds() -> None:
+def test_an_ensemble_starts_within_its_bounds():
     """Twice the set speed at most, and one and a half times the twist of steady
     drilling."""
     points = Slopes(string()).points
@@ -201,7 +198,7 @@ def test_an_ensemble_starts_within_its_bounds() -> None:
     assert np.all((twist <= 0.0) & (twist >= 1.5 * steady[-4]))
 
 
-def test_names_of_states_tell_the_number_of_segments() -> None:
+def test_names_of_states_tell_the_number_of_segments():
     for nodes in (2, 20, 80):
         assert are_states((*states_of(nodes), "drive_angle"))
     assert not are_states((*states_of(81), "drive_angle"))
@@ -221,7 +218,7 @@ def test_names_of_states_tell_the_number_of_segments() -> None:
         ("bit: {teeth: 3}", "bit.teeth", "rock_stiffness"),
     ],
 )
-def test_what_cannot_be_is_refused_by_its_key(line: str, key: str, words: str) -> None:
+def test_what_cannot_be_is_refused_by_its_key(line, key, words):
     operation = "" if line.startswith("operation") else "operation: {depth: 2200 m, wob: 50 kN}\n"
     with pytest.raises(StudyError) as told:
         parse_study(f"model: segments\n{operation}{line}\n")

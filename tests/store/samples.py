@@ -1,8 +1,6 @@
 """Made-up points for the tests of the store: every bit pattern that a sweep could
 leave, no physics."""
 
-from __future__ import annotations
-
 import json
 import math
 

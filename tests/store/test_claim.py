@@ -1,7 +1,5 @@
 """Who may write under the asked name."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

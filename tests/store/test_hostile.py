@@ -1,8 +1,6 @@
 """Files that are damaged, cut, foreign, or not there: one clear FileError each, never a
 crash."""
 
-from __future__ import annotations
-
 import os
 import random
 

@@ -1,8 +1,6 @@
 """A dimension of a file is what varies: its order, what is left out, and that memory
 never notices."""
 
-from __future__ import annotations
-
 import math
 
 import h5py

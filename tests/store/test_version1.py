@@ -1,8 +1,6 @@
 """Files of format version 1 stay readable by everything, with their bits. expected.json
 holds the digests of what the last reader that knew version 1 only gave."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import json

@@ -1,8 +1,6 @@
 """Axes over any number of the study: how they are asked for, and what is said of those
 that cannot be."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -18,7 +16,8 @@ from nsdrill.store import open_results, read_results
 from nsdrill.study import parse_study, study_from_resolved
 from nsdrill.study.keys import keys_named
 from nsdrill.study.write import study_text
-from nsdrill.units import CF, readable
+from nsdrill.unit_table import CF
+from nsdrill.units import readable
 from nsdrill.variables import MODEL
 
 ROCK = """\
@@ -30,14 +29,14 @@ record: {peaks: 0}
 """
 
 
-def test_every_number_of_the_string_is_an_axis() -> None:
+def test_every_number_of_the_string_is_an_axis():
     """By the same keys in the study and in the model, but for those of the operation."""
     further = {key for key, _ in further_axes(described(MODEL)).values()}
     assert further | {"depth", "wob", "rotary_speed"} == set(keys_named().axes)
     assert all(keys_named().axes[key].units == units for key, units in further_axes(described(MODEL)).values())
 
 
-def test_spacing_is_linear_or_logarithmic() -> None:
+def test_spacing_is_linear_or_logarithmic():
     axes = parse_study(ROCK).axes
     np.testing.assert_allclose(axes["bit.rock_stiffness"], [10e6, 30e6, 90e6], rtol=1e-15)
     assert axes["bit.rock_stiffness"][[0, -1]].tolist() == [10e6, 90e6]
@@ -47,7 +46,7 @@ def test_spacing_is_linear_or_logarithmic() -> None:
     assert flat.tolist() == [10e6, 50e6, 90e6]
 
 
-def test_a_study_with_axes_is_built_and_written_again() -> None:
+def test_a_study_with_axes_is_built_and_written_again():
     study = parse_study(ROCK)
     again = study_from_resolved(json.loads(json.dumps(study.resolved)))
     assert again.sha256 == study.sha256
@@ -56,12 +55,12 @@ def test_a_study_with_axes_is_built_and_written_again() -> None:
     assert replaced.sha256 == study.sha256, "the axis takes its place"
 
 
-def test_an_override_may_name_an_axis() -> None:
+def test_an_override_may_name_an_axis():
     study = parse_study("sweep: {depth: 3000 m}", overrides=["sweep.well.friction.static=[0.3, 0.4]"])
     assert study.axes["well.friction.static"].tolist() == [0.3, 0.4]
 
 
-def test_the_wall_stiffness_is_an_axis_of_the_linear_law() -> None:
+def test_the_wall_stiffness_is_an_axis_of_the_linear_law():
     """That of Hertz's law has another unit, and names of axes tell one."""
     text = "well: {{law: {}}}\nsweep: {{well.stiffness: [10 {}, 20 {}]}}\n"
     assert parse_study(text.format("linear", "MN/m", "MN/m")).more[0].units == "N/m"
@@ -95,14 +94,14 @@ def test_the_wall_stiffness_is_an_axis_of_the_linear_law() -> None:
         ("mud.density: [900 kg/m^3], procedure: up, along: mud.drag", ["mud.drag, which is not swept"]),
     ],
 )
-def test_what_cannot_be_an_axis_is_said(sweep: str, words: list[str]) -> None:
+def test_what_cannot_be_an_axis_is_said(sweep, words):
     with pytest.raises(StudyError) as error:
         parse_study(f"sweep: {{{sweep}}}", "s.yaml")
     for word in words:
         assert word in str(error.value)
 
 
-def test_an_axis_is_a_dimension_of_the_file(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_an_axis_is_a_dimension_of_the_file(tmp_path):
     study = parse_study(ROCK)
     run_study(study, tmp_path / "rock.h5", workers=1)
     data = open_results(tmp_path / "rock.h5")
@@ -117,14 +116,14 @@ def test_an_axis_is_a_dimension_of_the_file(tmp_path) -> None:  # type: ignore[n
     assert (results["status"] == 1).all()
 
 
-def test_a_study_without_a_sweep_is_one_operating_point() -> None:
+def test_a_study_without_a_sweep_is_one_operating_point():
     study = parse_study("operation: {depth: 3000 m}\nsimulation: {transient: 0.1 s, observe: 0.1 s}")
     results = run_in_memory(study)
     assert results["status"].shape == (1, 1, 1, 1)
     assert results.coords["depth"].tolist() == [3000.0]
 
 
-def test_every_further_axis_has_units_for_files_texts_and_pictures() -> None:
+def test_every_further_axis_has_units_for_files_texts_and_pictures():
     for name, (_, units) in further_axes(described(MODEL)).items():
         assert units in CF
         assert readable(2.0, units).startswith("2")
@@ -132,7 +131,7 @@ def test_every_further_axis_has_units_for_files_texts_and_pictures() -> None:
             assert quantity(name, system).scale > 0.0
 
 
-def test_a_fault_of_an_axis_over_the_start_names_the_value_of_the_axis() -> None:
+def test_a_fault_of_an_axis_over_the_start_names_the_value_of_the_axis():
     for axis, said in {
         "initial.x: [0 mm, 3 m]": "initial.x: found 3 m at the greatest of sweep.initial.x",
         "initial.y: [-3 m, 1 m]": "initial.y: found -3 m at the least of sweep.initial.y",
@@ -141,14 +140,14 @@ def test_a_fault_of_an_axis_over_the_start_names_the_value_of_the_axis() -> None
             parse_study(f"sweep: {{{axis}}}")
 
 
-def test_borders_along_equal_ratios_are_known_to_the_widest_step() -> None:
+def test_borders_along_equal_ratios_are_known_to_the_widest_step():
     study = parse_study("sweep: {bit.rock_stiffness: {from: 1 MN/m, to: 16 MN/m, points: 3, spacing: log}, refine: 1}")
     assert summary(study, 3, 5)["border_spacing"]["bit.rock_stiffness"] == pytest.approx(8e6, rel=1e-12)
     study = parse_study("sweep: {bit.rock_stiffness: {from: 1 MN/m, to: 9 MN/m, points: 3}, refine: 1}")
     assert summary(study, 3, 5)["border_spacing"]["bit.rock_stiffness"] == 2e6
 
 
-def test_the_order_of_the_axes_is_no_part_of_a_study() -> None:
+def test_the_order_of_the_axes_is_no_part_of_a_study():
     """Points have numbers, by which an interrupted run goes on: the same study has the
     same numbers."""
     axes = ["initial.x: {from: 1 mm, to: 2 mm, points: 2}", "bit.rock_stiffness: {from: 1 MN/m, to: 2 MN/m, points: 2}"]

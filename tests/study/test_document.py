@@ -1,21 +1,39 @@
-"""YAML as text: what is read, where it stood, and files that mean no good."""
+"""YAML as text and back: what is read, the resolved study, the template and the schema."""
 
+import copy
+import json
 import math
+import re
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from nsdrill.data import differences
 from nsdrill.errors import FileError, StudyError
-from nsdrill.study import load_study, parse_study
+from nsdrill.kernel.settings import Simulation
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.operation import Operation
+from nsdrill.models.responses import Thresholds
+from nsdrill.models.sections import MEANINGS as OF_MODELS
+from nsdrill.observe.thresholds import Record
+from nsdrill.study import json_schema, load_study, parse_study, study_from_resolved, template_text
+from nsdrill.study.continuation import Continue
+from nsdrill.study.keys import MEANINGS, SLICE, keys_named
 from nsdrill.study.read import parse
+from nsdrill.study.uncertain import HOW
+from nsdrill.study.write import changes, study_text, value_text
+from nsdrill.units import from_si
 
 BOMB = "a: &a [x,x,x,x,x,x,x,x,x,x]\n" + "".join(
     f"{chr(98 + i)}: &{chr(98 + i)} [{','.join(['*' + chr(97 + i)] * 10)}]\n" for i in range(12)
 )
 
 
-def test_scalars_follow_yaml_1_2() -> None:
+def test_scalars_follow_yaml_1_2():
     text = "[1, 010, 0x10, 0o17, 1_000, 1e4, 1.0e-6, .5, -3, no, yes, true, null, ~, '3', .inf, '', 1:30, 2020-01-01]"
     assert parse(text, "s").data == [
         1,
@@ -41,7 +59,7 @@ def test_scalars_follow_yaml_1_2() -> None:
     assert math.isnan(parse(".nan", "s").data)
 
 
-def test_places_are_those_of_the_file() -> None:
+def test_places_are_those_of_the_file():
     document = parse("sweep:\n  depth: [1 m,\n    2 m]\nmud:\n", "s")
     assert document.place(("sweep", "depth", 1)).line == 3
     assert document.place(("sweep", "depth", 1)).column == 5
@@ -50,7 +68,7 @@ def test_places_are_those_of_the_file() -> None:
     assert document.place(("mud", "drag")).line == 4  # not there: what is around it
 
 
-def test_aliases_serve_within_bounds() -> None:
+def test_aliases_serve_within_bounds():
     study = parse_study("sweep: {wob: &w [1 kN, 2 kN], rotary_speed: [1 rad/s]}\noperation: {depth: &d 900 m}\n")
     assert study.operation.depth == 900.0
     assert parse("a: &a [1, 2]\nb: *a\nc: &s 3\nd: *s", "s").data == {"a": [1, 2], "b": [1, 2], "c": 3, "d": 3}
@@ -79,7 +97,7 @@ def test_aliases_serve_within_bounds() -> None:
         ("a: |\n  x\n b\n", 3, "allowed"),
     ],
 )
-def test_broken_documents(text: str, line: int, says: str) -> None:
+def test_broken_documents(text, line, says):
     start = time.process_time()
     with pytest.raises(StudyError) as caught:
         parse_study(text, "s.yaml")
@@ -89,19 +107,19 @@ def test_broken_documents(text: str, line: int, says: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "\n", "# nothing\n", "---\n", "null", "{}"])
-def test_an_empty_file_is_no_study(text: str) -> None:
+def test_an_empty_file_is_no_study(text):
     with pytest.raises(StudyError, match="found an empty document; allowed: a study"):
         parse_study(text)
 
 
-def test_byte_order_mark_is_accepted(tmp_path: Path) -> None:
+def test_byte_order_mark_is_accepted(tmp_path):
     path = tmp_path / "s.yaml"
     path.write_bytes(b"\xef\xbb\xbfsweep: {wob: [1 kN]}\r\ntitle: M\xc3\xbcll\r\n")
     assert load_study(path).title == "Müll"
     assert load_study(str(path)).axes["wob"].tolist() == [1000.0]
 
 
-def test_files_that_are_no_text(tmp_path: Path) -> None:
+def test_files_that_are_no_text(tmp_path):
     path = tmp_path / "s.yaml"
     with pytest.raises(FileError, match=r"no such file. `nsdrill new"):
         load_study(path)
@@ -121,3 +139,230 @@ def test_files_that_are_no_text(tmp_path: Path) -> None:
     path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
     with pytest.raises(FileError, match="HDF5 file"):
         load_study(path)
+
+
+SWEEP = "sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}\n"
+
+
+def test_from_resolved_is_the_same_study():
+    overrides = ["sweep.wob=[1 lbf, 3.3 kN]", "sweep.procedure=up", "sweep.along=wob"]
+    study = parse_study(template_text(), overrides=overrides)
+    again = study_from_resolved(json.loads(json.dumps(study.resolved)), study.text, study.source, study.overrides)
+    assert again.resolved == study.resolved
+    assert again.sha256 == study.sha256
+    for name in vars(study).keys() - {"axes"}:
+        assert getattr(again, name) == getattr(study, name), name
+    for name, axis in study.axes.items():
+        assert axis.tobytes() == again.axes[name].tobytes()
+        assert axis.dtype == np.float64
+
+
+@given(
+    st.lists(st.floats(201.0, 1e4), min_size=1, max_size=5, unique=True),
+    st.floats(0.0, 1e6),
+    st.sampled_from(["m", "ft", "in"]),
+)
+@settings(max_examples=30, deadline=None)
+def test_any_study_is_rebuilt_bit_for_bit(depths, wob, unit):
+    listed = ", ".join(f"{from_si(depth, unit)!r} {unit}" for depth in depths)
+    study = parse_study(f"sweep: {{depth: [{listed}]}}\noperation: {{wob: {wob!r} N}}")
+    again = study_from_resolved(json.loads(json.dumps(study.resolved)))
+    assert again.resolved == study.resolved
+    assert again.axes["depth"].tobytes() == study.axes["depth"].tobytes()
+    np.testing.assert_allclose(study.axes["depth"], sorted(depths), rtol=1e-12)
+
+
+def test_a_long_axis_stays_short():
+    study = parse_study("sweep: {wob: {from: 0 N, to: 1 MN, points: 1000000}}")
+    assert study.resolved["sweep"]["wob"] == {"from": 0.0, "to": 1e6, "points": 1_000_000}
+    assert len(study.axes["wob"]) == 1_000_000
+
+
+def test_the_digest_knows_what_matters():
+    base = parse_study(SWEEP + "mud: {density: 1500 kg/m^3, drag: 1}\noperation: {wob: 10 kN}")
+    same = (
+        "operation: {wob: 10000 N}\nmud: {drag: 1.0, density: 1.5 g/cm^3}\n" + SWEEP,
+        "title: other\n" + SWEEP + "operation: {wob: 10 kN, depth: 4000 m}",  # the depth is swept
+        "sweep: {depth: {points: 86, to: 500 m, from: 9 km}}\noperation: {wob: 10 kN}",
+    )
+    for text in same:
+        assert parse_study(text).sha256 == base.sha256
+    other = (SWEEP + "operation: {wob: 10.1 kN}", SWEEP + "operation: {wob: 10 kN}\nrecord: {peaks: 3}")
+    for text in other:
+        assert parse_study(text).sha256 != base.sha256
+
+
+def test_differences_name_the_keys():
+    a = parse_study(SWEEP).resolved
+    b = parse_study("sweep: {depth: [1 km]}\nmud: {drag: 2}\n").resolved
+    assert differences(a, a) == []
+    assert differences(a, b) == [
+        ("mud.drag", 1.0, 2.0),
+        ("sweep.depth.from", 500.0, None),
+        ("sweep.depth.to", 9000.0, None),
+        ("sweep.depth.points", 86, None),
+        ("sweep.depth", None, [1000.0]),
+    ]
+
+
+def test_a_study_of_an_older_version_has_defaults_for_what_that_did_not_know():
+    study = parse_study(SWEEP)
+    old = copy.deepcopy(study.resolved)
+    del (old["sweep"]["refine"], old["record"]["poincare"], old["classify"]["motion"], old["initial"]["ensemble"])
+    again = study_from_resolved(old)
+    assert again.refine == 0
+    assert (again.record, again.thresholds, again.initial) == (study.record, study.thresholds, study.initial)
+    assert all((again.axes[axis] == study.axes[axis]).all() for axis in study.axes)
+
+
+@pytest.mark.parametrize("path", [("mud",), ("mud", "drag"), ("sweep",), ("sweep", "along")])
+def test_a_damaged_resolved_study_is_a_file_error(path):
+    resolved = copy.deepcopy(parse_study(SWEEP).resolved)
+    inside = resolved
+    for part in path[:-1]:
+        inside = inside[part]
+    del inside[path[-1]]
+    with pytest.raises(FileError, match=r"out\.h5"):
+        study_from_resolved(resolved, source="out.h5")
+
+
+CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
+STUDIES = {
+    "deep collars": "sweep: {depth: [7 km, 8000.1 m]}\ndrillstring: {collar: {length: 6 km}}",
+    "ramp": "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [10 s, 77 rpm]]}}",
+    "ramp beside a sweep": "operation: {depth: {ramp: [[0 s, 3000 m], [10 s, 12000 ft]]}}\n"
+    "sweep: {rotary_speed: {from: 60 rpm, to: 97 rpm, points: 7}, "
+    "procedure: up-down}",
+    "hertz": "well: {law: hertz, stiffness: 0.7 GN/m^1.5}\nsweep: {depth: 2 km, wob: 3.3 klbf}",
+    "slice": "sweep: {depth: 2 km}\n"
+    "initial: {slice: {x: {from: -1 in, to: 1 in, points: 3}, vx: {from: 0 ft/s, to: 7 "
+    "m/s, points: 3}}}",
+    "ensemble": "sweep: {depth: 2 km}\ninitial: {ensemble: 5, seed: 3, spread: 0.1}",
+    "refined": "sweep: {depth: {from: 1 km, to: 2 km, points: 4}, wob: [10 klbf, 30 kN], refine: 2}",
+    "digits": "sweep: {depth: 2 km}\nbit: {cutting: {c1: 3.3333333333333333e-8, c2: -1e-300}}\n"
+    "mud: {density: 1234.5678901234567 kg/m^3}\nclassify: {whirl: {direction: "
+    "0.3333333333333333}}",
+}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [*STUDIES.values(), *(path.read_text() for path in CONFIGS)],
+    ids=[*STUDIES, *(path.stem for path in CONFIGS)],
+)
+def test_it_reads_back_the_same(text):
+    study = parse_study(text)
+    again = parse_study(study_text(study.resolved))
+    assert again.resolved == study.resolved
+    assert again.sha256 == study.sha256
+
+
+@pytest.mark.parametrize("title", ["", "a: b # c", "- a", "null", '"q" \\ \'', "x\ny\t\u2028", "é 漢 \U0001f600"])
+def test_any_title(title):
+    resolved = {**parse_study("sweep: {depth: 2 km}").resolved, "title": title}
+    assert parse_study(study_text(resolved)).title == title
+
+
+def test_the_head_is_comments():
+    study = parse_study("sweep: {depth: 2 km}")
+    text = study_text(study.resolved, ["one", "sweep: {wob: 1 kN}\n- two \x00 three"])
+    assert text.startswith("# one\n# sweep: {wob: 1 kN} - two three\ntitle: ")
+    assert parse_study(text).sha256 == study.sha256
+
+
+def test_a_key_that_an_older_version_did_not_have_is_left_out():
+    resolved = parse_study("sweep: {depth: 2 km}").resolved
+    del resolved["simulation"]["verify"]
+    assert "verify" not in study_text(resolved)
+
+
+def test_changes_name_keys_and_units_as_a_study_has_them():
+    a = load_study(CONFIGS[0]).resolved
+    b = load_study(CONFIGS[0], ["operation.wob=5 klbf", "bit.lobes=1", "sweep.rotary_speed=[60 rpm, 6 rad/s]"]).resolved
+    found = dict((key, new) for key, _, new in changes(a, b))
+    assert found == {"bit.lobes": "1", "operation.wob": "5 klbf", "sweep.rotary_speed": "[6 rad/s, 60 rpm]"}
+    assert value_text(a, "well.stiffness") == "25 MN/m"
+    assert value_text(a, "sweep.wob") is None
+
+
+SWEEP_KEYS = {f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along", "refine")}
+
+
+def test_the_template_is_the_defaults():
+    study = parse_study(template_text())
+    assert study.parameters == Parameters()
+    assert study.operation == Operation()
+    assert study.initial == Initial()
+    assert study.simulation == Simulation()
+    assert study.thresholds == Thresholds()
+    assert study.record == Record()
+    assert study.sha256 == parse_study("sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}").sha256
+
+
+def test_the_template_has_every_key_with_its_meaning():
+    text = template_text()
+    lines = {".".join(map(str, path)): place.line for path, place in parse(text, "t").keys.items()}
+    assert set(keys_named().leaves) <= set(lines)
+    for key, leaf in keys_named().leaves.items():
+        line = text.splitlines()[(lines[key] or 0) - 1]
+        assert leaf.meaning in line
+        assert not leaf.units or f"[{leaf.units}]" in line
+    assert max(map(len, text.splitlines())) < 140
+
+
+def test_every_key_has_a_meaning_and_every_meaning_a_key():
+    groups = {key.rpartition(".")[0] for key in keys_named().leaves}
+    groups = (groups | {group.rpartition(".")[0] for group in groups}) - {""}
+    sections = set(keys_named().sections)
+    unknowns = {"uncertain", *(f"uncertain.{name}" for name in HOW)}
+    own = {key for key in MEANINGS if key.partition(".")[0] == "continue"}
+    form = Continue(keys_named())
+    assert own == {
+        "continue",
+        *(f"continue.{key}" for key in form.members),
+        *(f"continue.curves.{key}" for key in form.members["curves"].form.mapping.members),
+    }
+    every = set(keys_named().leaves) | groups | sections | SWEEP_KEYS | unknowns | {"title", "units", "sweep", SLICE}
+    assert (set(MEANINGS) | set(OF_MODELS)) - own <= every
+    assert every == {key for key, words in keys_named().meanings.items() if words} - own
+
+
+def test_defaults_as_text_read_back_exactly():
+    for leaf in keys_named().leaves.values():
+        raw = parse(leaf.default_text, "t").data
+        assert leaf.read(raw) == leaf.default, leaf.key
+
+
+def objects(schema: dict) -> list[dict]:
+    return [schema, *schema["$defs"].values()]
+
+
+def test_the_json_schema():
+    schema = json.loads(json.dumps(json_schema(), allow_nan=False))
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert "required" not in schema  # without a sweep a study is one operating point
+    assert set(schema["properties"]) == {
+        "title",
+        "units",
+        "model",
+        "sweep",
+        "uncertain",
+        "continue",
+        *keys_named().sections,
+    }
+    for part in objects(schema):
+        assert part["additionalProperties"] is False
+        assert all("description" in value for value in part["properties"].values())
+    well = schema["$defs"]["Well"]["properties"]
+    assert well["law"]["enum"] == ["linear", "hertz"]
+    assert well["diameter"]["default"] == "15 in"
+    assert re.search(well["diameter"]["pattern"], "15 in")
+    assert "In m" in well["diameter"]["description"]
+    assert schema["$defs"]["Bit"]["properties"]["lobes"]["maximum"] == 8
+    assert set(schema["$defs"]["Range_depth"]["required"]) == {"from", "to", "points"}
+
+
+def test_the_template_meets_the_json_schema():
+    jsonschema = pytest.importorskip("jsonschema")
+    jsonschema.Draft202012Validator.check_schema(json_schema())
+    jsonschema.Draft202012Validator(json_schema()).validate(parse(template_text(), "t").data)

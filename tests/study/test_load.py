@@ -1,5 +1,5 @@
-"""From text to a study: values, and every fault with its line, key, what was found and
-what is allowed."""
+"""From text to a study: values, and every fault with its line, key, what was found and what
+is allowed."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from nsdrill.errors import Fault, StudyError, naming_options
 from nsdrill.models.christoforou_yigit.parameters import Collar, Parameters, Well
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import Friction, Pipe
-from nsdrill.study import change_thresholds, parse_study
+from nsdrill.study import change_thresholds, load_study, parse_study
 
 SWEEP = "sweep: {depth: [1000 m, 2000 m]}\n"
 
@@ -19,7 +19,7 @@ def faults(text: str, *overrides: str) -> list[Fault]:
     return caught.value.faults
 
 
-def test_only_the_sweep_is_needed() -> None:
+def test_only_the_sweep_is_needed():
     study = parse_study(SWEEP)
     assert study.parameters == Parameters()
     assert study.thresholds == Thresholds()
@@ -32,7 +32,7 @@ def test_only_the_sweep_is_needed() -> None:
     assert (study.procedure, study.along, study.title) == ("same", None, "")
 
 
-def test_values_come_out_in_si() -> None:
+def test_values_come_out_in_si():
     study = parse_study(
         "title: T\n"
         "drillstring: {collar: {outer_diameter: 8 in}, lateral_softening: static}\n"
@@ -64,11 +64,11 @@ def test_values_come_out_in_si() -> None:
         ("1 km", [1000.0]),
     ],
 )
-def test_axes_ascend(axis: str, values: list[float]) -> None:
+def test_axes_ascend(axis, values):
     assert parse_study(f"sweep: {{depth: {axis}}}").axes["depth"].tolist() == values
 
 
-def test_a_carried_state_needs_its_axis() -> None:
+def test_a_carried_state_needs_its_axis():
     assert parse_study("sweep: {depth: [1 km, 2 km], procedure: up}").along == "depth"
     two = "sweep: {depth: [1 km, 2 km], wob: [1 kN, 2 kN], procedure: up-down"
     assert parse_study(two + ", along: wob}").along == "wob"
@@ -80,7 +80,7 @@ def test_a_carried_state_needs_its_axis() -> None:
     assert parse_study("sweep: {depth: [1 km, 2 km], along: wob}").along is None
 
 
-def test_all_faults_are_told_at_once_in_the_order_of_the_file() -> None:
+def test_all_faults_are_told_at_once_in_the_order_of_the_file():
     found = faults(
         SWEEP
         + "operatoin: {}\n"
@@ -149,7 +149,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file() -> None:
         ("<<: {mud: 3}", 2, "<<", "unknown"),
     ],
 )
-def test_one_fault(text: str, line: int, key: str, says: str) -> None:
+def test_one_fault(text, line, key, says):
     (fault,) = faults(SWEEP + text)
     assert (fault.line, fault.key) == (line, key)
     assert says in f"{fault.found} {fault.allowed} {fault.suggestion}"
@@ -175,14 +175,14 @@ def test_one_fault(text: str, line: int, key: str, says: str) -> None:
         ("{wob: [1 kN], along: dpth}", "sweep.along", "Did you mean depth?"),
     ],
 )
-def test_one_fault_of_the_sweep(sweep: str, key: str, says: str) -> None:
+def test_one_fault_of_the_sweep(sweep, key, says):
     (fault,) = faults(f"sweep: {sweep}")
     assert fault.key == key
     assert fault.line == 1
     assert says in f"{fault.found} {fault.allowed} {fault.suggestion}"
 
 
-def test_a_default_depth_that_is_swept_over_does_not_matter() -> None:
+def test_a_default_depth_that_is_swept_over_does_not_matter():
     study = parse_study("drillstring: {collar: {length: 6000 m}}\nsweep: {depth: [7000 m]}")
     assert study.axes["depth"].tolist() == [7000.0]
 
@@ -197,14 +197,14 @@ def test_a_default_depth_that_is_swept_over_does_not_matter() -> None:
         (lambda: Parameters(well=Well(diameter=0.2)), "well: {diameter: 0.2 m}"),
     ],
 )
-def test_what_the_model_refuses_is_a_fault_with_a_line(record, text: str) -> None:  # type: ignore[no-untyped-def]
+def test_what_the_model_refuses_is_a_fault_with_a_line(record, text):
     with pytest.raises(ValueError, match="allowed"):
         record()
     (fault,) = faults(SWEEP + text)
     assert fault.line == 2
 
 
-def test_overrides() -> None:
+def test_overrides():
     study = parse_study(SWEEP, "s", ["operation.wob=30 kN", "sweep.depth=[3 km, 4 km, 5 km]", "mud.drag=2"])
     assert study.operation.wob == 30e3
     assert study.axes["depth"].tolist() == [3000.0, 4000.0, 5000.0]
@@ -233,7 +233,7 @@ def test_overrides() -> None:
         ("a..b=3", "", "--set key=value"),
     ],
 )
-def test_a_bad_override_is_named(override: str, key: str, says: str) -> None:
+def test_a_bad_override_is_named(override, key, says):
     with naming_options():
         (fault,) = faults(SWEEP, override)
     assert (fault.key, fault.line) == (key, None)
@@ -241,7 +241,7 @@ def test_a_bad_override_is_named(override: str, key: str, says: str) -> None:
     assert says in f"{fault.found} {fault.allowed} {fault.suggestion}"
 
 
-def test_thresholds_of_a_finished_file() -> None:
+def test_thresholds_of_a_finished_file():
     changed = change_thresholds(Thresholds(), ["classify.whirl.direction=0.2"])
     assert changed.whirl.direction == 0.2
     assert changed.stick_slip == Thresholds().stick_slip
@@ -256,3 +256,19 @@ def test_thresholds_of_a_finished_file() -> None:
     for override in refused:
         with pytest.raises(StudyError):
             change_thresholds(Thresholds(), [override])
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("drive: {kind: soft_torqe, matching: 5, a: 0.3}\ninitial: {lag: 1 rad}", "drive.kind"),
+        ("sweep: {drive.matching: [1, 2]}\ndrive: {kind: soft}", "drive.kind"),
+        ("bit: {friction: {law: rationall, b0: 20 mm}}", "bit.friction.law"),
+        ("modes: {lateral: frozn, axial: frozen}\ndrive: {kind: stiff}\ninitial: {z: 1 mm}", "modes.lateral"),
+    ],
+)
+def test_the_choice_alone_is_blamed(tmp_path, text, key):
+    (tmp_path / "study.yaml").write_text(text)
+    with pytest.raises(StudyError) as caught:
+        load_study(tmp_path / "study.yaml")
+    assert [fault.key for fault in caught.value.faults] == [key]

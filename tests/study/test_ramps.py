@@ -1,8 +1,6 @@
 """Operating values that follow time: read, refused with a place, kept in the resolved
 study."""
 
-from __future__ import annotations
-
 import json
 
 import pytest
@@ -21,7 +19,7 @@ def faults(text: str, *overrides: str) -> list[Fault]:
     return caught.value.faults
 
 
-def test_a_ramp_is_read_into_si() -> None:
+def test_a_ramp_is_read_into_si():
     study = parse_study(f"operation:\n  wob: 3 kN\n  rotary_speed: {{ramp: {KNOTS}}}\n")
     assert study.swept == ()
     assert study.ramped == ("rotary_speed",)
@@ -32,7 +30,7 @@ def test_a_ramp_is_read_into_si() -> None:
     assert study.operation.wob == 3000.0
 
 
-def test_all_three_may_ramp_and_overrides_give_ramps() -> None:
+def test_all_three_may_ramp_and_overrides_give_ramps():
     study = parse_study(
         SWEEP,
         overrides=[
@@ -63,7 +61,7 @@ def test_all_three_may_ramp_and_overrides_give_ramps() -> None:
         ("[[0 s, 3 rpm], [5 s, [1 rpm]]]", ".ramp[1][1]", "a list", "rad/s or rpm"),
     ],
 )
-def test_one_fault_of_a_ramp(ramp: str, key: str, found: str, allowed: str) -> None:
+def test_one_fault_of_a_ramp(ramp, key, found, allowed):
     (fault,) = faults(f"operation:\n  rotary_speed:\n    {{ramp: {ramp}}}\n")
     assert fault.key == "operation.rotary_speed" + key
     assert fault.line == 3
@@ -80,25 +78,25 @@ def test_one_fault_of_a_ramp(ramp: str, key: str, found: str, allowed: str) -> N
         ("[[0 s, 1 N], [1 s, 2 N]]", "operation.wob", "a ramp, for nsdrill simulate, is {ramp: [[0 s, VALUE]"),
     ],
 )
-def test_something_else_than_a_ramp(value: str, key: str, says: str) -> None:
+def test_something_else_than_a_ramp(value, key, says):
     (fault,) = faults(f"{SWEEP}operation: {{wob: {value}}}")
     assert fault.key == key
     assert says in fault.allowed
 
 
-def test_every_depth_of_a_ramp_lies_below_the_collars() -> None:
+def test_every_depth_of_a_ramp_lies_below_the_collars():
     (fault,) = faults("operation:\n  depth: {ramp: [[0 s, 900 m], [1 s, 200 m], [2 s, 900 m]]}")
     assert fault.key == "operation.depth.ramp[1][1]"
     assert fault.line == 2
     assert "length of the collars" in fault.allowed
 
 
-def test_a_ramp_is_not_carried() -> None:
+def test_a_ramp_is_not_carried():
     (fault,) = faults("sweep: {procedure: up}\noperation: {wob: {ramp: [[0 s, 1 N], [1 s, 2 N]]}}")
     assert fault.key == "sweep"
 
 
-def test_the_resolved_study_holds_the_ramps() -> None:
+def test_the_resolved_study_holds_the_ramps():
     study = parse_study(f"operation: {{rotary_speed: {{ramp: {KNOTS}}}}}")
     again = study_from_resolved(json.loads(json.dumps(study.resolved)), study.text, study.source)
     assert again.resolved == study.resolved
@@ -108,7 +106,7 @@ def test_the_resolved_study_holds_the_ramps() -> None:
     assert other.sha256 != study.sha256
 
 
-def test_digests_know_only_the_ramps_that_count() -> None:
+def test_digests_know_only_the_ramps_that_count():
     """A study without ramps has the digest that it always had; a ramp that a sweep
     replaces does not matter."""
     assert "ramps" not in parse_study(SWEEP).resolved
@@ -116,14 +114,14 @@ def test_digests_know_only_the_ramps_that_count() -> None:
     assert replaced.sha256 == parse_study(SWEEP).sha256
 
 
-def test_damaged_ramps_are_a_file_error() -> None:
+def test_damaged_ramps_are_a_file_error():
     resolved = parse_study(f"operation: {{rotary_speed: {{ramp: {KNOTS}}}}}").resolved
     for ramps in ({"mud": [[0.0, 1.0], [1.0, 2.0]]}, {"wob": [[0.0], [1.0]]}, {"wob": 3}):
         with pytest.raises(FileError, match=r"out\.h5"):
             study_from_resolved({**resolved, "ramps": ramps}, source="out.h5")
 
 
-def test_the_schema_for_editors_takes_both_forms() -> None:
+def test_the_schema_for_editors_takes_both_forms():
     jsonschema = pytest.importorskip("jsonschema")
     validator = jsonschema.Draft202012Validator(json_schema())
     good = ({"operation": {"wob": "3 kN"}}, {"operation": {"wob": {"ramp": [["0 s", "3 kN"], ["1 s", "4 kN"]]}}})

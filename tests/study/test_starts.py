@@ -1,7 +1,5 @@
 """Ensembles and slices in the study file: what is read, and what is wrong with what."""
 
-from __future__ import annotations
-
 import json
 
 import pytest
@@ -19,19 +17,19 @@ def faults(text: str, *overrides: str) -> list[Fault]:
     return caught.value.faults
 
 
-def test_one_start_by_default() -> None:
+def test_one_start_by_default():
     assert parse_study(SWEEP).initial.starts == 0
     assert parse_study(SWEEP + "initial: {ensemble: 1, x: 2 mm}").initial.starts == 0
     assert parse_study(SWEEP + "initial: {slice: null}").initial.starts == 0
 
 
-def test_an_ensemble() -> None:
+def test_an_ensemble():
     study = parse_study(SWEEP + "initial: {ensemble: 64, seed: 3, spread: 0.5}")
     assert (study.initial.starts, study.initial.seed, study.initial.spread) == (64, 3, 0.5)
     assert study.sha256 != parse_study(SWEEP + "initial: {ensemble: 64, seed: 4, spread: 0.5}").sha256
 
 
-def test_a_slice_in_the_order_of_the_states_ascending() -> None:
+def test_a_slice_in_the_order_of_the_states_ascending():
     study = parse_study(SWEEP + f"initial: {{y: 1 mm, slice: {PLANE}}}")
     assert study.initial.slice == {
         "x": {"from": -7e-3, "to": 70e-3, "points": 3},
@@ -44,7 +42,7 @@ def test_a_slice_in_the_order_of_the_states_ascending() -> None:
     assert again.sha256 == study.sha256
 
 
-def test_the_template_may_become_an_ensemble() -> None:
+def test_the_template_may_become_an_ensemble():
     """It gives every state its default, which is no wish for a state."""
     assert parse_study(template_text(), overrides=["initial.ensemble=8"]).initial.starts == 8
 
@@ -71,7 +69,7 @@ def test_the_template_may_become_an_ensemble() -> None:
         (f"{{y: 600 mm, slice: {PLANE}}}", "initial.slice", "604", "the gap"),
     ],
 )
-def test_faults(initial: str, key: str, found: str, allowed: str) -> None:
+def test_faults(initial, key, found, allowed):
     fault = faults(SWEEP + f"initial: {initial}")[0]
     assert fault.key == key
     assert found in fault.found
@@ -80,12 +78,12 @@ def test_faults(initial: str, key: str, found: str, allowed: str) -> None:
 
 @pytest.mark.parametrize("initial", ["ensemble: 8", f"slice: {PLANE}"])
 @pytest.mark.parametrize("procedure", ["up", "down", "up-down"])
-def test_starts_of_their_own_and_a_carried_state_exclude_each_other(initial: str, procedure: str) -> None:
+def test_starts_of_their_own_and_a_carried_state_exclude_each_other(initial, procedure):
     (fault,) = faults(SWEEP + f"initial: {{{initial}}}", f"sweep.procedure={procedure}")
     assert "carries the state on" in fault.found
     assert fault.allowed == "with sweep.procedure: same"
 
 
-def test_starts_count_among_the_points() -> None:
+def test_starts_count_among_the_points():
     (fault,) = faults("sweep: {wob: {from: 1 N, to: 1 kN, points: 10001}}\ninitial: {ensemble: 10000}")
     assert "1e+08 points over all axes and starts" in fault.found

@@ -1,7 +1,5 @@
 """The section uncertain: distributions, samples, and what is refused."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -32,7 +30,7 @@ MEANS = {
 
 
 @pytest.mark.parametrize("name", MEANS)
-def test_samples_follow_their_distribution(name: str) -> None:
+def test_samples_follow_their_distribution(name):
     numbers, mean = MEANS[name]
     drawn = draw(Uncertain({"a": numbers, "b": {"uniform": [0.0, 1.0]}}, samples=4096))
     assert np.mean(drawn["a"]) == pytest.approx(mean, rel=2e-3)
@@ -40,20 +38,20 @@ def test_samples_follow_their_distribution(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["uniform", "triangular", "normal", "lognormal"])
-def test_each_part_of_the_distribution_has_its_share(name: str) -> None:
+def test_each_part_of_the_distribution_has_its_share(name):
     numbers, _ = MEANS[name]
     drawn = draw(Uncertain({"a": numbers}, samples=1024))["a"]
     # 0.04 of independent draws
     assert stats.kstest(drawn, distribution(numbers).cdf).statistic < 2e-3
 
 
-def test_factor_is_one_deviation_of_the_logarithm() -> None:
+def test_factor_is_one_deviation_of_the_logarithm():
     numbers = {"lognormal": {"median": 25e6, "factor": 2.0}}
     low, middle, high = quantile(numbers, stats.norm.cdf([-1.0, 0.0, 1.0]))
     assert (low, middle, high) == pytest.approx((12.5e6, 25e6, 50e6))
 
 
-def test_rank_correlation_is_the_one_asked_for() -> None:
+def test_rank_correlation_is_the_one_asked_for():
     shapes = {"a": MEANS["lognormal"][0], "b": MEANS["triangular"][0], "c": MEANS["uniform"][0]}
     found = draw(Uncertain(shapes, samples=4096, correlations=(("a", "b", 0.6), ("c", "b", -0.5))))
     for one, two in itertools.combinations("abc", 2):
@@ -64,7 +62,7 @@ def test_rank_correlation_is_the_one_asked_for() -> None:
     assert np.mean(found["a"]) == pytest.approx(np.mean(alone["a"]), rel=0.01)
 
 
-def test_saltelli_exchanges_one_column_at_a_time() -> None:
+def test_saltelli_exchanges_one_column_at_a_time():
     shapes = {"a": MEANS["uniform"][0], "b": MEANS["uniform"][0]}
     found = draw(Uncertain(shapes, samples=8, design="saltelli"))
     a, b, first, second = (np.column_stack([found["a"], found["b"]])[8 * i : 8 * i + 8] for i in range(4))
@@ -88,7 +86,7 @@ FULL = """
 """
 
 
-def test_same_study_gives_the_same_samples_and_another_seed_others() -> None:
+def test_same_study_gives_the_same_samples_and_another_seed_others():
     one, two, other = study(FULL), study(FULL), study(FULL.replace("seed: 7", "seed: 8"))
     assert one.samples == 100
     assert set(one.drawn) == {"rotary_speed", "drillstring.eccentricity", ROCK, KEY}
@@ -99,7 +97,7 @@ def test_same_study_gives_the_same_samples_and_another_seed_others() -> None:
     assert {axis.key for axis in one.unknowns} == {"operation.rotary_speed", "drillstring.eccentricity", ROCK, KEY}
 
 
-def test_resolved_study_and_its_text_give_the_same_samples() -> None:
+def test_resolved_study_and_its_text_give_the_same_samples():
     one = study(FULL)
     again, written = (study_from_resolved(one.resolved), parse_study(study_text(one.resolved), "again"))
     assert one.sha256 == again.sha256 == written.sha256
@@ -108,7 +106,7 @@ def test_resolved_study_and_its_text_give_the_same_samples() -> None:
         assert np.array_equal(values, written.drawn[key])
 
 
-def test_table_is_taken_row_by_row() -> None:
+def test_table_is_taken_row_by_row():
     found = study("{table: {bit.friction.static: [0.3, 0.4, 0.35], bit.rock_stiffness: [10 MN/m, 30 MN/m, 20 MN/m]}}")
     assert found.samples == 3
     assert found.drawn[KEY].tolist() == [0.3, 0.4, 0.35]
@@ -116,7 +114,7 @@ def test_table_is_taken_row_by_row() -> None:
     assert parse_study(study_text(found.resolved), "again").sha256 == found.sha256
 
 
-def test_joint_rows_may_overlap_where_each_row_is_in_order() -> None:
+def test_joint_rows_may_overlap_where_each_row_is_in_order():
     rows = "{{table: {{bit.friction.static: [0.3, 0.4], bit.friction.dynamic: [0.25, {}]}}}}"
     assert study(rows.format(0.35)).samples == 2
     with pytest.raises(
@@ -125,7 +123,7 @@ def test_joint_rows_may_overlap_where_each_row_is_in_order() -> None:
         study(rows.format(0.45))
 
 
-def test_differences_name_the_unknown() -> None:
+def test_differences_name_the_unknown():
     one, two = (study(FULL), study(FULL.replace("factor: 2", "factor: 3").replace("samples: 100", "samples: 64")))
     told = {key: (a, b) for key, a, b in changes(one.resolved, two.resolved)}
     assert told["uncertain.samples"] == ("100", "64")
@@ -155,7 +153,7 @@ SETS = [
 
 
 @pytest.mark.parametrize(("text", "sets"), [(SPELT, []), (ROWS, []), (CURVES, []), ("{}", SETS), (SPELT, SETS[2:3])])
-def test_a_number_of_the_operation_has_one_key_in_two_spellings(text: str, sets: list[str]) -> None:
+def test_a_number_of_the_operation_has_one_key_in_two_spellings(text, sets):
     short, full = (
         parse_study(text.replace("%", head), "s.yaml", [one.replace("%", head) for one in sets])
         for head in ("", "operation.")
@@ -168,7 +166,7 @@ def test_a_number_of_the_operation_has_one_key_in_two_spellings(text: str, sets:
     assert mixed.resolved == full.resolved
 
 
-def test_a_number_of_the_operation_in_both_spellings_is_refused() -> None:
+def test_a_number_of_the_operation_in_both_spellings_is_refused():
     text = "uncertain:\n  wob: {uniform: [1 kN, 2 kN]}\n  operation.wob: {uniform: [1 kN, 2 kN]}"
     with pytest.raises(StudyError, match=r"s.yaml, line 3: .*wob: found the key a second time"):
         parse_study(text, "s.yaml")
@@ -178,7 +176,7 @@ def test_a_number_of_the_operation_in_both_spellings_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", ["wob", "operation.wob"])
-def test_a_number_of_the_operation_is_written_in_one_spelling(name: str) -> None:
+def test_a_number_of_the_operation_is_written_in_one_spelling(name):
     study = parse_study(f"uncertain:\n  {name}: {{uniform: [1 kN, 2 kN]}}", "s.yaml")
     text = study_text(study.resolved)
     assert "\n  operation.wob: {uniform: [1 kN, 2 kN]}" in text
@@ -189,7 +187,7 @@ def test_a_number_of_the_operation_is_written_in_one_spelling(name: str) -> None
     ]
 
 
-def test_overrides_reach_the_section() -> None:
+def test_overrides_reach_the_section():
     found = parse_study("{}", "s.yaml", [f"uncertain.{KEY}.uniform=[0.3, 0.4]", "uncertain.samples=16"])
     assert found.samples == 16
     assert 0.3 <= found.drawn[KEY].min() < found.drawn[KEY].max() <= 0.4
@@ -242,12 +240,12 @@ def test_overrides_reach_the_section() -> None:
         ),
     ],
 )
-def test_what_is_wrong_is_told_with_line_key_and_what_is_allowed(section: str, message: str) -> None:
+def test_what_is_wrong_is_told_with_line_key_and_what_is_allowed(section, message):
     with pytest.raises(StudyError, match=message):
         study(section)
 
 
-def test_samples_beside_several_starts_are_refused() -> None:
+def test_samples_beside_several_starts_are_refused():
     friction = "bit.friction.static: {uniform: [0.3, 0.6]}"
     with pytest.raises(
         StudyError, match=r"initial\.ensemble: found with .*uncertain\.initial\.x: each .*sweep\.initial\.x:"
@@ -258,7 +256,7 @@ def test_samples_beside_several_starts_are_refused() -> None:
     assert len(set(both.drawn["initial.x"].tolist())) == 4
 
 
-def test_too_many_points_with_samples() -> None:
+def test_too_many_points_with_samples():
     with pytest.raises(StudyError, match="over all axes and samples"):
         study(
             "{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 100000}",

@@ -1,8 +1,6 @@
 """Workers of a cluster that die: what they had in hand is computed again, bit for bit;
 and not for ever."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle
@@ -12,7 +10,6 @@ import sys
 import threading
 import time
 from concurrent.futures import Executor, Future
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +21,7 @@ from nsdrill.app.run import run_study
 from nsdrill.errors import NsdrillError
 from nsdrill.store import RunLog, part_path
 from nsdrill.study import parse_study
-from nsdrill.sweep.engine import MAX_LOSSES, Progress
+from nsdrill.sweep.engine import MAX_LOSSES
 from nsdrill.sweep.work import advance
 
 GRID = """
@@ -38,33 +35,35 @@ CHAINS = GRID.replace("points: 60", "points: 20") + "  procedure: up-down\n  alo
 
 
 @pytest.mark.parametrize("text", [GRID, CHAINS], ids=["grid", "chains"])
-def test_dead_workers_cost_time_only(tmp_path: Path, text: str) -> None:
+def test_dead_workers_cost_time_only(tmp_path, text, monkeypatch):
     distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_QUANTUM", 0.1)  # many slices of a short sweep
+    text = text.replace("points: 24", "points: 12")
     study = parse_study(text, "s.yaml")
     run_study(study, tmp_path / "whole.h5", workers=2)
-    killed: list[int] = []
+    killed = []
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
     ):
         own = os.getpid()
 
-        def kill(progress: Progress) -> None:
+        def kill(progress):
             """Kill a worker after the first slice and after the third."""
-            kill.slices += progress.note != "compiling"  # type: ignore[attr-defined]
-            if kill.slices in (1, 3):  # type: ignore[attr-defined]
+            kill.slices += progress.note != "compiling"
+            if kill.slices in (1, 3):
                 pids = [pid for pid in client.run(os.getpid).values() if pid not in (own, *killed)]
                 os.kill(pids[0], signal.SIGKILL)
                 killed.append(pids[0])
 
-        kill.slices = 0  # type: ignore[attr-defined]
+        kill.slices = 0
         executor = client.get_executor(pure=False)
         run_study(study, tmp_path / "out.h5", workers=2, executor=executor, watch=kill)
     assert len(killed) == 2
     assert not different(tmp_path / "whole.h5", tmp_path / "out.h5")
 
 
-def test_a_scheduler_that_is_gone_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scheduler_that_is_gone_ends_the_run(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     library = pytest.importorskip("dask")
     monkeypatch.setattr("nsdrill.sweep.engine.POLL_SECONDS", 0.5)
@@ -84,7 +83,7 @@ def test_a_scheduler_that_is_gone_ends_the_run(tmp_path: Path, monkeypatch: pyte
             except NsdrillError:  # no workers yet
                 time.sleep(0.2)
 
-        def kill(progress: Progress) -> None:
+        def kill(progress):
             if scheduler.poll() is None and progress.note != "compiling":
                 os.killpg(scheduler.pid, signal.SIGKILL)
                 scheduler.wait()
@@ -105,7 +104,7 @@ def test_a_scheduler_that_is_gone_ends_the_run(tmp_path: Path, monkeypatch: pyte
         log.close()
 
 
-def test_a_scheduler_that_is_gone_takes_no_task() -> None:
+def test_a_scheduler_that_is_gone_takes_no_task():
     """A client may be closed when lost futures are sent again, before anyone waits."""
     pytest.importorskip("distributed")
     with dask_executor(workers=1) as (executor, _):
@@ -138,7 +137,7 @@ class Mortal(Executor):
 
 
 @pytest.mark.parametrize("text", [GRID, CHAINS], ids=["grid", "chains"])
-def test_any_slice_may_be_lost(tmp_path: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_any_slice_may_be_lost(tmp_path, text, monkeypatch):
     monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_QUANTUM", 0.2)
     small = text.replace("points: 24", "points: 4").replace("points: 60", "points: 20")
     study = parse_study(small, "s.yaml")
@@ -147,7 +146,7 @@ def test_any_slice_may_be_lost(tmp_path: Path, text: str, monkeypatch: pytest.Mo
     assert not different(tmp_path / "whole.h5", tmp_path / "out.h5")
 
 
-def test_a_cluster_that_only_dies_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cluster_that_only_dies_is_given_up(tmp_path, monkeypatch):
     # Slices of so many packed steps, however fast the machine is.
     monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_QUANTUM", 1e-9)
     monkeypatch.setattr("nsdrill.kernel.batch.STEPS_PER_CALL", 8000)

@@ -1,8 +1,6 @@
 """Drive the engine from a test, in memory: points in, columns of the results file
 out."""
 
-from __future__ import annotations
-
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any

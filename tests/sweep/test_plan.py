@@ -1,13 +1,24 @@
-"""Points, chains and their order."""
+"""Points, chains and their order; any number of the study as an axis; several starts of every
+operating point."""
 
-from __future__ import annotations
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from main_model import MAIN, pack
+from model_tables import VARIABLES
+from reference import Case
 
+from nsdrill.kernel.settings import Simulation
+from nsdrill.models.christoforou_yigit.coefficients import power
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.kept import Kept
+from nsdrill.models.leaves import leaves, values_at, with_values
 from nsdrill.sweep.plan import Plan
+from nsdrill.variables import OK
+from sweep.runs import collect, finish, run_work, same_bits, work_for
 
 AXES = ("depth", "wob", "rotary_speed", "bit.rock_stiffness")
 SIZES = st.tuples(*[st.integers(1, 5)] * 4)
@@ -28,16 +39,14 @@ def all_points(plan: Plan) -> np.ndarray:
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES))
 @settings(max_examples=200, deadline=None)
-def test_every_point_is_visited_once(state_scales: tuple[int, ...], procedure: str, along: str) -> None:
+def test_every_point_is_visited_once(state_scales, procedure, along):
     plan = plan_of(state_scales, procedure, along)
     assert sorted(all_points(plan).ravel().tolist()) == list(range(plan.points))
 
 
 @given(SIZES, st.sampled_from(["up", "down"]), st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
-def test_a_carried_axis_runs_one_way_and_the_others_stand_still(
-    state_scales: tuple[int, ...], procedure: str, along: str
-) -> None:
+def test_a_carried_axis_runs_one_way_and_the_others_stand_still(state_scales, procedure, along):
     plan = plan_of(state_scales, procedure, along)
     values = plan.values(all_points(plan))
     steps = np.diff(values[along], axis=1)
@@ -48,7 +57,7 @@ def test_a_carried_axis_runs_one_way_and_the_others_stand_still(
 
 @given(SIZES, st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
-def test_up_down_goes_up_and_comes_back(state_scales: tuple[int, ...], along: str) -> None:
+def test_up_down_goes_up_and_comes_back(state_scales, along):
     plan = plan_of(state_scales, "up-down", along)
     points = all_points(plan)
     values = plan.values(points)[along]
@@ -62,9 +71,7 @@ def test_up_down_goes_up_and_comes_back(state_scales: tuple[int, ...], along: st
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES), st.data())
 @settings(max_examples=100, deadline=None)
-def test_a_point_is_found_by_its_values(
-    state_scales: tuple[int, ...], procedure: str, along: str, data: st.DataObject
-) -> None:
+def test_a_point_is_found_by_its_values(state_scales, procedure, along, data):
     plan = plan_of(state_scales, procedure, along)
     number = data.draw(st.integers(0, plan.points - 1))
     values = {name: float(value) for name, value in plan.values(np.array(number)).items()}
@@ -73,7 +80,7 @@ def test_a_point_is_found_by_its_values(
     assert plan.find({axis: value + off for axis, value in values.items()}, name) == (number, values)
 
 
-def test_single_points_are_numbered_with_the_last_axis_fastest() -> None:
+def test_single_points_are_numbered_with_the_last_axis_fastest():
     plan = plan_of((2, 2, 1, 3), "same", "depth")
     assert plan.chain_length == 1
     assert plan.chains == 12
@@ -81,13 +88,125 @@ def test_single_points_are_numbered_with_the_last_axis_fastest() -> None:
     assert plan.values(np.arange(12))["depth"].tolist() == [0] * 6 + [10] * 6
 
 
-def test_a_procedure_that_was_not_run_is_refused() -> None:
+def test_a_procedure_that_was_not_run_is_refused():
     with pytest.raises(ValueError, match=r"found down, allowed: up"):
         plan_of((2, 1, 1, 1), "up", "depth").find(dict.fromkeys(AXES, 0.0), "down")
 
 
-def test_a_million_points_are_numbered_without_listing_them() -> None:
+def test_a_million_points_are_numbered_without_listing_them():
     plan = plan_of((1000, 10, 1000, 1), "up", "rotary_speed")
     assert plan.points == 10_000_000
     last = plan.points_of(plan.chains - 1, plan.chain_length - 1)
     assert int(last) == 9_999_999
+
+
+OPERATION = {"depth": 5000.0, "wob": 22.24e3, "rotary_speed": 3.0}
+SHORT_RUNS = Simulation(transient=1.0, observe=2.0)
+
+
+def numbers() -> dict[str, float]:
+    return {key: value for key, value, _ in leaves(Parameters()) if isinstance(value, float)}
+
+
+@pytest.mark.parametrize("key", list(numbers()))
+def test_points_along_any_axis_have_the_coefficients_of_single_points(key):
+    """Bit for bit, whatever numpy makes of powers of arrays; of what is off by default
+    (0), around 1."""
+    values = (numbers()[key] or 1.0) * np.random.default_rng(1).uniform(0.7, 1.3, 300)
+    operation = {name: np.full(300, value) for name, value in OPERATION.items()}
+    together = values_at(Parameters(), Initial(), {**operation, key: values})
+    table = pack(together.parameters, *together.operation)
+    alone = np.concatenate(
+        [pack(with_values(Parameters(), {key: value}), *OPERATION.values()) for value in values.tolist()]
+    )
+    assert table.tobytes() == alone.tobytes()
+    for made in (MAIN.state_scales, MAIN.first_step):
+        assert made(table, ()).tobytes() == made(alone, ()).tobytes()
+
+
+def test_powers_of_arrays_are_those_of_their_numbers():
+    values = np.random.default_rng(2).uniform(0.01, 1.0, (40, 25))
+    for exponent in (2, 3, 4):
+        assert power(values, exponent).tolist() == [[v**exponent for v in row] for row in values.tolist()]
+
+
+@pytest.mark.parametrize("procedure", ["same", "up-down"])
+def test_a_sweep_over_the_rock_has_the_bits_of_single_runs(procedure):
+    """Each point from the state in which it began."""
+    rocks = np.array([15e6, 25e6, 60e6])
+    axes = {name: np.array([value]) for name, value in OPERATION.items()} | {"bit.rock_stiffness": rocks}
+    base = work_for(Case(), SHORT_RUNS)
+    work = replace(base, plan=Plan(axes, procedure, None if procedure == "same" else "bit.rock_stiffness"))
+    out = run_work(work)
+    for point in range(work.plan.points):
+        rock = work.plan.values(np.array([point]))["bit.rock_stiffness"]
+        single = replace(
+            base,
+            parameters=with_values(base.parameters, {"bit.rock_stiffness": float(rock[0])}),
+            plan=Plan({name: np.array([value]) for name, value in OPERATION.items()}, "same", None),
+        )
+        runs = single.prepare(np.array([0]))
+        if procedure == "same":
+            assert runs.initial.tobytes() == out["initial_state"][point][None].tobytes()
+        batch = single.new_batch(8, 1)
+        batch.add(np.array([0]), replace(runs, initial=out["initial_state"][point][None]))
+        alone = collect(single, finish(single, batch))
+        assert same_bits(alone, {name: values[[point]] for name, values in out.items()})
+
+
+OF_STARTS = {"depth": np.array([1.0, 2.0]), "wob": np.array([5.0]), "rotary_speed": np.array([7.0, 8.0, 9.0])}
+SHORT = Simulation(transient=4.0, observe=8.0)
+
+
+def test_starts_run_fastest():
+    plan = Plan(OF_STARTS, "same", None, 4)
+    assert (plan.grid, plan.shape) == ((1, 2, 1, 3, 4), (1, 2, 1, 3))
+    assert (plan.points, plan.chains, plan.chain_length) == (24, 24, 1)
+    points = np.arange(24)
+    assert plan.starts_of(points).tolist() == [0, 1, 2, 3] * 6
+    depth, wob, speed = plan.values(points).values()
+    assert depth.tolist() == [1.0] * 12 + [2.0] * 12
+    assert speed.tolist() == np.repeat([7.0, 8.0, 9.0] * 2, 4).tolist()
+    assert wob.tolist() == [5.0] * 24
+    wanted = {"depth": 2.0, "wob": 5.0, "rotary_speed": 8.0}
+    assert plan.find(wanted, "same", 3) == (12 + 4 + 3, wanted)
+    with pytest.raises(ValueError, match="start: found 4, allowed: 0 to 3"):
+        plan.find(wanted, "same", 4)
+
+
+def test_starts_are_not_carried():
+    with pytest.raises(ValueError, match="with procedure up, allowed: with same"):
+        Plan(OF_STARTS, "up", "depth", 4)
+
+
+def ensemble(count: int = 6, **more: object):
+    work = work_for(Case(), SHORT, initial=Initial(ensemble=count, seed=5), rotary_speed=[2.0, 5.0, 8.0], peaks=4)
+    return replace(work, plan=replace(work.plan, starts=count), **more)
+
+
+@pytest.fixture(scope="module")
+def six():
+    return run_work(ensemble(), lanes=8)
+
+
+@pytest.mark.parametrize(("lanes", "workers", "quantum_seconds"), [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.002)])
+def test_the_bits_do_not_depend_on_lanes_or_workers(six, lanes, workers, quantum_seconds):
+    assert same_bits(run_work(ensemble(), lanes, workers, quantum_seconds), six)
+
+
+def test_all_starts_have_all_variables_and_states_of_their_own(six):
+    assert set(six) == {v.name for v in VARIABLES if Kept(4, starts=6, options=("drilled", "method")).has(v)}
+    assert np.all(six["status"] == OK)
+    assert len(np.unique(six["initial_state"], axis=0)) == 18
+
+
+def test_more_starts_leave_the_first_as_they_were(six):
+    nine = run_work(ensemble(9), lanes=8)
+    first = np.arange(27).reshape(3, 9)[:, :6].ravel()
+    assert all(nine[name][first].tobytes() == six[name].tobytes() for name in six)
+
+
+def test_another_order_and_other_neighbours(six):
+    some = np.array([17, 3, 8])
+    out = run_work(ensemble(), 8, pending=some)
+    assert all(out[name][some].tobytes() == six[name][some].tobytes() for name in six)

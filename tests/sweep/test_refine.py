@@ -1,7 +1,5 @@
 """Refinement on made-up responses: the border of the full map from a part of its runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -31,7 +29,7 @@ def played(truth: np.ndarray, axes: tuple[bool, ...] = (True, True), depth: int 
 
 
 @pytest.mark.parametrize(("truth", "most"), [(CIRCLE, 0.45), (STRIPES, 0.75), (TONGUE, 0.35)])
-def test_the_full_map_comes_out_for_less(truth: np.ndarray, most: float) -> None:
+def test_the_full_map_comes_out_for_less(truth, most):
     step, turns = played(truth)
     assert step.filled is not None
     assert np.array_equal(step.filled, truth)
@@ -39,7 +37,7 @@ def test_the_full_map_comes_out_for_less(truth: np.ndarray, most: float) -> None
     assert DEPTH < turns < 30
 
 
-def test_the_border_is_known_to_the_fine_step() -> None:
+def test_the_border_is_known_to_the_fine_step():
     """Two neighbours of the fine grid that differ have both been run."""
     for truth in (CIRCLE, STRIPES, TONGUE):
         step, _ = played(truth)
@@ -50,14 +48,14 @@ def test_the_border_is_known_to_the_fine_step() -> None:
             assert np.all(first[differ] & second[differ])
 
 
-def test_a_uniform_map_takes_the_coarse_grid_only() -> None:
+def test_a_uniform_map_takes_the_coarse_grid_only():
     step, turns = played(np.full((N, N), 5))
     assert step.needed.sum() == COARSE**2
     assert turns == 1
     assert np.all(step.filled == 5)
 
 
-def test_an_island_between_the_coarse_points_is_not_seen() -> None:
+def test_an_island_between_the_coarse_points_is_not_seen():
     """What is smaller than a coarse cell can be missed: the honest limit of the method."""
     truth = np.zeros((N, N), dtype=int)
     truth[3:6, 3:6] = 1
@@ -66,7 +64,7 @@ def test_an_island_between_the_coarse_points_is_not_seen() -> None:
     assert step.needed.sum() == COARSE**2
 
 
-def test_a_border_is_followed_into_cells_whose_corners_agree() -> None:
+def test_a_border_is_followed_into_cells_whose_corners_agree():
     """A tongue that enters a cell through one edge: the midpoint of the edge gives it
     away."""
     truth = np.zeros((N, N), dtype=int)
@@ -77,7 +75,7 @@ def test_a_border_is_followed_into_cells_whose_corners_agree() -> None:
     assert np.all(step.filled[4:13, 4] == 1)
 
 
-def test_the_outcome_does_not_depend_on_what_else_is_known() -> None:
+def test_the_outcome_does_not_depend_on_what_else_is_known():
     step, _ = played(TONGUE)
     rng = np.random.default_rng(2)
     for _ in range(5):
@@ -87,7 +85,7 @@ def test_the_outcome_does_not_depend_on_what_else_is_known() -> None:
         assert np.array_equal(again.filled, step.filled)
 
 
-def test_interruptions_change_nothing() -> None:
+def test_interruptions_change_nothing():
     step, _ = played(CIRCLE)
     rng = np.random.default_rng(3)
     known = np.zeros((N, N), dtype=bool)
@@ -98,7 +96,7 @@ def test_interruptions_change_nothing() -> None:
     assert np.array_equal(now.filled, step.filled)
 
 
-def test_superfluous_units_count_if_they_are_to() -> None:
+def test_superfluous_units_count_if_they_are_to():
     truth = np.zeros((N, N), dtype=int)
     truth[20, 20] = 1
     known, _ = played(np.zeros((N, N), dtype=int))
@@ -109,7 +107,7 @@ def test_superfluous_units_count_if_they_are_to() -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_looking_at_everything_that_was_run_asks_for_nothing_more(seed: int) -> None:
+def test_looking_at_everything_that_was_run_asks_for_nothing_more(seed):
     """Else a file could not be given the labels again that it has."""
     truth = noisy(seed)()
     step, _ = played(truth)
@@ -118,7 +116,7 @@ def test_looking_at_everything_that_was_run_asks_for_nothing_more(seed: int) -> 
     assert np.array_equal(again.filled, step.filled)
 
 
-def test_every_value_of_an_axis_that_is_not_refined_is_a_grid_of_its_own() -> None:
+def test_every_value_of_an_axis_that_is_not_refined_is_a_grid_of_its_own():
     truth = np.stack([CIRCLE, np.zeros_like(CIRCLE), TONGUE], axis=1)
     step, _ = played(truth, (True, False, True))
     for i, alone in enumerate((CIRCLE, np.zeros_like(CIRCLE), TONGUE)):
@@ -128,7 +126,7 @@ def test_every_value_of_an_axis_that_is_not_refined_is_a_grid_of_its_own() -> No
 
 
 @pytest.mark.parametrize("depth", [0, 1, 4])
-def test_one_axis_is_a_bisection(depth: int) -> None:
+def test_one_axis_is_a_bisection(depth):
     n = (6 - 1) * 2**depth + 1
     truth = (np.arange(n) > 0.37 * n).astype(int)
     step, _ = played(truth, (True,), depth)
@@ -136,7 +134,7 @@ def test_one_axis_is_a_bisection(depth: int) -> None:
     assert step.needed.sum() <= 6 + 2 * depth
 
 
-def test_three_axes() -> None:
+def test_three_axes():
     n = (4 - 1) * 2**2 + 1
     at = np.linspace(-1, 1, n)
     ball = (at[:, None, None] ** 2 + at[None, :, None] ** 2 + at[None, None, :] ** 2 < 0.6).astype(int)
@@ -145,7 +143,7 @@ def test_three_axes() -> None:
     assert step.needed.mean() < 0.9
 
 
-def test_a_class_of_its_own_is_surrounded() -> None:
+def test_a_class_of_its_own_is_surrounded():
     """As failed runs have: each is unlike any other, so nothing is concluded from it."""
     truth = np.zeros((N, N), dtype=int)
     truth[8:17, 8:17] = -1 - np.arange(81).reshape(9, 9)
@@ -160,7 +158,7 @@ def noisy(seed: int) -> Callable[[], np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_what_is_inferred_agrees_with_every_run_around_it(seed: int) -> None:
+def test_what_is_inferred_agrees_with_every_run_around_it(seed):
     """Also where responses are scattered: no unit is inferred beside a neighbour that
     was run and came out different in the smallest undivided cell that holds it."""
     truth = noisy(seed)()

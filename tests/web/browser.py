@@ -1,8 +1,6 @@
 """How the tests drive a page: Debian's chromium by Playwright. A test is skipped, by
 name, where one is missing."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from typing import Any

@@ -1,11 +1,5 @@
 """Sessions of the small studies, opened once, and pages in a browser."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
-
 import pytest
 
 from nsdrill.web.explorer import Explorer
@@ -15,17 +9,17 @@ from .browser import BROWSER
 
 
 @pytest.fixture(scope="session")
-def session(shared: Path) -> Session:
+def session(shared):
     return Session(shared / "small.h5")
 
 
 @pytest.fixture(scope="session")
-def of_map(shared: Path) -> Session:
+def of_map(shared):
     return Session(shared / "map.h5")
 
 
 @pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
+def chromium():
     playwright = pytest.importorskip("playwright.sync_api", reason="no browser: pip install playwright")
     if BROWSER is None:
         pytest.skip("no browser: apt-get install chromium")
@@ -36,7 +30,7 @@ def chromium() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
-def explorer(session: Session) -> Iterator[Explorer]:
+def explorer(session):
     made = Explorer(session)
     made.start()
     yield made
@@ -44,7 +38,7 @@ def explorer(session: Session) -> Iterator[Explorer]:
 
 
 @pytest.fixture
-def page(chromium: Any, request: pytest.FixtureRequest) -> Iterator[Any]:
+def page(chromium, request):
     """A page that may say nothing on the console, fail nowhere, and ask nobody else."""
     width = getattr(request, "param", 1280)
     context = chromium.new_context(viewport={"width": width, "height": 900}, accept_downloads=True)

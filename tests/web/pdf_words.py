@@ -1,8 +1,6 @@
 """The words of a PDF as a search finds them, page by page: enough of the format for what
 Chromium writes (text of embedded fonts with a table to Unicode)."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 import zlib

@@ -1,8 +1,6 @@
 """Areas of a page: the cells are the numbers of the analysis, turned as the axes of
 the page say."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -33,17 +31,17 @@ def run(text: str) -> Results:
 
 
 @pytest.fixture(scope="module")
-def uncertain() -> Results:
+def uncertain():
     return run(UNCERTAIN + "sweep: {wob: [20 kN, 60 kN, 100 kN], rotary_speed: [4 rad/s, 12 rad/s]}\n")
 
 
 @pytest.fixture(scope="module")
-def cube() -> Results:
+def cube():
     axes = "depth: [1000 m, 3000 m, 5000 m], wob: [20 kN, 80 kN], rotary_speed: [1 rad/s, 3 rad/s, 6 rad/s, 9 rad/s]"
     return run(f"sweep: {{{axes}, procedure: up-down, along: rotary_speed}}\n")
 
 
-def test_probabilities_over_two_axes(uncertain: Results) -> None:
+def test_probabilities_over_two_axes(uncertain):
     """One area with a map for each outcome that occurs, and the border of what is safe."""
     found = probabilities_of(uncertain)
     head, columns = area(uncertain, "field", "probability", {})
@@ -59,7 +57,7 @@ def test_probabilities_over_two_axes(uncertain: Results) -> None:
     assert len(head["procedures"]) == 1 + len(occurring) > 1
 
 
-def test_probabilities_along_one_axis() -> None:
+def test_probabilities_along_one_axis():
     results = run(UNCERTAIN + "sweep: {rotary_speed: [4 rad/s, 8 rad/s, 12 rad/s]}\n")
     head, columns = area(results, "si", "probability", {})
     found = probabilities_of(results)
@@ -70,7 +68,7 @@ def test_probabilities_along_one_axis() -> None:
     assert (head["dimension"], head["joined"]) == (results.grid.index("rotary_speed"), True)
 
 
-def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> None:
+def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube):
     found = classes(cube)
     for number in range(3):
         head, columns = area(cube, "si", "window", {"depth": number})
@@ -95,7 +93,7 @@ def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> No
     assert area_choices(run("sweep: {rotary_speed: [4 rad/s, 8 rad/s]}\n")) == []
 
 
-def test_a_basin_has_each_start_in_its_place() -> None:
+def test_a_basin_has_each_start_in_its_place():
     states = "x: {from: -20 mm, to: 20 mm, points: 3}, vx: {from: -0.1 m/s, to: 0.1 m/s, points: 4}"
     results = run(f"initial: {{slice: {{{states}}}}}\n")
     head, columns = area(results, "si", "basin", {})
@@ -111,7 +109,7 @@ def test_a_basin_has_each_start_in_its_place() -> None:
         assert place[results.grid.index("start")] == start
 
 
-def test_a_window_knows_its_points_and_its_best_one(cube: Results) -> None:
+def test_a_window_knows_its_points_and_its_best_one(cube):
     """A cell of the area is a place of the grid, and the first point is that of the
     window's recommendation."""
     mild = "bit: {lobes: 1, surface_amplitude: 0.1 mm}\nsweep: {depth: [1000 m, 2000 m], "

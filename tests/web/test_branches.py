@@ -1,8 +1,6 @@
 """Branches in the explorer and the report: the numbers of their file, their motions,
 and files that are no such."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -60,11 +58,11 @@ def write(path: Path, shared: Path, **changes: Any) -> Path:
 
 
 @pytest.fixture
-def branches(shared: Path, tmp_path: Path) -> Path:
+def branches(shared, tmp_path):
     return write(tmp_path / "branches.h5", shared)
 
 
-def test_they_are_drawn_over_a_sweep(branches: Path, shared: Path) -> None:
+def test_they_are_drawn_over_a_sweep(branches, shared):
     session = Session(shared / "small.h5", over=branches)
     head, columns = session.diagram({"y": "radius_peaks"})
     results = read_results(shared / "small.h5")
@@ -81,14 +79,14 @@ def test_they_are_drawn_over_a_sweep(branches: Path, shared: Path) -> None:
     assert other["note"] == "The branches have no such feature."
 
 
-def test_they_are_not_drawn_where_they_are_not(shared: Path, tmp_path: Path) -> None:
+def test_they_are_not_drawn_where_they_are_not(shared, tmp_path):
     session = Session(shared / "small.h5", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3)))
     head, columns = session.diagram({"y": "radius_peaks"})
     assert "curve x" not in columns
     assert head["note"] == "The branches are at Weight on bit 30 kN."
 
 
-def test_another_string_is_told_and_units_are_those_of_the_page(shared: Path, tmp_path: Path) -> None:
+def test_another_string_is_told_and_units_are_those_of_the_page(shared, tmp_path):
     session = Session(shared / "small.h5", "field", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3)))
     assert session.diagram({"y": "radius_peaks"})[0]["note"] == "The branches are at Weight on bit 6.744 klbf."
     other = write(tmp_path / "c.h5", shared)
@@ -101,7 +99,7 @@ def test_another_string_is_told_and_units_are_those_of_the_page(shared: Path, tm
     assert "bit.lobes is 7 there" in head["note"]
 
 
-def test_a_click_runs_the_motion_of_a_branch(branches: Path) -> None:
+def test_a_click_runs_the_motion_of_a_branch(branches):
     session = Session(branches)
     assert session.meta()["kind"] == "branches"
     found = read_branches(branches)
@@ -124,7 +122,7 @@ IN_SI = {"x": 1e-3, "z": 1e-3, "bit_speed": 1.0, "vz": 1.0}
 
 
 @pytest.mark.parametrize("point", [-1, 8, True, "1", None])
-def test_a_point_that_is_not_there(branches: Path, session: Session, point: Any) -> None:
+def test_a_point_that_is_not_there(branches, session, point):
     with pytest.raises(InputError, match="point"):
         Session(branches).orbit({"point": point})
     with pytest.raises(InputError, match="point"):
@@ -135,20 +133,20 @@ def test_a_point_that_is_not_there(branches: Path, session: Session, point: Any)
     "changes",
     [{"row_size": np.array([4, 5])}, {"state": None}, {"period": None}, {"rotary_speed": None}, {"lobes": None}],
 )
-def test_a_damaged_file_is_said(shared: Path, tmp_path: Path, changes: dict[str, Any]) -> None:
+def test_a_damaged_file_is_said(shared, tmp_path, changes):
     path = write(tmp_path / "b.h5", shared, **changes)
     with pytest.raises(FileError, match=r"is missing|as many points as they say"):
         Session(path)
 
 
-def test_other_files_are_no_branches(shared: Path, branches: Path) -> None:
+def test_other_files_are_no_branches(shared, branches):
     with pytest.raises(FileError, match="results file; a file of branches"):
         Session(shared / "small.h5", over=shared / "map.h5")
     with pytest.raises(InputError, match="over: found"):
         Session(shared / "small.yaml", over=branches)
 
 
-def test_the_report_has_them(branches: Path, shared: Path, tmp_path: Path) -> None:
+def test_the_report_has_them(branches, shared, tmp_path):
     out = tmp_path / "r.html"
     arguments = ["report", str(shared / "small.h5"), str(branches), "-o", str(out), "--motions", "0"]
     done = CliRunner().invoke(group, arguments)

@@ -1,12 +1,9 @@
 """The pages in a real browser: Debian's chromium, driven by Playwright. Skipped by name
 where one is missing."""
 
-from __future__ import annotations
-
 import json
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +17,7 @@ from .test_branches import write
 
 
 @pytest.mark.parametrize("page", WIDTHS, indirect=True)
-def test_a_click_replays_that_very_point(page: Any, explorer: Explorer, session: Session) -> None:
+def test_a_click_replays_that_very_point(page, explorer, session):
     results = session.results
     assert results is not None
     opened(page, explorer.url)
@@ -40,7 +37,7 @@ def test_a_click_replays_that_very_point(page: Any, explorer: Explorer, session:
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
 
 
-def test_the_private_file_leads_to_the_page(page: Any, explorer: Explorer) -> None:
+def test_the_private_file_leads_to_the_page(page, explorer):
     with explorer.private_page() as address:
         assert address.startswith("file:///")
         assert explorer.token not in address
@@ -48,7 +45,7 @@ def test_the_private_file_leads_to_the_page(page: Any, explorer: Explorer) -> No
         page.wait_for_url(f"http://127.0.0.1:{explorer.port}/#show=*")
 
 
-def test_a_run_that_a_newer_one_replaces_is_given_up(page: Any, explorer: Explorer) -> None:
+def test_a_run_that_a_newer_one_replaces_is_given_up(page, explorer):
     """The first click is never answered; the second one gives it up, and nothing is said
     of that."""
     opened(page, explorer.url)
@@ -63,7 +60,7 @@ def test_a_run_that_a_newer_one_replaces_is_given_up(page: Any, explorer: Explor
     assert page.locator("#banner").is_hidden()
 
 
-def test_ticks_have_the_decimals_of_their_step(page: Any, explorer: Explorer) -> None:
+def test_ticks_have_the_decimals_of_their_step(page, explorer):
     """Each number on an axis is the number of its place: 2.5, 5, 7.5 and not 3, 5, 8."""
     opened(page, explorer.url)
     for step in (5, 2500, 2.5, 0.5, 0.25, 0.1, 0.02, 0.0002):
@@ -73,7 +70,7 @@ def test_ticks_have_the_decimals_of_their_step(page: Any, explorer: Explorer) ->
     assert page.evaluate("[1, 20, 0.1].map(nsdrill.decimals)") == [0, 0, 1]
 
 
-def test_a_slider_runs_on_from_there(page: Any, explorer: Explorer) -> None:
+def test_a_slider_runs_on_from_there(page, explorer):
     opened(page, explorer.url)
     before = clicked(page, 0.6)
     slider = page.locator("#s-rotary_speed")
@@ -97,7 +94,7 @@ def test_a_slider_runs_on_from_there(page: Any, explorer: Explorer) -> None:
     page.expected = ["error: Failed to load resource: the server responded with a status of 400 (Bad Request)"]
 
 
-def test_any_number_can_be_moved_and_the_point_started_over(page: Any, explorer: Explorer) -> None:
+def test_any_number_can_be_moved_and_the_point_started_over(page, explorer):
     opened(page, explorer.url)
     before = clicked(page, 0.6)
     page.locator("#more").select_option("bit.rock_stiffness")
@@ -110,7 +107,7 @@ def test_any_number_can_be_moved_and_the_point_started_over(page: Any, explorer:
     assert head_of(answer.value)["state"] == before["state"]
 
 
-def test_whole_numbers_and_words_can_be_changed(page: Any, explorer: Explorer) -> None:
+def test_whole_numbers_and_words_can_be_changed(page, explorer):
     opened(page, explorer.url)
     clicked(page, 0.6)
     # its stiffness has other units then
@@ -129,7 +126,7 @@ def test_whole_numbers_and_words_can_be_changed(page: Any, explorer: Explorer) -
     )
 
 
-def test_a_change_that_is_refused_is_taken_back(page: Any, explorer: Explorer) -> None:
+def test_a_change_that_is_refused_is_taken_back(page, explorer):
     opened(page, explorer.url)
     clicked(page, 0.6)
     text = page.locator(".slider", has=page.locator("#s-wob")).locator("input[type=text]")
@@ -144,7 +141,7 @@ def test_a_change_that_is_refused_is_taken_back(page: Any, explorer: Explorer) -
     page.expected = ["error: Failed to load resource: the server responded with a status of 400 (Bad Request)"]
 
 
-def test_a_diagram_around_the_point(page: Any, explorer: Explorer) -> None:
+def test_a_diagram_around_the_point(page, explorer):
     opened(page, explorer.url)
     clicked(page, 0.6)
     with page.expect_response("**/api/local", timeout=WAIT) as answer:
@@ -158,7 +155,7 @@ def test_a_diagram_around_the_point(page: Any, explorer: Explorer) -> None:
     assert asked["state"] == local["state"]
 
 
-def test_keyboard_alone(page: Any, explorer: Explorer) -> None:
+def test_keyboard_alone(page, explorer):
     opened(page, explorer.url)
     for _ in range(20):
         page.keyboard.press("Tab")
@@ -179,7 +176,7 @@ def test_keyboard_alone(page: Any, explorer: Explorer) -> None:
     assert unnamed == 0
 
 
-def test_the_arrows_choose_the_procedure_that_they_are_named_for(page: Any, explorer: Explorer) -> None:
+def test_the_arrows_choose_the_procedure_that_they_are_named_for(page, explorer):
     opened(page, explorer.url)
     page.locator("#diagram").focus()
     for key in ("Down", "Up"):
@@ -187,7 +184,7 @@ def test_the_arrows_choose_the_procedure_that_they_are_named_for(page: Any, expl
         assert f", {key.lower()}:" in page.locator("#hover").inner_text()
 
 
-def test_arrows_go_along_branches(page: Any, shared: Path, tmp_path: Path) -> None:
+def test_arrows_go_along_branches(page, shared, tmp_path):
     made = Explorer(Session(write(tmp_path / "branches.h5", shared)))
     made.start()
     try:
@@ -204,7 +201,7 @@ def test_arrows_go_along_branches(page: Any, shared: Path, tmp_path: Path) -> No
         made.close()
 
 
-def test_a_page_fits_every_width(page: Any, explorer: Explorer) -> None:
+def test_a_page_fits_every_width(page, explorer):
     opened(page, explorer.url)
     clicked(page, 0.5)
     for width in (400, 1280, 700):
@@ -218,7 +215,7 @@ def test_a_page_fits_every_width(page: Any, explorer: Explorer) -> None:
             page.wait_for_timeout(50)
 
 
-def test_saving(page: Any, explorer: Explorer, session: Session) -> None:
+def test_saving(page, explorer, session):
     opened(page, explorer.url)
     said = clicked(page, 0.5)
     with page.expect_download() as offered:
@@ -233,7 +230,7 @@ def test_saving(page: Any, explorer: Explorer, session: Session) -> None:
     assert Path(offered.value.path()).read_bytes().startswith(b"\x89PNG")
 
 
-def test_two_pages_do_not_disturb_each_other(page: Any, explorer: Explorer, chromium: Any) -> None:
+def test_two_pages_do_not_disturb_each_other(page, explorer, chromium):
     opened(page, explorer.url)
     other = opened(chromium.new_page(), explorer.url)
     one, two = clicked(page, 0.3), clicked(other, 0.9)
@@ -242,7 +239,7 @@ def test_two_pages_do_not_disturb_each_other(page: Any, explorer: Explorer, chro
     assert clicked(page, 0.3)["state"] == one["state"]
 
 
-def test_a_map(page: Any, of_map: Session) -> None:
+def test_a_map(page, of_map):
     explorer = Explorer(of_map)
     explorer.start()
     try:
@@ -257,7 +254,7 @@ def test_a_map(page: Any, of_map: Session) -> None:
         explorer.close()
 
 
-def test_a_page_says_that_the_explorer_has_stopped(page: Any, session: Session) -> None:
+def test_a_page_says_that_the_explorer_has_stopped(page, session):
     explorer = Explorer(session)
     explorer.start()
     opened(page, explorer.url)
@@ -265,13 +262,13 @@ def test_a_page_says_that_the_explorer_has_stopped(page: Any, session: Session) 
     page.locator("#banner", has_text="The explorer has stopped").wait_for(timeout=WAIT)
 
 
-def test_a_wrong_token_is_said(page: Any, explorer: Explorer) -> None:
+def test_a_wrong_token_is_said(page, explorer):
     page.goto(f"{explorer.url}x")
     page.locator("#banner", has_text="The token is missing or of another explorer").wait_for(timeout=WAIT)
     page.expected = ["error: Failed to load resource: the server responded with a status of 403 (Forbidden)"]
 
 
-def test_a_study_is_run_from_its_start(page: Any, tmp_path: Path) -> None:
+def test_a_study_is_run_from_its_start(page, tmp_path):
     (tmp_path / "study.yaml").write_text("title: Alone\nsimulation: {transient: 1 s, observe: 2 s}\n")
     session = Session(tmp_path / "study.yaml")
     explorer = Explorer(session)
@@ -285,7 +282,7 @@ def test_a_study_is_run_from_its_start(page: Any, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("page", WIDTHS, indirect=True)
-def test_the_report_opens_without_a_network(page: Any, shared: Path, tmp_path: Path) -> None:
+def test_the_report_opens_without_a_network(page, shared, tmp_path):
     from click.testing import CliRunner
 
     from nsdrill.cli.main import group

@@ -1,7 +1,5 @@
 """What can be done on the explorer's page, in a real browser."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json
@@ -53,7 +51,7 @@ def running(path: Path, **more: Any) -> Iterator[Explorer]:
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def files(tmp_path_factory):
     """A map up and down, results with samples, and a slice of starts."""
     folder = tmp_path_factory.mktemp("pages")
     for name, text in (("map", MAP), ("uncertain", UNCERTAIN), ("basin", BASIN)):
@@ -75,7 +73,7 @@ def titles(page: Any) -> str:
     return said
 
 
-def test_a_map_opens_on_its_window(page: Any, files: Path) -> None:
+def test_a_map_opens_on_its_window(page, files):
     """The window, and the responses of both procedures beside it; the point that the
     window recommends is chosen and run."""
     from nsdrill.analysis.window import find_window
@@ -106,7 +104,7 @@ def test_a_map_opens_on_its_window(page: Any, files: Path) -> None:
         assert head_of(answer.value)["place"][0] == 1
 
 
-def test_unknown_numbers_open_on_their_probability(page: Any, files: Path) -> None:
+def test_unknown_numbers_open_on_their_probability(page, files):
     with running(files / "uncertain.h5") as made:
         opened(page, made.url)
         assert page.locator("#channel").input_value() == "area probability"
@@ -115,7 +113,7 @@ def test_unknown_numbers_open_on_their_probability(page: Any, files: Path) -> No
         assert "100 %" in page.locator("#legend").inner_text()
 
 
-def test_a_start_of_a_basin_can_be_clicked(page: Any, files: Path) -> None:
+def test_a_start_of_a_basin_can_be_clicked(page, files):
     with running(files / "basin.h5") as made:
         results = made.session.results
         assert results is not None
@@ -131,7 +129,7 @@ def test_a_start_of_a_basin_can_be_clicked(page: Any, files: Path) -> None:
 
 
 @pytest.mark.parametrize("page", [1280], indirect=True)
-def test_the_histories_are_beside_the_hole(page: Any, explorer: Explorer) -> None:
+def test_the_histories_are_beside_the_hole(page, explorer):
     """At the start, above the fold, with three ticks each."""
     opened(page, explorer.url)
     (hole,) = boxes(page, "#motion .orbit canvas")
@@ -146,7 +144,7 @@ def test_the_histories_are_beside_the_hole(page: Any, explorer: Explorer) -> Non
     assert min(ticks) >= 3
 
 
-def test_two_motions_are_pinned_side_by_side(page: Any, explorer: Explorer) -> None:
+def test_two_motions_are_pinned_side_by_side(page, explorer):
     opened(page, explorer.url)
     clicked(page, 0.2)
     page.locator("#pin").click()
@@ -161,7 +159,7 @@ def test_two_motions_are_pinned_side_by_side(page: Any, explorer: Explorer) -> N
     assert page.locator("#pinned").is_hidden()
 
 
-def test_a_click_in_the_hole_or_a_plane_runs_from_there(page: Any, explorer: Explorer) -> None:
+def test_a_click_in_the_hole_or_a_plane_runs_from_there(page, explorer):
     opened(page, explorer.url)
     before = clicked(page, 0.5)
     box = boxes(page, "#motion .orbit canvas")[0]
@@ -191,7 +189,7 @@ def test_a_click_in_the_hole_or_a_plane_runs_from_there(page: Any, explorer: Exp
     page.locator("#banner", has_text="is no state of this string").wait_for()
 
 
-def test_kinds_of_branches_are_switched(page: Any, shared: Path, tmp_path: Path) -> None:
+def test_kinds_of_branches_are_switched(page, shared, tmp_path):
     """A hidden kind is neither drawn nor found by the pointer."""
     path = write(tmp_path / "branches.h5", shared)
     with running(path) as made:
@@ -219,7 +217,7 @@ def test_kinds_of_branches_are_switched(page: Any, shared: Path, tmp_path: Path)
         assert kinds[0] in page.locator("#hover").inner_text()
 
 
-def test_undo(page: Any, explorer: Explorer) -> None:
+def test_undo(page, explorer):
     """Back over a whole movement of a slider, and over a click."""
     opened(page, explorer.url)
     first = clicked(page, 0.2)
@@ -243,7 +241,7 @@ def test_undo(page: Any, explorer: Explorer) -> None:
     assert json.loads(answer.value.request.post_data)["state"] == first["state"]
 
 
-def test_a_bare_number_has_the_unit_of_its_field(page: Any, explorer: Explorer) -> None:
+def test_a_bare_number_has_the_unit_of_its_field(page, explorer):
     opened(page, explorer.url)
     text = page.locator(".slider", has=page.locator("#s-wob")).locator("input[type=text]")
     text.fill("7")
@@ -253,7 +251,7 @@ def test_a_bare_number_has_the_unit_of_its_field(page: Any, explorer: Explorer) 
     assert head_of(answer.value)["values"]["wob"] == pytest.approx(7000)
 
 
-def test_a_link_opens_the_same_view(page: Any, explorer: Explorer) -> None:
+def test_a_link_opens_the_same_view(page, explorer):
     """In another tab, without the token in it, after a slider was moved."""
     opened(page, explorer.url)
     page.locator("#channel").select_option("line radius_peaks")
@@ -277,7 +275,7 @@ def test_a_link_opens_the_same_view(page: Any, explorer: Explorer) -> None:
     other.close()
 
 
-def test_the_shown_motion_is_exported(page: Any, explorer: Explorer) -> None:
+def test_the_shown_motion_is_exported(page, explorer):
     opened(page, explorer.url)
     said = clicked(page, 0.5)
     head, columns = explorer.session.replay({"place": said["place"], "seconds": 20.0})
@@ -295,7 +293,7 @@ def test_the_shown_motion_is_exported(page: Any, explorer: Explorer) -> None:
         assert np.allclose(table[:, number], columns[name], rtol=0, atol=1e-6 * size, equal_nan=True)
 
 
-def test_pictures_are_vectors_or_pixels_without_gaps(page: Any, files: Path) -> None:
+def test_pictures_are_vectors_or_pixels_without_gaps(page, files):
     import matplotlib.image
 
     with running(files / "map.h5") as made:

@@ -1,11 +1,7 @@
 """What a page shows is what the file holds, and what a study of its own would give: bit
 for bit."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +15,7 @@ from nsdrill.web.asked import packed
 from nsdrill.web.session import Session
 
 
-def test_a_replay_ends_in_the_stored_state_and_shows_the_same_samples(shared: Path, session: Session) -> None:
+def test_a_replay_ends_in_the_stored_state_and_shows_the_same_samples(shared, session):
     results = read_results(shared / "small.h5")
     whole = trajectory.replay(results, at={"rotary_speed": 4.0}, procedure="down", sample=0.005)
     place = (1, 0, 0, 3)
@@ -37,7 +33,7 @@ def test_a_replay_ends_in_the_stored_state_and_shows_the_same_samples(shared: Pa
         assert np.allclose(values, there, rtol=0, atol=1e-6 * size), name
 
 
-def test_a_stored_point_has_the_numbers_of_a_study_of_it(session: Session) -> None:
+def test_a_stored_point_has_the_numbers_of_a_study_of_it(session):
     place = (1, 0, 0, 5)
     stored = session.motions.stored(place)
     read = session.motions.at(session.motions.values(place))
@@ -45,7 +41,7 @@ def test_a_stored_point_has_the_numbers_of_a_study_of_it(session: Session) -> No
         assert getattr(stored, name) == getattr(read, name), name
 
 
-def test_a_wrong_state_in_the_file_is_noticed(shared: Path) -> None:
+def test_a_wrong_state_in_the_file_is_noticed(shared):
     results = read_results(shared / "small.h5")
     results.variables["final_state"] = results["final_state"].copy()
     results.variables["final_state"][0, 0, 0, 2, 4] += 1e-16
@@ -56,7 +52,7 @@ def test_a_wrong_state_in_the_file_is_noticed(shared: Path) -> None:
     assert motions.replay((0, 0, 0, 3), 1.0, 0.01).same_bits is True
 
 
-def test_going_on_with_nothing_changed_is_the_next_run_of_a_carried_sweep(shared: Path, session: Session) -> None:
+def test_going_on_with_nothing_changed_is_the_next_run_of_a_carried_sweep(shared, session):
     """The point after it in the chain began in the final state of the one before."""
     results, motions = session.results, session.motions
     assert results is not None
@@ -71,7 +67,7 @@ def test_going_on_with_nothing_changed_is_the_next_run_of_a_carried_sweep(shared
         assert motion.found[name] == results[name][after], name
 
 
-def test_a_changed_number_is_that_of_a_study_with_it(session: Session) -> None:
+def test_a_changed_number_is_that_of_a_study_with_it(session):
     motions = session.motions
     study = motions.at(motions.own, {"bit.rock_stiffness": "40 MN/m", "wob": "30 kN"})
     own = parse_study(
@@ -86,7 +82,7 @@ def test_a_changed_number_is_that_of_a_study_with_it(session: Session) -> None:
     assert np.array_equal(motion.final, there.trace.attrs["final_state"])
 
 
-def test_a_click_in_the_local_diagram_is_that_very_point(session: Session) -> None:
+def test_a_click_in_the_local_diagram_is_that_very_point(session):
     head, columns = session.replay({"place": [0, 0, 0, 6], "seconds": 1.0})
     state = head["state"].tolist()
     asked = {"place": [0, 0, 0, 6], "state": state, "key": "rotary_speed", "changes": {"wob": 30e3}}
@@ -106,7 +102,7 @@ def test_a_click_in_the_local_diagram_is_that_very_point(session: Session) -> No
     assert columns["time"][-1] == pytest.approx(4.0)
 
 
-def test_the_points_around_have_the_bits_of_runs_of_their_own(session: Session) -> None:
+def test_the_points_around_have_the_bits_of_runs_of_their_own(session):
     motions = session.motions
     study = motions.at(motions.own)
     state = motions.start(study)
@@ -121,7 +117,7 @@ def test_the_points_around_have_the_bits_of_runs_of_their_own(session: Session) 
         assert found["stick_slip_index"][i] == motion.found["stick_slip_index"]
 
 
-def test_a_saved_study_goes_on_where_the_page_was(session: Session) -> None:
+def test_a_saved_study_goes_on_where_the_page_was(session):
     head, _ = session.replay({"place": [0, 0, 0, 5], "seconds": 1.0})
     asked = {"place": [0, 0, 0, 5], "state": head["state"].tolist(), "changes": {"well.stiffness": "30 MN/m"}}
     text = session.saved(asked)["text"]
@@ -144,7 +140,7 @@ SHORT = "simulation: {transient: 1 s, observe: 1 s}\n"
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_every_model_moves(tmp_path: Path, name: str) -> None:
+def test_every_model_moves(tmp_path, name):
     path = tmp_path / "study.yaml"
     path.write_text(MODELS[name] + SHORT)
     session = Session(path)
@@ -173,7 +169,7 @@ def test_every_model_moves(tmp_path: Path, name: str) -> None:
     assert parse_study(text).operation.rotary_speed == 1.1 * speed
 
 
-def test_a_failed_point_is_shown_as_far_as_it_came(shared: Path) -> None:
+def test_a_failed_point_is_shown_as_far_as_it_came(shared):
     session = Session(shared / "failing.h5")
     results = session.results
     assert results is not None
@@ -186,7 +182,7 @@ def test_a_failed_point_is_shown_as_far_as_it_came(shared: Path) -> None:
     assert 0 < columns["time"][-1] < 4.0
 
 
-def test_a_run_that_ends_early_gives_no_state_and_no_nan_in_json(tmp_path: Path) -> None:
+def test_a_run_that_ends_early_gives_no_state_and_no_nan_in_json(tmp_path):
     path = tmp_path / "study.yaml"
     path.write_text(SHORT)
     session = Session(path, overrides=["simulation.max_steps=1000", "simulation.observe=300 s"])
@@ -200,20 +196,20 @@ def test_a_run_that_ends_early_gives_no_state_and_no_nan_in_json(tmp_path: Path)
         session.motions.validated_state(session.motions.at(session.motions.own), np.full(9, np.nan))
 
 
-def test_a_part_file_can_be_explored(shared: Path, tmp_path: Path) -> None:
+def test_a_part_file_can_be_explored(shared, tmp_path):
     from nsdrill import load_study
     from nsdrill.app.experiment import prepare
     from nsdrill.app.run import header_of
     from nsdrill.store import RunLog
-    from nsdrill.store.records import pending_records, recorded
+    from nsdrill.store.points import pending_records
 
     study = load_study(shared / "small.yaml")
     done = read_results(shared / "small.h5")
     experiment = prepare(study)
     plan, kept = experiment.plan, experiment.kept
     with RunLog.create(tmp_path / "half.h5.part", header_of(experiment), plan.points, kept) as log:
-        records: Any = pending_records(3, kept)
-        for variable in recorded(kept):
+        records = pending_records(3, kept)
+        for variable in kept.variables:
             values = done[variable.name].reshape(plan.points, *done[variable.name].shape[4:])
             records[variable.name] = values[:3]
         log.write(np.arange(3), records)

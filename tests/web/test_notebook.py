@@ -1,17 +1,14 @@
 """The explorer from Python."""
 
-from __future__ import annotations
-
 import re
 import urllib.request
-from pathlib import Path
 
 import pytest
 
 import nsdrill
 
 
-def test_a_notebook_shows_the_explorer_in_a_frame(shared: Path) -> None:
+def test_a_notebook_shows_the_explorer_in_a_frame(shared):
     with nsdrill.view(shared / "small.h5", height=700) as view:
         found = re.fullmatch(
             r'<iframe src="(http://127\.0\.0\.1:\d+/#[\w-]+)" .*height="700".*></iframe>', view._repr_html_()
@@ -28,7 +25,7 @@ def test_a_notebook_shows_the_explorer_in_a_frame(shared: Path) -> None:
         urllib.request.urlopen(view.url, timeout=10)
 
 
-def test_wrong_arguments(shared: Path) -> None:
+def test_wrong_arguments(shared):
     with pytest.raises(nsdrill.InputError, match="height"):
         nsdrill.view(shared / "small.h5", height=3)
     with pytest.raises(nsdrill.InputError, match="unit"):

@@ -1,14 +1,9 @@
 """A printed report: on A4 and Letter nothing is cut, and its words are words."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
 import subprocess
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -26,7 +21,7 @@ if b"paint(" not in static("charts.js"):
 
 
 @pytest.fixture(scope="module")
-def report(shared: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def report(shared, tmp_path_factory):
     """Lines with motions, and a map."""
     out = tmp_path_factory.mktemp("print") / "report.html"
     files = [str(shared / "small.h5"), str(shared / "map.h5")]
@@ -36,7 +31,7 @@ def report(shared: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def printed(report: Path) -> list[str]:
+def printed(report):
     """As printed from the command line of the browser, without any waiting."""
     out = report.with_suffix(".pdf")
     subprocess.run(
@@ -56,7 +51,7 @@ def printed(report: Path) -> list[str]:
     return pages(out)
 
 
-def test_every_chart_is_printed_with_its_last_label(printed: list[str]) -> None:
+def test_every_chart_is_printed_with_its_last_label(printed):
     """The words of a chart are on one page: the axis, and its last tick."""
     text = "\n".join(printed)
     for words, last in (
@@ -73,7 +68,7 @@ def test_every_chart_is_printed_with_its_last_label(printed: list[str]) -> None:
     assert re.search(r"7(8)?Rotaryspeed\[rad/s\]", text)
 
 
-def test_the_answer_is_on_the_first_page_and_provenance_on_the_last(printed: list[str]) -> None:
+def test_the_answer_is_on_the_first_page_and_provenance_on_the_last(printed):
     assert re.search("Runat|Nosafepoint", printed[0])
     assert "HISTORYWASNOTEXAMINED" in printed[0] + printed[1]
     assert "SHA-256" not in "".join(printed[: len(printed) // 2])
@@ -85,7 +80,7 @@ def test_the_answer_is_on_the_first_page_and_provenance_on_the_last(printed: lis
 
 
 @pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
+def chromium():
     playwright = pytest.importorskip("playwright.sync_api", reason="no browser: playwright")
     with playwright.sync_playwright() as engine:
         browser = engine.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
@@ -95,9 +90,7 @@ def chromium() -> Iterator[Any]:
 
 @pytest.mark.parametrize("paper", ["A4", "Letter"])
 @pytest.mark.parametrize("width", [400, 1280, 2000])
-def test_the_window_does_not_decide_what_is_printed(
-    chromium: Any, report: Path, printed: list[str], tmp_path: Path, paper: str, width: int
-) -> None:
+def test_the_window_does_not_decide_what_is_printed(chromium, report, printed, tmp_path, paper, width):
     context = chromium.new_context(viewport={"width": width, "height": 900})
     page = context.new_page()
     page.goto(report.as_uri())

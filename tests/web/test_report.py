@@ -1,8 +1,6 @@
 """The report holds what was asked and found, loads nothing, and is there whole or not
 at all."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import html
@@ -16,7 +14,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from nsdrill.app.window import window as window_of
+from nsdrill.app.answers import window as window_of
 from nsdrill.cli.main import group
 from nsdrill.data import Results
 from nsdrill.plot.answer import answer, warnings
@@ -30,14 +28,14 @@ def made(*arguments: str | Path) -> Result:
 
 
 @pytest.fixture(scope="module")
-def page(shared: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+def page(shared, tmp_path_factory):
     out = tmp_path_factory.mktemp("report") / "report.html"
     done = made(shared / "small.h5", "-o", out, "--motions", "2")
     assert done.exit_code == 0, done.output
     return out.read_text(encoding="utf-8")
 
 
-def test_it_says_what_was_asked(page: str, shared: Path) -> None:
+def test_it_says_what_was_asked(page, shared):
     attrs = read_results(shared / "small.h5").attrs
     text = html.unescape(re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL))
     for wanted in (
@@ -58,12 +56,12 @@ def test_it_says_what_was_asked(page: str, shared: Path) -> None:
         assert wanted in text, wanted
 
 
-def test_it_loads_nothing_and_runs_only_its_own_scripts(page: str) -> None:
+def test_it_loads_nothing_and_runs_only_its_own_scripts(page):
     outside = re.sub(r"<script.*?</script>|<style>.*?</style>|<!--.*?-->", "", page, flags=re.DOTALL)
     assert not re.search(r"""(src|href)=["'](?!data:|#)""", outside)
     assert " style=" not in outside
     assert not re.search(r"\son\w+=", outside)
-    policy = html.unescape(re.search(r'Content-Security-Policy" content="(.*?)"', page)[1])  # type: ignore[index]
+    policy = html.unescape(re.search(r'Content-Security-Policy" content="(.*?)"', page)[1])
     assert "default-src 'none'" in policy
     assert "unsafe" not in policy
     scripts = re.findall(r"<script>(.*?)</script>", page, re.DOTALL)
@@ -73,7 +71,7 @@ def test_it_loads_nothing_and_runs_only_its_own_scripts(page: str) -> None:
         assert f"'sha256-{digest}'" in policy
 
 
-def test_the_motions_are_those_of_the_file(page: str, shared: Path) -> None:
+def test_the_motions_are_those_of_the_file(page, shared):
     results = read_results(shared / "small.h5")
     bodies = re.findall(r'<script type="application/octet-stream" id="body\d+">(.*?)</script>', page)
     heads = []
@@ -91,7 +89,7 @@ def test_the_motions_are_those_of_the_file(page: str, shared: Path) -> None:
         assert last == pytest.approx(results["final_state"][place][state], rel=1e-5)
 
 
-def test_the_title_cannot_leave_its_place(shared: Path, tmp_path: Path) -> None:
+def test_the_title_cannot_leave_its_place(shared, tmp_path):
     (tmp_path / "bad.yaml").write_text(
         "title: '</script><script>alert(1)</script><img src=x onerror=alert(2)>'\n"
         "sweep: {rotary_speed: [3 rad/s, 4 rad/s]}\nsimulation: {transient: 1 s, observe: 1 s}\n"
@@ -105,7 +103,7 @@ def test_the_title_cannot_leave_its_place(shared: Path, tmp_path: Path) -> None:
     assert all(one.startswith(own) for one in re.findall("<img.{30}", text))
 
 
-def test_representatives_are_settled_points_of_the_commonest_responses() -> None:
+def test_representatives_are_settled_points_of_the_commonest_responses():
     response = np.array([[[[0, 0, 0, 1, 1, 4, 0, 0]]]], np.int8)
     settled = np.array([[[[1, 1, 1, 0, 1, 1, 1, 1]]]], np.int8)
     coords = {
@@ -121,7 +119,7 @@ def test_representatives_are_settled_points_of_the_commonest_responses() -> None
     assert representatives(Results(coords, variables), 1) == [(0, 0, 0, 1)]
 
 
-def test_bad_input_is_said_and_writes_nothing(shared: Path, tmp_path: Path) -> None:
+def test_bad_input_is_said_and_writes_nothing(shared, tmp_path):
     for arguments, word in (
         (["nothing.h5", "-o", tmp_path / "a.html"], "nothing.h5"),
         ([shared / "small.yaml", "-o", tmp_path / "a.html"], "a study, it seems. Run it first"),
@@ -139,7 +137,7 @@ def test_bad_input_is_said_and_writes_nothing(shared: Path, tmp_path: Path) -> N
     assert (tmp_path / "there.html").read_text() == "mine"
 
 
-def test_failed_points_are_in_the_report(shared: Path, tmp_path: Path) -> None:
+def test_failed_points_are_in_the_report(shared, tmp_path):
     assert made(shared / "failing.h5", "-o", tmp_path / "a.html").exit_code == 0
     assert "Failed points" in (tmp_path / "a.html").read_text()
 
@@ -155,7 +153,7 @@ def first_lines(path: Path) -> str:
     return words_of(path.read_text(encoding="utf-8")).partition("Diagrams")[0]
 
 
-def test_the_answer_is_first_and_how_it_was_made_last(page: str, shared: Path) -> None:
+def test_the_answer_is_first_and_how_it_was_made_last(page, shared):
     """The sentence of ``nsdrill window``, then diagrams, motions, numbers, digests."""
     text, attrs = words_of(page), read_results(shared / "small.h5").attrs
     sentence = answer(window_of(read_results(shared / "small.h5")), "si")
@@ -167,7 +165,7 @@ def test_the_answer_is_first_and_how_it_was_made_last(page: str, shared: Path) -
     assert text.startswith(f"Small – nsdrill Small small.h5 {sentence}")
 
 
-def test_every_warning_of_the_text_is_in_the_first_lines(page: str, shared: Path) -> None:
+def test_every_warning_of_the_text_is_in_the_first_lines(page, shared):
     text = words_of(page).partition("Diagrams")[0]
     said = list(warnings(window_of(read_results(shared / "small.h5")), "si"))
     assert said
@@ -175,7 +173,7 @@ def test_every_warning_of_the_text_is_in_the_first_lines(page: str, shared: Path
         assert " ".join(one.split()) in text
 
 
-def test_what_limits_the_answer_stands_beside_it(page: str) -> None:
+def test_what_limits_the_answer_stands_beside_it(page):
     """The recipient of a page has no documentation."""
     text = words_of(page)
     assert text.count(LIMITS) == 1
@@ -184,7 +182,7 @@ def test_what_limits_the_answer_stands_beside_it(page: str) -> None:
         assert wanted in LIMITS
 
 
-def test_every_warning_stands_once(page: str, shared: Path) -> None:
+def test_every_warning_stands_once(page, shared):
     """Neither below the numbers nor in the picture a second time."""
     window = re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
     drawn = "".join(base64.b64decode(one).decode() for one in window)
@@ -193,7 +191,7 @@ def test_every_warning_stands_once(page: str, shared: Path) -> None:
         assert one.partition(":")[0].partition(" at ")[0] not in drawn
 
 
-def test_the_window_of_a_page_is_by_severity_or_confidence(shared: Path, tmp_path: Path) -> None:
+def test_the_window_of_a_page_is_by_severity_or_confidence(shared, tmp_path):
     """As in ``nsdrill window``, and in the command that writes the page again."""
     assert made(shared / "map.h5", "-o", tmp_path / "a.html", "--severity", "4").exit_code == 0
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
@@ -206,7 +204,7 @@ def test_the_window_of_a_page_is_by_severity_or_confidence(shared: Path, tmp_pat
     assert not (tmp_path / "b.html").exists()
 
 
-def test_the_title_is_that_of_the_user(shared: Path, tmp_path: Path) -> None:
+def test_the_title_is_that_of_the_user(shared, tmp_path):
     """A weight in a title stays as it was written, whatever the units of the page."""
     source = tmp_path / "own.h5"
     shutil.copy(shared / "small.h5", source)
@@ -219,7 +217,7 @@ def test_the_title_is_that_of_the_user(shared: Path, tmp_path: Path) -> None:
     assert "<h1>My well at 15 klbf and 60 rpm</h1>" in (tmp_path / "own.html").read_text()
 
 
-def test_two_files_are_compared_and_named(shared: Path, tmp_path: Path) -> None:
+def test_two_files_are_compared_and_named(shared, tmp_path):
     """Of one title and one name: told apart by their folders."""
     (tmp_path / "other").mkdir()
     other = tmp_path / "other" / "map.h5"
@@ -235,14 +233,14 @@ def test_two_files_are_compared_and_named(shared: Path, tmp_path: Path) -> None:
     assert "The two compared" in text
 
 
-def test_files_that_cannot_be_compared_say_so_first(shared: Path, tmp_path: Path) -> None:
+def test_files_that_cannot_be_compared_say_so_first(shared, tmp_path):
     assert made(shared / "map.h5", shared / "small.h5", "-o", tmp_path / "two.html").exit_code == 0
     text = first_lines(tmp_path / "two.html")
     assert "The two windows are not compared: " in text
     assert text.index("not compared") < text.index("Run at" if "Run at" in text else "No safe")
 
 
-def test_what_is_wrong_with_the_input_is_in_the_first_lines(shared: Path, tmp_path: Path) -> None:
+def test_what_is_wrong_with_the_input_is_in_the_first_lines(shared, tmp_path):
     """One axis, one history, failed runs, no safe point, runs that are missing, a single
     point."""
     data = read_results(shared / "small.h5")
@@ -266,7 +264,7 @@ def test_what_is_wrong_with_the_input_is_in_the_first_lines(shared: Path, tmp_pa
     assert "No window: found a single operating point" in words_of(file_answer(point, "si"))
 
 
-def test_the_window_is_a_picture_of_vectors_with_words(page: str) -> None:
+def test_the_window_is_a_picture_of_vectors_with_words(page):
     [shown] = re.findall(r'<img class="vectors" alt="([^"]*)" src="data:image/svg\+xml;base64,([^"]*)"', page)
     assert shown[0].startswith(("Run at", "No safe"))
     text = base64.b64decode(shown[1]).decode()

@@ -1,8 +1,6 @@
 """Only a page of this machine that has the token is answered, and only with what it may
 have."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import os
@@ -33,26 +31,26 @@ PATIENCE = 120  # s that a client waits: the machine of the tests may be busy
 @contextmanager
 def serving(session: Session) -> Iterator[Explorer]:
     made = Explorer(session)
-    made._warm = lambda: None  # type: ignore[method-assign]
+    made._warm = lambda: None
     made.start()
     yield made
     made.close()
 
 
 @pytest.fixture(scope="module")
-def explorer(session: Session) -> Iterator[Explorer]:
+def explorer(session):
     with serving(session) as made:
         yield made
 
 
 @pytest.fixture
-def own(session: Session) -> Iterator[Explorer]:
+def own(session):
     """An explorer that a test may end."""
     with serving(session) as made:
         yield made
 
 
-def ask(explorer: Explorer, method: str, path: str, body: str | bytes | None = None, **heads: str | None):  # type: ignore[no-untyped-def]
+def ask(explorer: Explorer, method: str, path: str, body: str | bytes | None = None, **heads: str | None):
     """(status, heads, body) of a request with the token and the right origin, but for
     what is given."""
     named = {"Host": f"{ADDRESS}:{explorer.port}", TOKEN_HEADER: explorer.token}
@@ -75,7 +73,7 @@ def ask(explorer: Explorer, method: str, path: str, body: str | bytes | None = N
     return answer.status, answer.headers, found
 
 
-def test_a_page_with_the_token_is_answered(explorer: Explorer) -> None:
+def test_a_page_with_the_token_is_answered(explorer):
     status, heads, body = ask(explorer, "POST", "/api/meta", "{}")
     assert status == 200
     assert json.loads(body)["points"] == 16
@@ -91,7 +89,7 @@ def test_a_page_with_the_token_is_answered(explorer: Explorer) -> None:
 
 @pytest.mark.parametrize("token", [None, "", "wrong", "ä"])
 @pytest.mark.parametrize(("method", "path"), [("POST", "/api/meta"), ("POST", "/api/saved"), ("GET", "/api/alive")])
-def test_without_the_token_nothing_is_told(explorer: Explorer, token: str | None, method: str, path: str) -> None:
+def test_without_the_token_nothing_is_told(explorer, token, method, path):
     status, _, body = ask(explorer, method, path, "{}" if method == "POST" else None, token=token)
     assert status == 403
     assert b"Small" not in body
@@ -99,19 +97,19 @@ def test_without_the_token_nothing_is_told(explorer: Explorer, token: str | None
 
 @pytest.mark.parametrize("host", ["example.com", "example.com:80", "127.0.0.1:1", "localhost", "[::1]:80", ""])
 @pytest.mark.parametrize("path", ["/", "/explorer.js", "/api/meta"])
-def test_another_host_is_refused(explorer: Explorer, host: str, path: str) -> None:
+def test_another_host_is_refused(explorer, host, path):
     """A name that somebody makes lead to this machine must not serve."""
     status, _, _ = ask(explorer, "POST" if "api" in path else "GET", path, "{}" if "api" in path else None, Host=host)
     assert status == 403
 
 
 @pytest.mark.parametrize("origin", ["http://example.com", "null", "http://127.0.0.1:1", "https://localhost"])
-def test_a_page_of_another_origin_is_refused(explorer: Explorer, origin: str) -> None:
+def test_a_page_of_another_origin_is_refused(explorer, origin):
     assert ask(explorer, "POST", "/api/meta", "{}", Origin=origin)[0] == 403
     assert ask(explorer, "POST", "/api/meta", "{}", Origin=f"http://localhost:{explorer.port}")[0] == 200
 
 
-def test_a_preflight_is_not_granted(explorer: Explorer) -> None:
+def test_a_preflight_is_not_granted(explorer):
     status, heads, _ = ask(explorer, "OPTIONS", "/api/meta", Origin="http://example.com")
     assert status >= 400
     assert not [name for name in heads if name.lower().startswith("access-control")]
@@ -133,19 +131,19 @@ def test_a_preflight_is_not_granted(explorer: Explorer) -> None:
         "/api/path",
     ],
 )
-def test_no_file_can_be_asked_for(explorer: Explorer, path: str) -> None:
+def test_no_file_can_be_asked_for(explorer, path):
     assert ask(explorer, "GET", path)[0] == 404
     assert ask(explorer, "POST", path, "{}")[0] == 404
 
 
 @pytest.mark.parametrize("body", ["", "[]", "1", "{", '{"a": NaN}', "\x00", "[" * 5000])
-def test_what_is_no_json_object_is_refused(explorer: Explorer, body: str) -> None:
+def test_what_is_no_json_object_is_refused(explorer, body):
     status, _, answer = ask(explorer, "POST", "/api/replay", body)
     assert status == 400
     assert json.loads(answer)["error"]
 
 
-def test_a_request_has_a_limit(explorer: Explorer) -> None:
+def test_a_request_has_a_limit(explorer):
     assert ask(explorer, "POST", "/api/meta", "{}", Content_Length=str(MAX_REQUEST + 1))[0] == 413
     assert ask(explorer, "POST", "/api/meta", "{}", Content_Length="-1")[0] == 411
     assert ask(explorer, "POST", "/api/meta", "{}", Content_Length="ten")[0] == 411
@@ -183,19 +181,15 @@ HUGE = 10**400
         ("replay", {"place": [HUGE, 0, 0, 0]}, r"place: found \[1000"),
     ],
 )
-def test_extreme_numbers_are_refused_in_words(
-    explorer: Explorer, name: str, request_: dict[str, object], words: str
-) -> None:
+def test_extreme_numbers_are_refused_in_words(explorer, name, request_, words):
     body = json.dumps({"place": [0, 0, 0, 1]} | request_)
     status, _, answer = ask(explorer, "POST", f"/api/{name}", body)
     assert status == 400, answer
     assert re.search(words, json.loads(answer)["error"]), answer
 
 
-def test_warnings_of_numpy_stay_off_the_terminal(
-    explorer: Explorer, monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
-) -> None:
-    def overflowing(request: object) -> tuple[dict[str, object], dict[str, np.ndarray]]:
+def test_warnings_of_numpy_stay_off_the_terminal(explorer, monkeypatch, recwarn):
+    def overflowing(request):
         return {}, {"x": np.exp(np.array([1e308])) - np.exp(np.array([1e308]))}
 
     monkeypatch.setattr(explorer.session, "live", overflowing)
@@ -203,7 +197,7 @@ def test_warnings_of_numpy_stay_off_the_terminal(
     assert not recwarn.list
 
 
-def test_a_run_that_nobody_waits_for_stops(explorer: Explorer) -> None:
+def test_a_run_that_nobody_waits_for_stops(explorer):
     """Each would take its limit of 4 million steps, some seconds."""
     _, _, reply = ask(explorer, "POST", "/api/live", '{"seconds": 1}')
     head = json.loads(reply[4 : 4 + int.from_bytes(reply[:4], "little")])
@@ -222,7 +216,7 @@ def test_a_run_that_nobody_waits_for_stops(explorer: Explorer) -> None:
         assert time.process_time() - used < 8.0
 
 
-def test_connections_are_bounded_and_idle_ones_end(explorer: Explorer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_connections_are_bounded_and_idle_ones_end(explorer, monkeypatch):
     monkeypatch.setattr(server, "MAX_CONNECTIONS", 8)
     before = threading.active_count()
     idle = [socket.create_connection((ADDRESS, explorer.port)) for _ in range(40)]
@@ -237,9 +231,7 @@ def test_connections_are_bounded_and_idle_ones_end(explorer: Explorer, monkeypat
         assert raw.recv(1) == b""
 
 
-def test_a_page_that_asks_now_and_then_keeps_its_connection(
-    explorer: Explorer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_page_that_asks_now_and_then_keeps_its_connection(explorer, monkeypatch):
     """Its time begins anew with each request, as it has the token."""
     monkeypatch.setattr(server, "IDLE_SECONDS", 1.5)
     connection = http.client.HTTPConnection(ADDRESS, explorer.port, timeout=PATIENCE)
@@ -253,11 +245,11 @@ def test_a_page_that_asks_now_and_then_keeps_its_connection(
     connection.close()
 
 
-def test_many_clients_at_once_are_all_answered(explorer: Explorer) -> None:
+def test_many_clients_at_once_are_all_answered(explorer):
     """More than the connections that are open at a time: the others wait."""
     together, found = threading.Barrier(400), []
 
-    def one() -> None:
+    def one():
         together.wait()
         found.append(ask(explorer, "POST", "/api/meta", "{}")[0])
 
@@ -269,7 +261,7 @@ def test_many_clients_at_once_are_all_answered(explorer: Explorer) -> None:
     assert found == [200] * together.parties
 
 
-def test_the_browser_is_not_started_with_the_token(shared: Path, tmp_path: Path) -> None:
+def test_the_browser_is_not_started_with_the_token(shared, tmp_path):
     """Programs' arguments can be read by every user of the machine, a file of mode 0600
     by its owner. It is removed with the first page, or with the explorer."""
     seen = tmp_path / "seen"
@@ -310,11 +302,11 @@ def test_the_browser_is_not_started_with_the_token(shared: Path, tmp_path: Path)
         assert not page.exists()
 
 
-def test_it_listens_on_this_machine_only(explorer: Explorer) -> None:
+def test_it_listens_on_this_machine_only(explorer):
     assert explorer._server.socket.getsockname()[0] == "127.0.0.1"
 
 
-def test_tokens_differ(session: Session) -> None:
+def test_tokens_differ(session):
     one, two = Explorer(session), Explorer(session)
     assert one.token != two.token
     assert one.port != two.port
@@ -323,14 +315,14 @@ def test_tokens_differ(session: Session) -> None:
     two._server.server_close()
 
 
-def test_a_taken_port_is_said(explorer: Explorer, session: Session) -> None:
+def test_a_taken_port_is_said(explorer, session):
     with pytest.raises(InputError, match=f"port: found {explorer.port}"):
         Explorer(session, explorer.port)
     with pytest.raises(InputError, match="0 to 65535"):
         Explorer(session, 70000)
 
 
-def test_a_page_that_goes_away_in_the_middle_stops_nothing(explorer: Explorer) -> None:
+def test_a_page_that_goes_away_in_the_middle_stops_nothing(explorer):
     for _ in range(3):
         with socket.create_connection((ADDRESS, explorer.port)) as raw:
             raw.sendall(
@@ -341,8 +333,8 @@ def test_a_page_that_goes_away_in_the_middle_stops_nothing(explorer: Explorer) -
     assert ask(explorer, "POST", "/api/meta", "{}")[0] == 200
 
 
-def test_it_stops_with_its_last_page(own: Explorer) -> None:
-    def page() -> socket.socket:
+def test_it_stops_with_its_last_page(own):
+    def page():
         raw = socket.create_connection((ADDRESS, own.port))
         raw.sendall(
             f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{own.port}\r\n{TOKEN_HEADER}: {own.token}\r\n\r\n".encode()
@@ -353,9 +345,9 @@ def test_it_stops_with_its_last_page(own: Explorer) -> None:
     one, two = page(), page()
     one.close()
     begun = time.monotonic()
-    ends: list[float] = []
+    ends = []
 
-    def look() -> None:
+    def look():
         now = time.monotonic() - begun
         if now > 0.8 and not ends:
             ends.append(now)
@@ -368,7 +360,7 @@ def test_it_stops_with_its_last_page(own: Explorer) -> None:
 
 
 @pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM"])
-def test_the_command_prints_its_address_and_ends_with_a_signal(shared: Path, signal: str) -> None:
+def test_the_command_prints_its_address_and_ends_with_a_signal(shared, signal):
     command = [sys.executable, "-m", "nsdrill", "view", str(shared / "small.h5"), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -383,9 +375,7 @@ def test_the_command_prints_its_address_and_ends_with_a_signal(shared: Path, sig
 
 
 @pytest.mark.parametrize("arguments", [["nothing.h5"], ["small.h5", "--port", "70000"], ["small.h5", "--set", "a=b"]])
-def test_wrong_commands_end_with_words(
-    shared: Path, arguments: list[str], capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_wrong_commands_end_with_words(shared, arguments, capfd, monkeypatch):
     monkeypatch.chdir(shared)
     answer = call_here(capfd, monkeypatch, "view", "--no-browser", *arguments, code=2)
     assert answer.out == ""

@@ -1,10 +1,7 @@
 """Diagrams hold the numbers of the file, in the units that are shown; wrong requests
 are refused in words."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +14,7 @@ from nsdrill.web.session import Session
 from nsdrill.web.shown import label_words, plain
 
 
-def test_a_diagram_has_the_peaks_of_the_file(session: Session) -> None:
+def test_a_diagram_has_the_peaks_of_the_file(session):
     results = session.results
     assert results is not None
     head, columns = session.diagram({"y": "radius_peaks"})
@@ -30,7 +27,7 @@ def test_a_diagram_has_the_peaks_of_the_file(session: Session) -> None:
     assert (head["y"]["unit"], head["place"], head["dimension"]) == ("mm", [0, 0, 0, 0], 3)
 
 
-def test_field_units(shared: Path) -> None:
+def test_field_units(shared):
     session = Session(shared / "small.h5", "field")
     head, columns = session.diagram({"y": "radius_peaks"})
     si = Session(shared / "small.h5").diagram({"y": "radius_peaks"})[1]
@@ -41,7 +38,7 @@ def test_field_units(shared: Path) -> None:
     assert ["Rotary speed", "9.549 rpm"] in told["from"]
 
 
-def test_the_title_is_in_the_words_of_the_user(shared: Path) -> None:
+def test_the_title_is_in_the_words_of_the_user(shared):
     session = Session(shared / "small.h5", "field")
     depth = session.study.axes["depth"][0]
     title = f"Up and down, {depth:g} m, 22.24 kN, 3 m"
@@ -50,7 +47,7 @@ def test_the_title_is_in_the_words_of_the_user(shared: Path) -> None:
     assert Session(shared / "small.h5").title == "Small"
 
 
-def test_another_drive_goes_on_from_the_state_that_there_is(session: Session) -> None:
+def test_another_drive_goes_on_from_the_state_that_there_is(session):
     """The states that both strings have keep their bits; those of the new drive begin
     as in a study."""
     told, _ = session.replay({"place": [0, 0, 0, 3], "seconds": 1.0})
@@ -72,7 +69,7 @@ def test_another_drive_goes_on_from_the_state_that_there_is(session: Session) ->
         session.live({**asked, "states": ["a"] * len(told["state"])})
 
 
-def test_a_map_is_turned_as_asked(of_map: Session) -> None:
+def test_a_map_is_turned_as_asked(of_map):
     results = of_map.results
     assert results is not None
     one, columns = of_map.plane({"colour": "response", "x": "rotary_speed", "y": "wob"})
@@ -86,7 +83,7 @@ def test_a_map_is_turned_as_asked(of_map: Session) -> None:
     assert feature["limits"][0] < feature["limits"][1]
 
 
-def test_a_cut_of_a_map(of_map: Session) -> None:
+def test_a_cut_of_a_map(of_map):
     results = of_map.results
     assert results is not None
     head, columns = of_map.diagram({"y": "bit_speed_max", "x": "wob", "held": {"rotary_speed": 2}})
@@ -134,14 +131,14 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("name", "asked", "word"), BAD)
-def test_wrong_requests_are_refused_in_words(session: Session, name: str, asked: dict[str, Any], word: str) -> None:
+def test_wrong_requests_are_refused_in_words(session, name, asked, word):
     with pytest.raises(InputError) as caught:
         getattr(session, name)(asked)
     assert word in str(caught.value)
     assert "allowed" in str(caught.value)
 
 
-def test_other_files_are_refused(shared: Path, tmp_path: Path) -> None:
+def test_other_files_are_refused(shared, tmp_path):
     (tmp_path / "text.h5").write_text("no HDF5")
     with pytest.raises(FileError):
         Session(tmp_path / "text.h5")
@@ -162,7 +159,7 @@ def test_other_files_are_refused(shared: Path, tmp_path: Path) -> None:
         Session(tmp_path / "trace.h5")
 
 
-def test_words() -> None:
+def test_words():
     assert plain("$\\dot r$ [m/s]") == "r\u0307 [m/s]"
     assert plain("Axial peaks $z$") == "Axial peaks z"
     assert label_words({"status": 3}) == ["step limit"]
@@ -173,7 +170,7 @@ def test_words() -> None:
     assert "not run" in label_words({"status": 5, "response": 0})[0]
 
 
-def test_a_body_is_aligned_and_complete() -> None:
+def test_a_body_is_aligned_and_complete():
     values = np.arange(6.0).reshape(2, 3)
     body = packed({"word": "ä", "none": float("nan")}, {"a": values, "b": values[0]})
     size = int.from_bytes(body[:4], "little")
@@ -189,7 +186,7 @@ def test_a_body_is_aligned_and_complete() -> None:
         assert np.array_equal(floats[place["at"] : place["at"] + count].reshape(place["shape"]), wanted)
 
 
-def test_an_axis_of_words_has_a_list(tmp_path: Path) -> None:
+def test_an_axis_of_words_has_a_list(tmp_path):
     (tmp_path / "words.yaml").write_text(
         "sweep: {modes.axial: [free, frozen], rotary_speed: [3 rad/s]}\nsimulation: {transient: 1 s, observe: 1 s}\n"
     )

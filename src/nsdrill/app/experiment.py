@@ -273,8 +273,7 @@ def model_digest(model: str = MODEL) -> str:
     """Digest of everything that may change the bits of a result: the compiled sources
     and the code that compiles them, the sources of a model of another package, the
     constants of the methods, the version of Python, and the mathematics library."""
-    pairs = [stepper.tableau for stepper in steppers.STEPPERS.values()]
-    constants = [(pair, pair.positions, pair.position_error) for pair in pairs]
+    constants = [(pair, pair.positions, pair.position_error) for pair in steppers.STEPPERS.values()]
     parts: tuple[object, ...] = (
         abi.source_digest(),
         constants,

@@ -25,7 +25,7 @@ from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import OPERATION, values_at, word_at, words_of
-from nsdrill.models.operation import Operation, Schedule
+from nsdrill.models.operation import Schedule
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.study.study import Study
@@ -137,7 +137,7 @@ class Motions:
             self.study,
             parameters=here.parameters,
             initial=here.initial,
-            operation=Operation(*here.operation),
+            operation=here.point,
             resolved=self.resolved(values),
         )
 

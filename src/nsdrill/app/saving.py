@@ -22,9 +22,10 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
 from nsdrill.quantity import find, sign, unit_in
 from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
+from nsdrill.store.arrays import trace_variables
 from nsdrill.store.layout import in_words
-from nsdrill.store.trace import trace_variables
-from nsdrill.units import CF, from_si, plain_units, rounded_from_si
+from nsdrill.unit_table import CF
+from nsdrill.units import from_si, plain_units, rounded_from_si
 from nsdrill.variables import CHECKS, COORDINATES, COUNTED, INFERRED, OK, POINT, Variable
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def table(
     for each sample.
 
     ``peaks``, ``section`` and ``states`` add a column per peak, return to the section
-    and state: ``axial_peaks_0 [m]``, ``final_state_lag [rad]``. Numbers are written with
+    and state: ``final_state_lag [rad]``. Numbers are written with
     enough digits to restore the same bits, in SI; in field units, which are in the
     headings, where ``units`` is "field". A missing one is ``nan``. Rows are made one at a
     time, so memory does not grow with the table.
@@ -125,7 +126,7 @@ def _in_field_units(rows: Iterator[list[Cell]]) -> Iterator[list[Cell]]:
 
 
 def _field_unit(head: str) -> str | None:
-    """The field unit of the column with this heading, such as ``axial_peaks_0 [m]``;
+    """The field unit of the column with this heading, such as ``depth [m]``;
     None where the column is the same in field units, as all without a unit are."""
     match = _HEADING.fullmatch(head)
     if match is None or match["units"] is None:

@@ -18,7 +18,7 @@ from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.friction import METHODS, advice
 from nsdrill.models.friction import implicit as implicit_points
 from nsdrill.models.leaves import OPERATION, Values, chosen_at, values_at, word_in, word_or_number, words_of
-from nsdrill.models.operation import Operation, Schedule
+from nsdrill.models.operation import Schedule
 from nsdrill.models.registry import BY_NAME
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
@@ -170,7 +170,7 @@ def replay(
     axes = {key: np.array([value]) for key, value in values_there.items()}
     study = replace(study, parameters=here.parameters, initial=here.initial, axes=axes, drawn={})
     point = point | {name: select_states(study, outline.coords["state"], point[name]) for name in _STORED[1:]}
-    schedule = Schedule(Operation(*here.operation), {})
+    schedule = Schedule(here.point, {})
     extra: Attributes = {"procedure": procedure, "replay_of": printable(str(path))}
     if further := {key: word_or_number(key, value) for key, value in values_there.items() if key not in OPERATION}:
         extra["at"] = json_text(further)
@@ -260,7 +260,7 @@ def _of_sample(study: Study, number: int) -> Study:
     """The study with the values of one sample of its uncertain numbers."""
     sample = {key: float(values[number]) for key, values in study.drawn.items()}
     here = values_at(study.parameters, study.initial, {**vars(study.operation), **sample})
-    operation = Operation(*here.operation)
+    operation = here.point
     return replace(study, parameters=here.parameters, initial=here.initial, operation=operation, drawn={}, unknowns=())
 
 

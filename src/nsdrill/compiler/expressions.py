@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import ast
-import math
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from types import FunctionType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from nsdrill.compiler.functions import bits_float, call, float_bits, fma, local, lowest_bit
-from nsdrill.compiler.ir import Text, Value
+from nsdrill.compiler.ir import Pointer, Text, Value
 from nsdrill.compiler.language import (
     KINDS,
     RUNTIME,
@@ -78,17 +75,6 @@ INSTEAD_OF_EXPRESSIONS: dict[type, str] = {
     ast.NamedExpr: "an assignment before it",
 }
 EXPRESSIONS = "numbers, names, arithmetic, comparisons, a if c else b, tuples, elements of buffers and calls"
-CALLS = (
-    "arithmetic, np.sqrt, np.floor, np.rint, min, max, abs, the functions of nsdrill.elementary and plain "
-    "functions of this language; of scalars also sin, cos, exp, log, atan2, hypot and fmod of math"
-)
-# Functions that are instructions, and functions of the C library, for scalars.
-INSTRUCTIONS = {np.sqrt: "sqrt", math.sqrt: "sqrt", np.floor: "floor", np.rint: "rint"}
-LIBRARY = {
-    math.atan2: "atan2", np.arctan2: "atan2", math.hypot: "hypot", np.hypot: "hypot",
-    math.sin: "sin", np.sin: "sin", math.cos: "cos", np.cos: "cos", math.exp: "exp", np.exp: "exp",
-    math.log: "log", np.log: "log", math.fmod: "fmod", np.fmod: "fmod",
-}  # fmt: skip
 
 
 class Expressions:
@@ -99,7 +85,7 @@ class Expressions:
     lane_count: int  # of the vector that is being written; 0 outside loops over lanes
 
     # Kinds and lanes.
-    def value(self, v: Any, kind: str = "", *, wide: bool = True) -> Value:
+    def value(self, v: object, kind: str = "", *, wide: bool = True) -> Value:
         """``v`` as a Value, of this kind if one is asked for; in every lane of the
         vector that is being written unless ``wide`` is False and it is a scalar."""
         if isinstance(v, Lane):
@@ -125,7 +111,7 @@ class Expressions:
             return self.text.widened(v, self.lane_count) if wide and self.lane_count and not v.lanes else v
         v = plain(v)
         if not is_number(v):
-            raise Refusal(f"{_described(v)} stands where a number is needed")
+            raise Refusal(f"{described(v)} stands where a number is needed")
         if kind != "d" and isinstance(v, int) and not -(1 << 63) <= v < 1 << 63:
             raise Refusal(f"{v} has more than 64 bits")
         own = "b" if isinstance(v, bool) else "i" if isinstance(v, int) else "d"
@@ -133,27 +119,27 @@ class Expressions:
             raise Refusal(f"{KINDS[own]}, {v!r}, stands where {KINDS[kind]} is needed")
         return self.text.constant(v, kind or own, self.lane_count if wide else 0)
 
-    def pair(self, a: Any, b: Any) -> tuple[Value, Value]:
+    def pair(self, a: object, b: object) -> tuple[Value, Value]:
         """Two operands of one kind, both scalars or both vectors."""
         a, b = (self.value(v, wide=False) if isinstance(v, (Lane, Bits)) else v for v in (a, b))
-        kind = next((v.kind for v in (a, b) if isinstance(v, Value)), "")
-        wide = any(isinstance(v, Value) and v.lanes for v in (a, b))
-        for v in (a, b):
-            if isinstance(v, Value) and v.kind != kind:
-                raise Refusal(
-                    f"{KINDS[a.kind]} and {KINDS[b.kind]} meet in one operation; allowed: two of a kind, as "
-                    "by float(n), int(x) or a comparison"
-                )
+        values = [v for v in (a, b) if isinstance(v, Value)]
+        kind = values[0].kind if values else ""
+        if values and values[-1].kind != kind:
+            raise Refusal(
+                f"{KINDS[kind]} and {KINDS[values[-1].kind]} meet in one operation; allowed: two of a kind, as "
+                "by float(n), int(x) or a comparison"
+            )
+        wide = any(v.lanes for v in values)
         return self.value(a, kind, wide=wide), self.value(b, kind, wide=wide)
 
-    def truth(self, v: Any) -> Any:
+    def truth(self, v: object) -> bool | Value:
         """``v`` as a condition: a constant truth, or a value of that kind."""
         if not isinstance(v, RUNTIME):
             return bool(v)
         return self.value(v, "b", wide=False)
 
     # Names.
-    def lookup(self, name: str, scope: Scope) -> Any:
+    def lookup(self, name: str, scope: Scope) -> object:
         holder = scope.holder(name)
         if holder is None:
             return plain(constant_of(scope.function, name))
@@ -172,8 +158,8 @@ class Expressions:
         return found.value if isinstance(found, Fixed) else found
 
     # Expressions.
-    def eval(self, node: ast.expr, scope: Scope) -> Any:
-        method: Any = getattr(self, f"eval_{type(node).__name__}", None)
+    def eval(self, node: ast.expr, scope: Scope) -> object:
+        method: Callable[[ast.expr, Scope], object] | None = getattr(self, f"eval_{type(node).__name__}", None)
         if method is None:
             raise Refusal(
                 f"{ast.unparse(node)} is no expression of the language of compiled functions; "
@@ -181,35 +167,34 @@ class Expressions:
             )
         return method(node, scope)
 
-    def eval_Constant(self, node: ast.Constant, scope: Scope) -> Any:
+    def eval_Constant(self, node: ast.Constant, scope: Scope) -> object:
         return node.value
 
-    def eval_Name(self, node: ast.Name, scope: Scope) -> Any:
+    def eval_Name(self, node: ast.Name, scope: Scope) -> object:
         return self.lookup(node.id, scope)
 
-    def eval_Tuple(self, node: ast.Tuple | ast.List, scope: Scope) -> Any:
+    def eval_Tuple(self, node: ast.Tuple | ast.List, scope: Scope) -> tuple[object, ...]:
         return tuple(self.eval(part, scope) for part in node.elts)
 
     eval_List = eval_Tuple
 
-    def eval_Attribute(self, node: ast.Attribute, scope: Scope) -> Any:
+    def eval_Attribute(self, node: ast.Attribute, scope: Scope) -> object:
         owner = self.eval(node.value, scope)
         if isinstance(owner, RUNTIME) or not hasattr(owner, node.attr):
             raise Refusal(f"{ast.unparse(node)} is not defined")
         return plain(getattr(owner, node.attr))
 
-    def eval_BinOp(self, node: ast.BinOp, scope: Scope) -> Any:
+    def eval_BinOp(self, node: ast.BinOp, scope: Scope) -> object:
         a, b = self.eval(node.left, scope), self.eval(node.right, scope)
         return self.binary(type(node.op), a, b, (node.left, node.right))
 
-    def binary(self, op: type, a: Any, b: Any, nodes: tuple[ast.expr, ...] = ()) -> Any:
+    def binary(self, op: type, a: object, b: object, nodes: tuple[ast.expr, ...] = ()) -> object:
         """The operation on ``a`` and ``b``, which come from ``nodes``."""
         if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME):
             return plain(OPERATIONS[op].plain(a, b))
-        if isinstance(a, Lane) or isinstance(b, Lane):
-            found = self._with_lane(op, a, b)
-            if found is not None:
-                return found
+        found = self._with_lane(op, a, b)
+        if found is not None:
+            return found
         _, instructions, instead = OPERATIONS[op]
         if "b" not in instructions:
             for truth, node, other in zip((a, b), nodes, (b, a), strict=False):
@@ -226,13 +211,16 @@ class Expressions:
         made = self.text.operation(instruction, one, two)
         return self._floored(op, made, one, two) if op in (ast.Mod, ast.FloorDiv) else made
 
-    def _with_lane(self, op: type, a: Any, b: Any) -> Any:
-        """The index of the lane plus or minus a scalar, or a bit at its place."""
+    def _with_lane(self, op: type, a: object, b: object) -> Lane | Bits | None:
+        """The index of the lane plus or minus a scalar, or a bit at its place; None where
+        it is neither."""
         if isinstance(b, Lane) and op is ast.Add and not isinstance(a, Lane):
             a, b = b, a
         if isinstance(b, Lane):
             if op is ast.LShift and a == 1 and b.base is None:
                 return Bits(self.text.constant(True, "b", self.lane_count), None, b.offset)
+            return None
+        if not isinstance(a, Lane):
             return None
         if op in (ast.Add, ast.Sub) and isinstance(b, int) and not isinstance(b, bool):
             return Lane(a.offset + b if op is ast.Add else a.offset - b, a.base)
@@ -254,7 +242,7 @@ class Expressions:
         )
         return self.text.selection(off, corrected, made)
 
-    def eval_UnaryOp(self, node: ast.UnaryOp, scope: Scope) -> Any:
+    def eval_UnaryOp(self, node: ast.UnaryOp, scope: Scope) -> object:
         a = self.eval(node.operand, scope)
         if isinstance(node.op, ast.Not):
             truth = self.truth(a)
@@ -271,10 +259,11 @@ class Expressions:
     def negation(self, truth: Value) -> Value:
         return self.text.operation("xor", truth, self.text.constant(True, "b", truth.lanes))
 
-    def eval_BoolOp(self, node: ast.BoolOp, scope: Scope) -> Any:
+    def eval_BoolOp(self, node: ast.BoolOp, scope: Scope) -> object:
         """``and`` and ``or``: what follows is evaluated only where it decides, if it
         reads memory or calls something and the operands are scalars."""
-        is_and, result = isinstance(node.op, ast.And), None
+        is_and = isinstance(node.op, ast.And)
+        result: Value | None = None
         for number, part in enumerate(node.values):
             if result is not None and not result.lanes and not self.lane_count and _acts(part):
                 rest = ast.BoolOp(node.op, node.values[number:]) if node.values[number + 1 :] else part
@@ -283,16 +272,19 @@ class Expressions:
             if isinstance(truth, bool):
                 if truth != is_and:
                     return truth
+            elif result is None:
+                result = truth
             else:
-                result = truth if result is None else self.both(result, truth, "and" if is_and else "or")
+                result = self.text.operation("and" if is_and else "or", *self.pair(result, truth))
         return is_and if result is None else result
 
-    def both(self, a: Any, b: Any, joined: str = "and") -> Any:
-        """Two truths joined."""
-        if isinstance(a, bool) or isinstance(b, bool):
-            known, other = (a, b) if isinstance(a, bool) else (b, a)
-            return other if known == (joined == "and") else known
-        return self.text.operation(joined, *self.pair(a, b))
+    def both(self, a: bool | Value, b: bool | Value) -> bool | Value:
+        """Whether two truths hold."""
+        if isinstance(a, bool):
+            return b if a else a
+        if isinstance(b, bool):
+            return a if b else b
+        return self.text.operation("and", *self.pair(a, b))
 
     def _short_circuit(self, is_and: bool, first: Value, rest: ast.expr, scope: Scope) -> Value:
         slot, more, done = self.text.slot("b"), self.text.block("more"), self.text.block("done")
@@ -304,15 +296,16 @@ class Expressions:
         self.text.begin(done)
         return self.text.load(slot, "b")
 
-    def eval_Compare(self, node: ast.Compare, scope: Scope) -> Any:
-        left, result = self.eval(node.left, scope), True
+    def eval_Compare(self, node: ast.Compare, scope: Scope) -> object:
+        left = self.eval(node.left, scope)
+        result: bool | Value = True
         for op, right_node in zip(node.ops, node.comparators, strict=True):
             right = self.eval(right_node, scope)
             result = self.both(result, self.compare(type(op), left, right))
             left = right
         return result
 
-    def compare(self, op: type, a: Any, b: Any) -> Any:
+    def compare(self, op: type, a: object, b: object) -> bool | Value:
         if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME):
             return bool(OPERATIONS[op].plain(a, b))
         one, two = self.pair(a, b)
@@ -321,7 +314,7 @@ class Expressions:
             raise Refusal(f"this comparison is not defined for {KINDS[one.kind]}")
         return self.text.comparison(name, one, two)
 
-    def eval_IfExp(self, node: ast.IfExp, scope: Scope) -> Any:
+    def eval_IfExp(self, node: ast.IfExp, scope: Scope) -> object:
         test = self.truth(self.eval(node.test, scope))
         if isinstance(test, bool):
             return self.eval(node.body if test else node.orelse, scope)
@@ -329,7 +322,7 @@ class Expressions:
             return self._one_of(test, node, scope)
         return self.select(test, self.eval(node.body, scope), self.eval(node.orelse, scope))
 
-    def _one_of(self, test: Value, node: ast.IfExp, scope: Scope) -> Any:
+    def _one_of(self, test: Value, node: ast.IfExp, scope: Scope) -> object:
         """The side of a condition that holds; the other is not evaluated."""
         text = self.text
         then, other, done = (text.block(label) for label in ("then", "else", "done"))
@@ -344,7 +337,7 @@ class Expressions:
         first, second = sides
         return self._joined(first, second, lambda a, b: text.merged(a, ends[0], b, ends[1]))
 
-    def _joined(self, a: Any, b: Any, join: Callable[[Value, Value], Value]) -> Any:
+    def _joined(self, a: object, b: object, join: Callable[[Value, Value], Value]) -> object:
         """The two sides of a condition, or the parts of two tuples."""
         if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b):
             return tuple(self._joined(x, y, join) for x, y in zip(a, b, strict=True))
@@ -354,12 +347,12 @@ class Expressions:
             a, b = (float(v) if _is_integer(v) else v for v in (a, b))
         return join(*self.pair(a, b))
 
-    def select(self, mask: Value, a: Any, b: Any) -> Any:
+    def select(self, mask: Value, a: object, b: object) -> object:
         if isinstance(a, Bits) and not mask.lanes:
             mask = self.text.widened(mask, a.mask.lanes)
         if mask.lanes:
             if isinstance(a, Bits) and _is_zero(b):
-                return replace(a, mask=self.both(mask, a.mask))
+                return replace(a, mask=self.text.operation("and", *self.pair(mask, a.mask)))
             if _is_integer(a) and _is_zero(b):
                 return Bits(mask, a)
             if _is_integer(b) and _is_zero(a):
@@ -374,13 +367,13 @@ class Expressions:
         return self.text.selection(mask, one, two)
 
     # Memory.
-    def eval_Subscript(self, node: ast.Subscript, scope: Scope) -> Any:
+    def eval_Subscript(self, node: ast.Subscript, scope: Scope) -> object:
         array = self.eval(node.value, scope)
         if isinstance(node.slice, ast.Slice):
             return self._slice(array, node.slice, scope)
         return self.element(array, self.eval(node.slice, scope))
 
-    def _slice(self, array: Any, part: ast.Slice, scope: Scope) -> Any:
+    def _slice(self, array: object, part: ast.Slice, scope: Scope) -> object:
         lower, upper = (None if at is None else self.eval(at, scope) for at in (part.lower, part.upper))
         if part.step is not None or lower is None or not isinstance(array, Array):
             raise Refusal("a part is of a buffer, has a first place and no step; allowed: b[first:] or b[first:stop]")
@@ -392,7 +385,7 @@ class Expressions:
         length = self.text.operation("sub", stop, first)
         return Array(self.text.address(array.ref, first, array.kind).ref, length, array.kind)
 
-    def element(self, array: Any, index: Any) -> Any:
+    def element(self, array: Any, index: object) -> object:
         if isinstance(array, Array):
             pointer, count = self.place(array, index)
             return self.text.load(pointer, array.kind, count)
@@ -407,7 +400,7 @@ class Expressions:
                 "a tuple of values is indexed by a number that is not known; allowed: a loop of at most "
                 f"{UNROLLED} turns, or a table of numbers"
             )
-        flat: Any = 0
+        flat: object = 0
         for part, size in zip(parts, table.shape, strict=True):
             flat = self.binary(ast.Add, self.binary(ast.Mult, flat, size), part)
         where = self.value(flat, "i", wide=False)
@@ -418,7 +411,7 @@ class Expressions:
             return self.text.comparison("ne", found, self.text.constant(0, "i"))
         return found
 
-    def place(self, array: Array, index: Any) -> tuple[Any, int]:
+    def place(self, array: Array, index: object) -> tuple[Pointer, int]:
         """The address of an element or, with the index of the lane, of a row: (pointer,
         lanes)."""
         first = index if isinstance(index, int) else 0
@@ -438,93 +431,6 @@ class Expressions:
             )
         return self.text.address(array.ref, where, array.kind), 0
 
-    # Calls.
-    def eval_Call(self, node: ast.Call, scope: Scope) -> Any:
-        function = self.eval(node.func, scope)
-        arguments = list(self.eval_Tuple(ast.Tuple(node.args, ast.Load()), scope))
-        named = {str(k.arg): self.eval(k.value, scope) for k in node.keywords}
-        if function is call:
-            return self.call_argument(arguments[0], arguments[1:])
-        found = self._builtin(function, arguments)
-        if found is not NotImplemented:
-            return found
-        if hasattr(function, "kinds"):  # made by ``compiled``
-            return self.call_compiled(function, arguments)
-        source = getattr(function, "py_func", function)
-        if isinstance(source, FunctionType):
-            return self.inline(source, arguments, named)
-        if any(_has_runtime(a) for a in (*arguments, *named.values())):
-            raise Refusal(
-                f"a call of {_described(function)} is not in the language of compiled functions; "
-                f"allowed: {SUM if function is sum else CALLS}"
-            )
-        return plain(function(*arguments, **named))
-
-    def call_argument(self, function: Any, arguments: list[Any]) -> Value:
-        raise NotImplementedError
-
-    def call_compiled(self, function: Any, arguments: list[Any]) -> Value:
-        raise NotImplementedError
-
-    def inline(self, function: FunctionType, arguments: list[Any], named: dict[str, Any]) -> Any:
-        raise NotImplementedError
-
-    def _builtin(self, f: Any, arguments: list[Any]) -> Any:
-        """The result of a function of the language, or NotImplemented."""
-        known = not any(_has_runtime(a) for a in arguments)
-        if f is fma:
-            return self._fma(arguments)
-        if f is local and known:
-            return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
-        if f in (min, max) and len(arguments) > 1 and not known:
-            return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
-        if known:
-            return NotImplemented
-        first = arguments[0]
-        if f is len and isinstance(first, Array):
-            return first.length
-        if f is float_bits:
-            return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
-        if f is bits_float:
-            return self.text.conversion("bitcast", self.value(first, "i", wide=False), "d")
-        if f is lowest_bit:
-            return self.text.intrinsic("cttz", self.value(first, "i", wide=False))
-        if f is abs:
-            return self.text.intrinsic("fabs", self.value(first, "d", wide=False))
-        if f in (float, np.float64, int):
-            return self._converted(first, "i" if f is int else "d")
-        if _hashable(f) and f in INSTRUCTIONS:
-            return self.text.intrinsic(INSTRUCTIONS[f], self.value(first, "d", wide=False))
-        if _hashable(f) and f in LIBRARY:
-            values = [self.value(a, "d", wide=False) for a in arguments]
-            if any(v.lanes for v in values) or self.lane_count:
-                raise Refusal(
-                    f"{f.__name__} is a call of the C library, one lane at a time; allowed: the functions of "
-                    "nsdrill.elementary, or a loop over range(W)"
-                )
-            return self.text.library(LIBRARY[f], *values)
-        return NotImplemented
-
-    def _fma(self, arguments: list[Any]) -> Value:
-        wide = any(isinstance(a, Value) and a.lanes for a in arguments)
-        return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
-
-    def _extreme(self, op: type, arguments: list[Any]) -> Any:
-        best = arguments[0]
-        for other in arguments[1:]:
-            other, best = self.pair(other, best)
-            best = self.text.selection(
-                self.text.comparison(OPERATIONS[op].instructions[best.kind], other, best), other, best
-            )
-        return best
-
-    def _converted(self, v: Any, kind: str) -> Value:
-        made = self.value(v, wide=False)
-        if made.kind == kind:
-            return made
-        name = {("i", "d"): "sitofp", ("b", "d"): "uitofp", ("d", "i"): "fptosi", ("b", "i"): "zext"}
-        return self.text.conversion(name[made.kind, kind], made, kind)
-
 
 UNROLLED = 8  # turns of a loop that are written out
 BEFORE = "a place before the beginning of a buffer; allowed: b[len(b) - 1]"
@@ -534,23 +440,15 @@ def _acts(node: ast.expr) -> bool:
     return any(isinstance(part, (ast.Call, ast.Subscript)) for part in ast.walk(node))
 
 
-def _has_runtime(v: Any) -> bool:
-    return isinstance(v, RUNTIME) or (isinstance(v, tuple) and any(_has_runtime(part) for part in v))
-
-
-def _is_integer(v: Any) -> bool:
+def _is_integer(v: object) -> TypeGuard[int]:
     return isinstance(v, int) and not isinstance(v, bool)
 
 
-def _is_zero(v: Any) -> bool:
+def _is_zero(v: object) -> bool:
     return _is_integer(v) and v == 0
 
 
-def _hashable(f: Any) -> bool:
-    return getattr(type(f), "__hash__", None) is not None
-
-
-def _check_no_truth(v: Any, node: ast.expr, other: Any) -> None:
+def _check_no_truth(v: object, node: ast.expr, other: object) -> None:
     """Refuse a truth, written as ``node``, in arithmetic with the number ``other``."""
     kind = other.kind if isinstance(other, Value) else "i" if _is_integer(other) else "d"
     if isinstance(v, Value) and v.kind == "b" != kind and (isinstance(other, Value) or is_number(other)):
@@ -572,7 +470,7 @@ def check_not_carried(name: str, scope: Scope) -> None:
         )
 
 
-def _described(v: Any) -> str:
+def described(v: object) -> str:
     if isinstance(v, RUNTIME):
         return {Array: "a buffer", FunctionArgument: "a function"}.get(type(v), "a value")
     if isinstance(v, tuple):

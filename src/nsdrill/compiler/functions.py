@@ -22,7 +22,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -35,13 +35,14 @@ BUFFER, INTEGERS, INTEGER, FLOAT, FUNCTION = "anidf"
 BUFFERS = {BUFFER: FLOAT, INTEGERS: INTEGER}  # and the kind of their elements
 ROUTES = ("native", "numba", "interpreter")
 _DTYPES = {BUFFER: np.float64, INTEGERS: np.int64}
-_C_TYPES: dict[str, tuple[Any, ...]] = {
+_C_TYPES: dict[str, tuple[type[ctypes.c_void_p | ctypes.c_int64 | ctypes.c_double], ...]] = {
     **dict.fromkeys(BUFFERS, (ctypes.c_void_p, ctypes.c_int64)),
     INTEGER: (ctypes.c_int64,),
     FLOAT: (ctypes.c_double,),
     FUNCTION: (ctypes.c_int64,),
 }
 _addresses: dict[str, int] = {}
+F = TypeVar("F", bound=Callable[..., object])
 
 
 class Compiling:
@@ -81,15 +82,15 @@ def route() -> str:
     return found
 
 
-def compiled(*kinds: str) -> Callable[[Any], Any]:
+def compiled(*kinds: str) -> Callable[[Callable[..., object]], LaneFunction]:
     """Compile a function of the lane language whose arguments are of these kinds
     (BUFFER, INTEGERS, INTEGER, FLOAT, FUNCTION). Where it returns something, that is an
     integer."""
 
-    def make(function: Any) -> Any:
+    def make(function: Any) -> LaneFunction:
         if route() == "interpreter":
             function.kinds = "".join(kinds)
-            return function
+            return cast(LaneFunction, function)
         if route() == "numba":
             from nsdrill.compiler import reference
 
@@ -99,7 +100,7 @@ def compiled(*kinds: str) -> Callable[[Any], Any]:
     return make
 
 
-def generated(name: str, kinds: str, key: Any, make: Callable[[], Any]) -> Any:
+def generated(name: str, kinds: str, key: object, make: Callable[[], FunctionType]) -> LaneFunction:
     """A compiled function whose code ``make()`` writes, where it is not known: ``key``
     determines the code."""
     if route() != "native":
@@ -107,7 +108,7 @@ def generated(name: str, kinds: str, key: Any, make: Callable[[], Any]) -> Any:
     return LaneFunction(None, kinds, name, key, make)
 
 
-def inlined(function: Any) -> Any:
+def inlined(function: F) -> F:
     """A helper that is written out where it is called."""
     if route() == "numba":
         from nsdrill.compiler import reference
@@ -124,12 +125,12 @@ def packed(first: int, stop: int | None = None) -> range:
     return range(first) if stop is None else range(first, stop)
 
 
-def call(function: Any, *arguments: Any) -> Any:
+def call(function: Callable[..., int], *arguments: object) -> int:
     """Call a compiled function that is an argument."""
     return function(*arguments)
 
 
-def local(size: int) -> Any:
+def local(size: int) -> np.ndarray:
     """A place for so many floats, a constant, during this call; their first values are
     not set."""
     return np.empty(size)
@@ -156,24 +157,24 @@ def lowest_bit(bits: int) -> int:
 
 
 # Functions from generated text, for regular code that must be written out.
-def define(name: str, text: str, **namespace: Any) -> Any:
+def define(name: str, text: str, **namespace: object) -> FunctionType:
     """The function ``name`` that the Python source ``text`` defines; ``namespace`` has
     the global names that the text uses besides ``packed`` and ``call``. Tracebacks and
     messages of the compiler show its lines."""
     path = f"<{name} {hashlib.sha256(text.encode()).hexdigest()[:16]}>"
     linecache.cache[path] = (len(text), None, text.splitlines(keepends=True), path)
     # The source is kept beside the function too: others may empty the cache of lines.
-    space = {"packed": packed, "call": call, "__source__": text, **namespace}
+    space: dict[str, Any] = {"packed": packed, "call": call, "__source__": text, **namespace}
     exec(compile(text, path, "exec"), space)
-    return space[name]
+    return cast(FunctionType, space[name])
 
 
-def constants(**values: Any) -> str:
+def constants(**values: object) -> str:
     """Lines that assign these values; the text of a float reproduces its bits."""
     return "".join(f"{name} = {value!r}\n" for name, value in values.items())
 
 
-def address(function: Any) -> Any:
+def address(function: LaneFunction) -> int | LaneFunction:
     """What stands for a compiled function when it is an argument of another: its
     address, or in the interpreter the function itself."""
     return function if route() == "interpreter" else function.address
@@ -187,7 +188,7 @@ class LaneFunction:
         function: FunctionType | None,
         kinds: str,
         name: str = "",
-        key: Any = None,
+        key: object = None,
         make: Callable[[], FunctionType] | None = None,
     ) -> None:
         self._function, self._make, self._key = function, make, key
@@ -230,7 +231,7 @@ class LaneFunction:
 
 
 @cache
-def _prototype(kinds: str) -> Any:
+def _prototype(kinds: str) -> Callable[[int], Callable[..., int]]:
     return ctypes.CFUNCTYPE(ctypes.c_int64, *(part for kind in kinds for part in _C_TYPES[kind]))
 
 
@@ -264,7 +265,7 @@ def _made(function: LaneFunction, symbol: str) -> bytes:
 
 # What determines the machine code of a function: not its text, which would have to be
 # read and parsed, but what Python has made of it.
-def _key(function: LaneFunction, *others: Any) -> str:
+def _key(function: LaneFunction, *others: object) -> str:
     text = repr((_compiler_digest(), function.kinds, function.identity, *others))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
@@ -304,7 +305,7 @@ def identity(function: FunctionType) -> str:
     return hashlib.sha256(repr(found).encode()).hexdigest()
 
 
-def _source(value: Any) -> Any:
+def _source(value: object) -> object:
     """The plain function of a compiled one, if it is known; else the value."""
     if isinstance(value, LaneFunction):
         return value._function
@@ -319,14 +320,14 @@ def _names(code: CodeType) -> set[str]:
     return set(code.co_names).union(*map(_names, inner))
 
 
-def _code(code: CodeType) -> Any:
+def _code(code: CodeType) -> tuple[object, ...]:
     constants = [_code(c) if isinstance(c, CodeType) else c for c in code.co_consts]
     if constants and isinstance(constants[0], str):
         constants[0] = ""  # the docstring
     return code.co_name, code.co_code, constants, code.co_names, code.co_varnames, code.co_freevars
 
 
-def _content(value: Any, names: set[str], depth: int = 4) -> Any:
+def _content(value: object, names: set[str], depth: int = 4) -> object:
     """All of a value that may matter to code with these ``names``, as texts in tuples:
     of modules, classes and objects, the attributes that may be asked for."""
     if isinstance(value, LaneFunction):

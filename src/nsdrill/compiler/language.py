@@ -42,7 +42,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from types import CodeType, FunctionType
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -117,7 +117,7 @@ class Unassigned:
 class Fixed:
     """A value that a branch or a loop cannot replace, such as a tuple."""
 
-    value: Any
+    value: object
 
 
 RUNTIME = (Value, Lane, Bits, Array, FunctionArgument)
@@ -128,7 +128,7 @@ class Scope:
 
     def __init__(self, function: FunctionType, parent: Scope | None = None) -> None:
         self.function, self.parent = function, parent
-        self.names: dict[str, Any] = {}
+        self.names: dict[str, object] = {}
         self.read: set[str] = set()  # names of the scope around it
         self.summed: set[str] = set()  # sets of lanes
 
@@ -140,12 +140,12 @@ class Scope:
         return at
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Any:
     """A constant as Python has it: numpy's scalars as numbers."""
     return value.item() if isinstance(value, np.generic) else value
 
 
-def is_number(value: Any) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, (int, float))
 
 
@@ -169,19 +169,18 @@ def definition(function: FunctionType) -> ast.FunctionDef:
     )
 
 
-def _parts(code: CodeType) -> Any:
+def _parts(code: CodeType) -> tuple[object, ...]:
     return code.co_code, code.co_names, [c for c in code.co_consts if not isinstance(c, CodeType)]
 
 
-_Places = dict[tuple[int, str], list[Any]]
-
-
 @lru_cache
-def _definitions(text: str) -> tuple[_Places, _Places]:
+def _definitions(
+    text: str,
+) -> tuple[dict[tuple[int, str], list[ast.FunctionDef]], dict[tuple[int, str], list[CodeType]]]:
     """The syntax trees of the functions of a module, and their codes, by the line and
     the name."""
-    nodes: _Places = {}
-    codes: _Places = {}
+    nodes: dict[tuple[int, str], list[ast.FunctionDef]] = {}
+    codes: dict[tuple[int, str], list[CodeType]] = {}
     try:
         tree = ast.parse(text)
         modules = [compile(tree, "", "exec", dont_inherit=True)]
@@ -213,13 +212,13 @@ def _same_code(node: ast.FunctionDef, function: FunctionType) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def free_names(function: FunctionType) -> dict[str, Any]:
+def free_names(function: FunctionType) -> dict[str, object]:
     """What the names of the function's closure stand for."""
     cells = function.__closure__ or ()
     return {name: cell.cell_contents for name, cell in zip(function.__code__.co_freevars, cells, strict=True)}
 
 
-def constant_of(function: FunctionType, name: str) -> Any:
+def constant_of(function: FunctionType, name: str) -> object:
     """What a name that the function does not assign stands for."""
     if name in function.__code__.co_varnames or name in function.__code__.co_cellvars:
         raise Refusal(f"{name} has no value here; allowed: a name that is assigned on every way here")

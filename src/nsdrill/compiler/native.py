@@ -12,12 +12,11 @@ import os
 import threading
 from functools import lru_cache
 from types import FunctionType
-from typing import Any
 
 import llvmlite
 import llvmlite.binding as llvm
 
-from nsdrill.compiler.functions import BUFFERS, FLOAT, FUNCTION, INTEGER
+from nsdrill.compiler.functions import BUFFERS, FLOAT, FUNCTION, INTEGER, LaneFunction
 from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to, typed_pointers
 from nsdrill.compiler.language import Array, FunctionArgument
 from nsdrill.compiler.statements import Body
@@ -25,7 +24,7 @@ from nsdrill.compiler.statements import Body
 # Lanes in a vector. LLVM divides it into registers, whose instructions then alternate.
 WIDTH = 16
 lock = threading.RLock()  # the engine's
-_engine: Any = None
+_engine: llvm.ExecutionEngine | None = None
 
 
 def initialize() -> None:
@@ -46,14 +45,14 @@ def host() -> tuple[str, str, str]:
     return triple, llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
-def target_machine(triple: str, processor: str, features: str) -> Any:
+def target_machine(triple: str, processor: str, features: str) -> llvm.TargetMachine:
     return llvm.Target.from_triple(triple).create_target_machine(
         cpu=processor, features=features, opt=2, reloc="static", codemodel="jitdefault"
     )
 
 
 @lru_cache(maxsize=1)
-def host_machine() -> Any:
+def host_machine() -> llvm.TargetMachine:
     return target_machine(*host())
 
 
@@ -62,7 +61,7 @@ def versions() -> str:
     return " ".join((llvmlite.__version__, *map(str, llvm.llvm_version_info), *host()))
 
 
-def object_code(text: str, machine: Any = None) -> bytes:
+def object_code(text: str, machine: llvm.TargetMachine | None = None) -> bytes:
     """The object file of a module, for this processor unless another ``machine`` is
     given."""
     with lock:
@@ -74,7 +73,7 @@ def object_code(text: str, machine: Any = None) -> bytes:
         return bytes(machine.emit_object(module))
 
 
-def _optimise(module: Any, machine: Any) -> None:
+def _optimise(module: llvm.ModuleRef, machine: llvm.TargetMachine) -> None:
     options = llvm.create_pipeline_tuning_options(1)
     options.loop_vectorization = options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
@@ -137,7 +136,7 @@ class Module:
 
     def _define(self, function: FunctionType, kinds: str, symbol: str, linkage: str) -> None:
         text = Text(self.declared, self.tables)
-        arguments: list[Any] = []
+        arguments: list[object] = []
         for number, kind in enumerate(kinds):
             if kind in BUFFERS:
                 length = Value(f"%n{number}", "i")
@@ -154,7 +153,7 @@ class Module:
         )
         self.parts.append(f"define {linkage}i64 @{symbol}({parameters}) nounwind {{\n{text.body()}\n}}\n")
 
-    def call_internal(self, text: Text, function: Any, kinds: str, given: list[str]) -> Value:
+    def call_internal(self, text: Text, function: LaneFunction, given: list[str]) -> Value:
         """Call a compiled function, which becomes a part of this module."""
         symbol = self.known.get(id(function))
         if symbol is None:

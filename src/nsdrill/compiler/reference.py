@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from types import FunctionType
 from typing import Any
 
 import numba
 from llvmlite import ir
 from numba import types
+from numba.core.base import BaseContext
 from numba.core.registry import CPUDispatcher
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.core.typing.templates import AbstractTemplate, Signature, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, overload
 from numba.np.arrayobj import populate_array
 
@@ -20,6 +23,7 @@ from nsdrill.compiler.functions import (
     FLOAT,
     FUNCTION,
     INTEGER,
+    F,
     bits_float,
     call,
     float_bits,
@@ -32,7 +36,7 @@ from nsdrill.compiler.functions import (
 _NUMBERS = {FLOAT: types.float64, INTEGER: types.int64, FUNCTION: types.int64}
 _ELEMENTS = {kind: _NUMBERS[elements] for kind, elements in BUFFERS.items()}
 _TYPES = _NUMBERS | {kind: number[::1] for kind, number in _ELEMENTS.items()}
-_C_TYPES: dict[str, tuple[Any, ...]] = {kind: (number,) for kind, number in _NUMBERS.items()}
+_C_TYPES: dict[str, tuple[types.Type, ...]] = {kind: (number,) for kind, number in _NUMBERS.items()}
 _C_TYPES |= {kind: (types.CPointer(number), types.int64) for kind, number in _ELEMENTS.items()}
 
 
@@ -42,7 +46,7 @@ class Compiled(CPUDispatcher):
 
     kinds: str
 
-    def __call__(self, *arguments: Any) -> Any:
+    def __call__(self, *arguments: Any) -> int:
         pairs = zip(arguments, self.kinds, strict=True)
         return super().__call__(*(a.address if kind == FUNCTION else a for a, kind in pairs))
 
@@ -62,7 +66,7 @@ class Compiled(CPUDispatcher):
         return int(self.entry.address)
 
 
-def compiled(function: Any, kinds: str) -> Any:
+def compiled(function: FunctionType, kinds: str) -> Compiled:
     dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)
     dispatcher.__class__ = Compiled
     dispatcher.kinds = kinds
@@ -71,7 +75,7 @@ def compiled(function: Any, kinds: str) -> Any:
     return dispatcher
 
 
-def inlined(function: Any) -> Any:
+def inlined(function: F) -> F:
     if hasattr(function, "py_func"):  # compiled by numba already
         return function
     return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(function)
@@ -81,15 +85,17 @@ def inlined(function: Any) -> Any:
 class _Call(AbstractTemplate):
     """``call(address, *arguments)`` gives an integer."""
 
-    def generic(self, arguments: Any, keywords: Any) -> Any:
+    def generic(self, arguments: Sequence[types.Type], keywords: Mapping[str, types.Type]) -> Signature:
         return signature(types.int64, *arguments)
 
 
 @lower_builtin(call, types.VarArg(types.Any))
-def _call_address(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+def _call_address(
+    context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]
+) -> ir.Value:
     """Call the function at an address with C's calling convention: an array is passed
     as its data and its size."""
-    given: list[Any] = []
+    given: list[ir.Value] = []
     for kind, value in zip(signature.args[1:], values[1:], strict=True):
         if isinstance(kind, types.Array):
             array = context.make_array(kind)(context, builder, value)
@@ -111,12 +117,14 @@ def _packed(first, stop=None):  # type: ignore[no-untyped-def]
 class _Local(AbstractTemplate):
     """``local(size)`` gives an array."""
 
-    def generic(self, arguments: Any, keywords: Any) -> Any:
+    def generic(self, arguments: Sequence[types.Type], keywords: Mapping[str, types.Type]) -> Signature:
         return signature(_TYPES[BUFFER], *arguments)
 
 
 @lower_builtin(local, types.Integer)
-def _on_the_stack(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+def _on_the_stack(
+    context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]
+) -> ir.Value:
     array = context.make_array(signature.return_type)(context, builder)
     size = context.cast(builder, values[0], signature.args[0], types.intp)
     number, place = context.get_constant(types.intp, 8), builder.alloca(ir.DoubleType(), size)
@@ -124,10 +132,10 @@ def _on_the_stack(context: Any, builder: Any, signature: Any, values: Any) -> An
     return array._getvalue()
 
 
-def _instruction(function: Any, signature: Any, build: Any) -> None:
+def _instruction(function: Callable[..., object], signature: Signature, build: Callable[..., ir.Value]) -> None:
     """Let numba write ``function`` as the instruction that ``build`` gives."""
 
-    def emit(context: Any, *arguments: Any) -> Any:
+    def emit(context: BaseContext, *arguments: types.Type) -> tuple[Signature, Callable[..., ir.Value]]:
         return signature, lambda context, builder, signature, values: build(builder, *values)
 
     names = ", ".join(f"x{k}" for k in range(len(signature.args)))

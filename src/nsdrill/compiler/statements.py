@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import ast
-import inspect
-from functools import lru_cache
+from collections.abc import Iterable
 from types import FunctionType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from nsdrill.compiler.expressions import UNROLLED, Expressions, check_not_carried
-from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS, packed
-from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
+from nsdrill.compiler.calls import JUMPED, Calls, Returned
+from nsdrill.compiler.expressions import UNROLLED, check_not_carried
+from nsdrill.compiler.functions import packed
+from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
     RUNTIME,
     Array,
@@ -26,7 +26,6 @@ from nsdrill.compiler.language import (
     assigned,
     carried,
     constant_of,
-    definition,
     is_number,
     is_over_lanes,
     leaves_loop,
@@ -34,94 +33,24 @@ from nsdrill.compiler.language import (
     targets,
 )
 
-
-class Returned(NamedTuple):
-    """How a body ended: by a return with this value, or (``jumped``) by an instruction
-    that goes elsewhere."""
-
-    value: Any = None
-    jumped: bool = False
+if TYPE_CHECKING:
+    from nsdrill.compiler.native import Module
 
 
-JUMPED = Returned(jumped=True)
-
-
-class Body(Expressions):
+class Body(Calls):
     """Writes one function of a module and all that is inlined into it. ``width`` is the
     greatest number of lanes in a vector."""
 
-    def __init__(self, module: Any, text: Text, width: int) -> None:
-        self.module, self.text, self.width = module, text, width
-        self.lane_count = 0
-        self.loops: list[tuple[str, str] | None] = []  # labels of the next turn and of the end
-        self.outermost: FunctionType | None = None
-        self.inlining: list[FunctionType] = []
+    def __init__(self, module: Module, text: Text, width: int) -> None:
+        super().__init__(module, text)
+        self.width = width
 
     # Functions.
-    def write(self, function: FunctionType, arguments: list[Any]) -> None:
+    def write(self, function: FunctionType, arguments: list[object]) -> None:
         """The whole body of ``function``, which returns an integer."""
         self.outermost = function
-        if self._entered(function, arguments, {}) is not JUMPED:
+        if self.entered(function, arguments, {}) is not JUMPED:
             self.text.line("ret i64 0")
-
-    def inline(self, function: FunctionType, arguments: list[Any], named: dict[str, Any]) -> Any:
-        if function in self.inlining:
-            raise Refusal(f"{function.__name__} calls itself; allowed: a loop")
-        outermost, loops = self.outermost, self.loops
-        self.outermost, self.loops = None, []
-        self.inlining.append(function)
-        result = self._entered(function, arguments, named)
-        self.inlining.pop()
-        self.outermost, self.loops = outermost, loops
-        return result.value if result is not None else None
-
-    def _entered(self, function: FunctionType, arguments: list[Any], named: dict[str, Any]) -> Returned | None:
-        scope = Scope(function)
-        try:
-            bound = _signature(function).bind(*arguments, **named)
-        except TypeError as error:
-            raise Refusal(f"{function.__name__} is called with other arguments: {error}") from None
-        bound.apply_defaults()
-        scope.names.update(bound.arguments)
-        return self.run(definition(function).body, scope)
-
-    def call_argument(self, function: Any, arguments: list[Any]) -> Value:
-        if not isinstance(function, FunctionArgument):
-            raise Refusal("the first argument of call is a function that is an argument")
-        if self.lane_count:
-            raise Refusal("a function is called in a loop over lanes, where helpers are inlined")
-        kinds, given = self._passed(arguments, None)
-        return self.module.call_address(self.text, function.address, kinds, given)
-
-    def call_compiled(self, function: Any, arguments: list[Any]) -> Value:
-        if self.lane_count:
-            raise Refusal(f"{function.__name__} is called in a loop over lanes, where helpers are inlined")
-        kinds, given = self._passed(arguments, function)
-        return self.module.call_internal(self.text, function, kinds, given)
-
-    def _passed(self, arguments: list[Any], function: Any) -> tuple[str, list[str]]:
-        """Arguments of a call: their kinds, and their text."""
-        wanted = getattr(function, "kinds", "?" * len(arguments))
-        if len(wanted) != len(arguments):
-            raise Refusal(f"{function.__name__} takes {len(wanted)} arguments and is given {len(arguments)}")
-        kinds, given = "", []
-        for argument, kind in zip(arguments, wanted, strict=True):
-            if isinstance(argument, Array):
-                found = BUFFER if argument.kind == FLOAT else INTEGERS
-                pointer = pointer_to(TYPE[argument.kind])
-                texts = [f"{pointer} {argument.ref}", f"i64 {argument.length.ref}"]
-            elif isinstance(argument, FunctionArgument):
-                found, texts = FUNCTION, [f"i64 {argument.address.ref}"]
-            else:
-                value = self.value(argument, kind if kind in (INTEGER, FLOAT) else "", wide=False)
-                if value.kind == "b":
-                    raise Refusal("a truth is no argument of a function; allowed: int(x)")
-                found, texts = (value.kind, [f"{'double' if value.kind == 'd' else 'i64'} {value.ref}"])
-            if kind != "?" and found != kind:
-                raise Refusal(f"{function.__name__} is called with another kind of argument than it has")
-            kinds += found
-            given += texts
-        return kinds, given
 
     # Statements. None where the next one follows, or how the body ended.
     def run(self, body: list[ast.stmt], scope: Scope) -> Returned | None:
@@ -163,7 +92,7 @@ class Body(Expressions):
         for target in node.targets:
             self._bind(target, value, scope)
 
-    def _bind(self, target: ast.expr, value: Any, scope: Scope) -> None:
+    def _bind(self, target: ast.expr, value: object, scope: Scope) -> None:
         if isinstance(target, ast.Name):
             self._assign(target.id, value, scope, bool(self.lane_count))
         elif isinstance(target, ast.Tuple):
@@ -176,7 +105,7 @@ class Body(Expressions):
         else:
             raise Refusal(f"{ast.unparse(target)} cannot be assigned to")
 
-    def _assign(self, name: str, value: Any, scope: Scope, wide: bool) -> None:
+    def _assign(self, name: str, value: object, scope: Scope, wide: bool) -> None:
         """Assign to a name of ``scope``; ``wide`` if it has a value in every lane."""
         found = scope.names.get(name)
         if isinstance(found, Fixed):
@@ -202,7 +131,7 @@ class Body(Expressions):
             raise Refusal(f"{name} is a number for all lanes and another for each of them")
         self.text.store(made, found.pointer)
 
-    def _set(self, array: Any, index: Any, value: Any) -> None:
+    def _set(self, array: object, index: object, value: object) -> None:
         if not isinstance(array, Array):
             raise Refusal("only elements of buffers can be assigned to")
         pointer, count = self.place(array, index)
@@ -239,7 +168,7 @@ class Body(Expressions):
         result = self.binary(op, old, value, (target, node.value))
         self._assign(target.id, result, holder, bool(self.lane_count) and holder is scope)
 
-    def _reduced(self, value: Any) -> Any:
+    def _reduced(self, value: object) -> object:
         """The sum over the lanes of their bits, a scalar."""
         if not isinstance(value, Bits):
             if isinstance(value, RUNTIME) and not (isinstance(value, Value) and not value.lanes):
@@ -252,7 +181,7 @@ class Body(Expressions):
         return self.text.selection(some, self.text.constant(value.weight, "i"), self.text.constant(0, "i"))
 
     # Branches.
-    def open(self, names: Any, scope: Scope) -> dict[str, Slot]:
+    def open(self, names: Iterable[str], scope: Scope) -> dict[str, Slot]:
         """Give the names that a branch or loop assigns a place in memory. The result
         are those that have no value yet."""
         names = list(names)
@@ -363,7 +292,7 @@ class Body(Expressions):
         if isinstance(head, ast.Call) and not head.keywords:
             function = self.eval(head.func, scope)
             if function is packed or function is range:
-                limits = [self.eval(argument, scope) for argument in head.args]
+                limits: list[Any] = [self.eval(argument, scope) for argument in head.args]
                 known = not any(isinstance(limit, RUNTIME) for limit in limits)
                 if function is packed:
                     if not known or self.lane_count or not is_over_lanes(node):
@@ -373,12 +302,12 @@ class Body(Expressions):
                 return self._over_range(node, limits, known, scope)
         if is_over_lanes(node):
             raise Refusal("the arguments of packed have no names")
-        items = self.eval(head, scope)
+        items: Any = self.eval(head, scope)
         if isinstance(items, RUNTIME) or not hasattr(items, "__iter__"):
             raise Refusal("a loop is over packed(W), range(...) or a tuple")
         return self._written_out(node, items, scope)
 
-    def _written_out(self, node: ast.For, items: Any, scope: Scope) -> Returned | None:
+    def _written_out(self, node: ast.For, items: Iterable[object], scope: Scope) -> Returned | None:
         if leaves_loop(node.body) and not self.lane_count:
             raise Refusal("break or continue of a loop over a tuple")
         before = {name: scope.names.get(name) for name in targets(node.target)}
@@ -418,7 +347,7 @@ class Body(Expressions):
         self._looped(node, node.target.id, limits, bool(items), scope)
         return None
 
-    def _looped(self, node: ast.For, name: str, limits: list[Any], turns: bool, scope: Scope) -> None:
+    def _looped(self, node: ast.For, name: str, limits: list[object], turns: bool, scope: Scope) -> None:
         """A loop over a range, as a loop: inside a loop over lanes, its variables are
         vectors. ``turns`` if it is known to have one."""
         text = self.text
@@ -459,7 +388,7 @@ def _numbers(scope: Scope) -> set[str]:
     return {name for name, found in scope.names.items() if isinstance(found, (Value, Slot)) or is_number(found)}
 
 
-def _hold(target: ast.expr, item: Any, scope: Scope) -> None:
+def _hold(target: ast.expr, item: object, scope: Scope) -> None:
     """Let the names of a loop stand for one of its items, which is known."""
     if isinstance(target, ast.Name):
         scope.names[target.id] = item
@@ -476,7 +405,7 @@ def _forget(slots: dict[str, Slot]) -> None:
         slot.reason = slot.reason or (f"{name} has no value here; allowed: a name that is assigned on every way here")
 
 
-def _release(before: dict[str, Any], scope: Scope, what: str) -> None:
+def _release(before: dict[str, object], scope: Scope, what: str) -> None:
     """Names that are ``what`` have no value after the loop; those that a branch around
     it assigns keep their place in memory."""
     for name, found in before.items():
@@ -486,9 +415,6 @@ def _release(before: dict[str, Any], scope: Scope, what: str) -> None:
             scope.names[name] = found
         else:
             scope.names[name] = Unassigned(reason)
-
-
-_signature = lru_cache(maxsize=4096)(inspect.signature)
 
 
 def _placed(error: Exception, statement: ast.stmt, scope: Scope) -> LanguageError:

@@ -27,11 +27,13 @@ from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Se
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from numbers import Real
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from nsdrill.equations.library import Friction
 
 TRUTHS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
 LEAVES = frozenset({"const", "input"})
-Number: TypeAlias = "Node | float"
 
 
 class Node:
@@ -97,6 +99,9 @@ class Node:
         return self.is_number(0.0)
 
 
+Number = Node | float
+
+
 @dataclass
 class Loop:
     """A region that is repeated while some lane is ``unfinished``, ``most`` times at
@@ -122,12 +127,12 @@ class Graph:
     condition: list[Node | None] = field(default_factory=lambda: [None])
     loops: dict[int, Loop] = field(default_factory=dict)
     otherwise: dict[int, int] = field(default_factory=dict)  # region in place of another
-    names: dict[str, Any] = field(default_factory=dict)  # what the equations call them
-    frictions: list[Any] = field(default_factory=list)  # contacts with friction, in order
+    names: dict[str, Node] = field(default_factory=dict)  # what the equations call them
+    frictions: list[Friction] = field(default_factory=list)  # contacts with friction, in order
     gaps: dict[str, Node] = field(default_factory=dict)  # of unilateral contacts, by name
     with_slopes: bool = False  # laws of friction are evaluated with their slopes
     reciprocals: dict[tuple[Node, int], Node] = field(default_factory=dict)
-    known: dict[Any, Node] = field(default_factory=dict)
+    known: dict[tuple[object, ...], Node] = field(default_factory=dict)
 
     # Construction.
 

@@ -12,15 +12,17 @@ Order, pieces and homes change no bit of a result.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate, pairwise
-from typing import Any
+from types import FunctionType
+from typing import NamedTuple
 
 import numpy as np
 
 from nsdrill.compiler.functions import define, fma, local
 from nsdrill.equations.graph import LEAVES, TRUTHS, Graph, Node
+from nsdrill.equations.library import Library
 
 PIECE = 200
 LEAST_PIECE = 60
@@ -41,28 +43,39 @@ class Piece:
     number: int = 0
 
 
+class Region(NamedTuple):
+    """A region whose nodes are in order, with the one in its place where no lane needs
+    it."""
+
+    number: int
+    inside: list[Node | Region]
+    other: list[Node | Region]
+
+
 @dataclass(eq=False)
 class Block:
-    """A region, with the one in its place where no lane needs it."""
+    """The program of a region, with that of the one in its place."""
 
     region: int
-    inside: list[Any]  # nodes and blocks when they are ordered, then pieces and blocks
-    other: list[Any]
+    inside: list[Piece | Block]
+    other: list[Piece | Block]
     following: Piece | None = None  # of a loop: the variables take their next values
 
 
-def lane_code(name: str, graph: Graph, outputs: Mapping[str, Node], place: Mapping[str, int], lanes: int) -> Any:
+def lane_code(
+    name: str, graph: Graph, outputs: Mapping[str, Node], place: Mapping[str, int], lanes: int
+) -> FunctionType:
     """The function ``name(b)`` that computes ``outputs`` from the inputs of the graph;
     ``place`` gives the row of each by its name."""
     return _Writer(graph, outputs, place, lanes).function(name)
 
 
-def _schedule(graph: Graph, outputs: Mapping[str, Node]) -> list[Any]:
-    """Nodes and blocks in an order in which each follows what it needs."""
+def _schedule(graph: Graph, outputs: Mapping[str, Node]) -> list[Node | Region]:
+    """Nodes and regions in an order in which each follows what it needs."""
     needed = graph.live(outputs.values())
     first = {other: region for region, other in graph.otherwise.items()}
 
-    def item(node: Node, within: int) -> Any:
+    def item(node: Node, within: int) -> Node | int | None:
         """The node, or the number of the region directly inside ``within`` that has it;
         None if it is not inside."""
         region = node.region
@@ -72,33 +85,32 @@ def _schedule(graph: Graph, outputs: Mapping[str, Node]) -> list[Any]:
             region = graph.parent[region]
         return None if region < 0 else first.get(region, region)
 
-    def level(within: int) -> list[Any]:
-        members: dict[Any, list[Node]] = {}
+    def level(within: int) -> list[Node | Region]:
+        members: dict[Node | int, list[Node]] = {}
         for node in needed:
             if (it := item(node, within)) is not None:
                 members.setdefault(it, []).append(node)
-        needs: dict[Any, set[Any]] = {}
+        needs: dict[Node | int, set[Node | int]] = {}
         for it, nodes in members.items():
             args = {arg for node in nodes for arg in node.args}
             if isinstance(it, int) and it not in graph.loops:
                 condition = graph.condition[it]
                 assert condition is not None
                 args.add(condition)
-            needs[it] = {item(arg, within) for arg in args} - {it, None}
-        users: dict[Any, list[Any]] = {it: [] for it in members}
+            needs[it] = {at for arg in args if (at := item(arg, within)) is not None} - {it}
+        users: dict[Node | int, list[Node | int]] = {it: [] for it in members}
         for it, others in needs.items():
             for other in others:
                 users[other].append(it)
         ready = [(members[it][0].id, k, it) for k, it in enumerate(members) if not needs[it]]
         heapq.heapify(ready)
-        order: list[Any] = []
+        order: list[Node | Region] = []
         count = len(members)
         while ready:
             _, _, it = heapq.heappop(ready)
             if isinstance(it, int):
-                other = graph.otherwise.get(it)
-                inside = level(it), level(other) if other else []
-                order.append(Block(it, *inside))
+                instead = graph.otherwise.get(it)
+                order.append(Region(it, level(it), level(instead) if instead else []))
             else:
                 order.append(it)
             for user in users[it]:
@@ -116,7 +128,7 @@ class _Writer:
     def __init__(self, graph: Graph, outputs: Mapping[str, Node], place: Mapping[str, int], lanes: int) -> None:
         self.graph, self.outputs, self.place, self.lanes = graph, outputs, place, lanes
         self.size = max(LEAST_PIECE, PIECE * 16 // lanes)
-        self.functions: dict[str, Any] = {}
+        self.functions: dict[str, object] = {}
         self.found: set[Node | None] = set()  # conditions of which it is known whether they hold
         self.program = self._program(_schedule(graph, outputs))
         rows = {place[node.extra] for node in graph.live(outputs.values()) if node.op == "input"}
@@ -137,38 +149,35 @@ class _Writer:
 
     # The program.
 
-    def _program(self, items: list[Any]) -> list[Any]:
-        program: list[Any] = []
+    def _program(self, items: Sequence[Node | Region]) -> list[Piece | Block]:
+        program: list[Piece | Block] = []
         run: list[Node] = []
 
         def close() -> Piece:
             """The last piece before a block, with what was collected."""
             program.extend(Piece(nodes) for nodes in self._cut(_together(run)))
             run.clear()
-            if not program or not isinstance(program[-1], Piece):
-                program.append(Piece())
-            last: Piece = program[-1]
-            return last
+            return _last(program)
 
         eithers: dict[int, list[Node]] = {}
         for it in items:
             if isinstance(it, Node) and it.op == "either":
                 eithers.setdefault(it.extra, []).append(it)
         for it in items:
-            if isinstance(it, Block):
+            if isinstance(it, Region):
                 before = close()
                 outside = set(self.found)
-                block = Block(it.region, self._program(it.inside), self._program(it.other))
+                block = Block(it.number, self._program(it.inside), self._program(it.other))
                 self.found = outside
-                loop = self.graph.loops.get(it.region)
+                loop = self.graph.loops.get(it.number)
                 if loop is not None:
                     before.copies += [(node, node.args[0]) for node in loop.variables]
                     _last(block.inside).flag = loop.unfinished
                     block.following = Piece(copies=list(zip(loop.variables, loop.following, strict=True)))
-                elif (condition := self.graph.condition[it.region]) not in self.found:
+                elif (condition := self.graph.condition[it.number]) not in self.found:
                     before.flag = condition
                     self.found.add(condition)
-                for node in eithers.get(it.region, []):
+                for node in eithers.get(it.number, []):
                     _last(block.inside).copies.append((node, node.args[0]))
                     _last(block.other).copies.append((node, node.args[1]))
                 program.append(block)
@@ -235,7 +244,7 @@ class _Writer:
             for node in self._read(nodes):
                 last[node] = max(last.get(node, -1), number)
 
-        def visit(program: list[Any]) -> None:
+        def visit(program: Sequence[Piece | Block]) -> None:
             for it in program:
                 if isinstance(it, Piece):
                     for node in it.nodes:
@@ -278,7 +287,7 @@ class _Writer:
 
     # The text.
 
-    def function(self, name: str) -> Any:
+    def function(self, name: str) -> FunctionType:
         lines = [f"def {name}(b):"]
         if self.rows:
             lines.append(f"    home = local({self.rows * self.lanes})")
@@ -286,7 +295,7 @@ class _Writer:
         space = {"np": np, "fma": fma, "local": local, **self.functions}
         return define(name, f"W = {self.lanes}\n" + "\n".join(lines) + "\n", **space)
 
-    def _text(self, program: list[Any], depth: int) -> list[str]:
+    def _text(self, program: Sequence[Piece | Block], depth: int) -> list[str]:
         lines: list[str] = []
         for it in program:
             lines += self._piece(it) if isinstance(it, Piece) else self._block(it)
@@ -312,7 +321,7 @@ class _Writer:
 
     def _piece(self, piece: Piece) -> list[str]:
         self.known: dict[Node, str] = {}
-        self.calls: dict[Any, list[str]] = {}
+        self.calls: dict[tuple[Library, tuple[Node, ...]], list[str]] = {}
         self.body: list[str] = []
         for node in piece.nodes:
             self._make(node)
@@ -394,7 +403,7 @@ def _flag(condition: Node) -> str:
     return f"some_{condition.id}"
 
 
-def _pieces(program: list[Any]) -> Iterator[Piece]:
+def _pieces(program: Sequence[Piece | Block]) -> Iterator[Piece]:
     for it in program:
         if isinstance(it, Piece):
             yield it
@@ -412,12 +421,14 @@ def _size(nodes: list[Node]) -> int:
     return plain + sum(function.operations for function, _ in calls)
 
 
-def _last(program: list[Any]) -> Piece:
+def _last(program: list[Piece | Block]) -> Piece:
     """The piece at the end, made where a block is there."""
-    if not program or not isinstance(program[-1], Piece):
-        program.append(Piece())
-    last: Piece = program[-1]
-    return last
+    last = program[-1] if program else None
+    if isinstance(last, Piece):
+        return last
+    made = Piece()
+    program.append(made)
+    return made
 
 
 def _one_call(one: Node, other: Node) -> bool:
@@ -426,7 +437,7 @@ def _one_call(one: Node, other: Node) -> bool:
 
 def _together(nodes: list[Node]) -> list[Node]:
     """The results of one call side by side."""
-    calls: dict[Any, list[Node]] = {}
+    calls: dict[tuple[Library, tuple[Node, ...]], list[Node]] = {}
     for node in nodes:
         if node.op == "result":
             calls.setdefault((node.extra[0], node.args), []).append(node)

@@ -15,17 +15,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from types import FunctionType
 from typing import Any
 
 from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Rows
-from nsdrill.compiler.functions import BUFFER, generated, identity
+from nsdrill.compiler.functions import BUFFER, LaneFunction, generated, identity
 from nsdrill.compiler.language import LanguageError
-from nsdrill.equations.derivative import Tangents, closed
-from nsdrill.equations.graph import Graph, Node
+from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.lanes import lane_code
+from nsdrill.equations.passes import Tangents, closed, settled
 from nsdrill.equations.stage import RELAX, Further, Stage
-from nsdrill.equations.sums import settled
-from nsdrill.equations.trace import place_of, traced
+from nsdrill.equations.trace import Course, place_of, traced
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Motion:
     """
 
     equations: Callable[..., Any]
-    options: Any
+    options: tuple[object, ...]
     states: tuple[str, ...]
     parameters: tuple[str, ...]
     slopes: tuple[str, ...]
@@ -49,33 +49,33 @@ class Motion:
     sides: tuple[str, ...] = ()
     solved: Further | None = None
     quick: int = 2
-    course: Any = None
+    course: Course | None = None
 
-    def right_hand_side(self, lanes: int, rows: Rows) -> Any:
+    def right_hand_side(self, lanes: int, rows: Rows) -> LaneFunction:
         """The compiled right-hand side for a number of lanes in a buffer of these
         ``rows``."""
 
-        def make() -> Any:
+        def make() -> FunctionType:
             graph, outputs, _ = self._graph(())
             return lane_code("right_hand_side", graph, outputs, self._place(rows), lanes)
 
         return generated("right_hand_side", RIGHT_HAND_SIDE, self._key(rows, lanes), make)
 
-    def tangent(self, lanes: int, rows: Rows, place: int) -> Any:
+    def tangent(self, lanes: int, rows: Rows, place: int) -> LaneFunction:
         """The compiled right-hand side of the motion and of one deviation from it.
 
         The deviation follows the states, in their order, and its slopes follow theirs.
         The functions of the contacts in ``sides`` at the start of the step are among
         the observer's rows, from ``place`` on: within a step each contact is as it was
         then, and a step in which one changes is repeated for the deviation
-        (:mod:`nsdrill.observe.landing`). Where a contact closes or opens, the Jacobian
+        (:mod:`nsdrill.observe.contacts`). Where a contact closes or opens, the Jacobian
         jumps but not the vector field, so the deviation does not (di Bernardo et al.,
         Piecewise-smooth Dynamical Systems, 2008, chapter 2).
         """
 
-        def make() -> Any:
+        def make() -> FunctionType:
             graph, outputs, instead = self._graph(self.sides)
-            seeds: dict[Node, Any] = {graph.input(f"s.{name}"): graph.input(f"d.{name}") for name in self.states}
+            seeds: dict[Node, Number] = {graph.input(f"s.{name}"): graph.input(f"d.{name}") for name in self.states}
             followed = {
                 name: node for name, node in outputs.items() if name.partition(".")[0] in ("slope", "push", "moved")
             }
@@ -88,14 +88,14 @@ class Motion:
 
         return generated("tangent", RIGHT_HAND_SIDE, (*self._key(rows, lanes), place), make)
 
-    def contact_functions(self, lanes: int, rows: Rows, place: int) -> Any:
+    def contact_functions(self, lanes: int, rows: Rows, place: int) -> LaneFunction:
         """The compiled function that writes the gap of each contact in ``sides``, its
         rate and its second derivative at the end of the step to the observer's rows
         from ``place`` on: by differentiation along the motion."""
 
-        def make() -> Any:
+        def make() -> FunctionType:
             graph, _, _ = traced(self.equations, self.states, self.parameters, self.options)
-            rates: dict[Node, Any] = {graph.input("time"): 1.0}
+            rates: dict[Node, Number] = {graph.input("time"): 1.0}
             for k, (x, v) in enumerate(zip(self.states[::2], self.states[1::2], strict=False)):
                 if k < rows.pairs:
                     rates[graph.input(f"s.{x}")] = graph.input(f"s.{v}") + graph.input(f"frame.{x}")
@@ -118,7 +118,7 @@ class Motion:
         key = (*self._key(rows, lanes), place)
         return generated("contact_functions", BUFFER, key, make)
 
-    def _key(self, rows: Rows, lanes: int) -> tuple[Any, ...]:
+    def _key(self, rows: Rows, lanes: int) -> tuple[object, ...]:
         solved = self.solved and identity(self.solved)
         names = (self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides, self.quick, self.course)
         return identity(self.equations), solved, self.options, names, rows, lanes

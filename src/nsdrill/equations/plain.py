@@ -4,16 +4,19 @@ calls it, and evaluated on arrays."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from types import FunctionType
 from typing import Any
 
 import numpy as np
 
 from nsdrill.compiler.functions import define, fma, inlined
+from nsdrill.data import Array
 from nsdrill.equations.graph import Node
 from nsdrill.equations.lanes import written
+from nsdrill.equations.library import Library
 
 
-def written_out(name: str, wanted: Sequence[Node], arguments: Mapping[Node, str]) -> Any:
+def written_out(name: str, wanted: Sequence[Node], arguments: Mapping[Node, str]) -> FunctionType:
     """The function of numbers that gives the values ``wanted``, with its ``arguments``
     in place of these nodes."""
     known, space = dict(arguments), {"np": np, "fma": fma}
@@ -40,7 +43,7 @@ def written_out(name: str, wanted: Sequence[Node], arguments: Mapping[Node, str]
     return inlined(define(name, f"{text}\n    return {returned}\n", **space))
 
 
-_ARRAYS: dict[str, Callable[..., Any]] = {
+_ARRAYS: dict[str, Callable[..., Array]] = {
     "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "neg": np.negative,
     "abs": np.abs, "sqrt": np.sqrt, "max": np.maximum, "min": np.minimum, "lt": np.less,
     "le": np.less_equal, "gt": np.greater, "ge": np.greater_equal, "eq": np.equal,
@@ -52,7 +55,7 @@ _ARRAYS: dict[str, Callable[..., Any]] = {
 def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, Any]:
     """The values of nodes on arrays; ``given`` are the graph's inputs by name."""
     found: dict[Node, Any] = {}
-    calls: dict[Any, Any] = {}
+    calls: dict[tuple[Library, tuple[Node, ...]], Any] = {}
     graph = next(iter(wanted.values())).graph
     with np.errstate(all="ignore"):  # also in regions where nothing needs them
         for node in graph.live(wanted.values()):

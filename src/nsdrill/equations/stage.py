@@ -22,12 +22,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import reduce
 from operator import or_
-from typing import Any
+from typing import Any, TypeAlias
 
-from nsdrill.equations.contacts import Friction, SteepLaw
-from nsdrill.equations.derivative import Tangents, closed
-from nsdrill.equations.graph import Graph, Loop, Node
-from nsdrill.equations.library import choose, fma, greater, sqrt
+from nsdrill.equations.graph import Graph, Loop, Node, Number
+from nsdrill.equations.library import Friction, LawNumbers, SteepLaw, choose, fma, greater, sqrt
+from nsdrill.equations.passes import Tangents, closed
 
 SATURATION = 0.8  # from 0.64, right for large slips, to 1.57, right for small ones
 LEAST = 1e-300
@@ -35,7 +34,7 @@ TOLERANCE, MOST = 1e-5, 12  # of the loads, relative; turns of Newton's method
 RELAX = "relax"  # the input c [s]
 
 
-def first_slip(free: Node, relaxed: Node, law: Any) -> Node:
+def first_slip(free: Node, relaxed: Node, law: LawNumbers) -> Node:
     """The guess of a slip of which ``free`` is left without friction and ``relaxed``
     times the coefficient of the ``law`` is taken: with x / (0.8 + |x|) in place of
     (2/pi) atan x the equation is quadratic."""
@@ -81,6 +80,7 @@ def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> list[Node
     return x[::-1]
 
 
+Key: TypeAlias = Any  # of what was found: the number of a load, a name, or the node that it replaces
 # function(stage, slips, steps) -> nodes by name
 Further = Callable[["Stage", Mapping[int, Node], Mapping[int, Node]], Mapping[str, Node]]
 
@@ -98,16 +98,15 @@ class Stage:
         self.zero = graph.node(0.0)
         self.relax = graph.input(RELAX)
         self.contacts: list[Friction] = graph.frictions
-        self.own: list[list[int]] = []  # the components of each contact
-        for contact in self.contacts:
-            begin = sum(map(len, self.own))
-            self.own.append(list(range(begin, begin + len(contact.loads))))
-        self.count = sum(map(len, self.own))
+        self.contact_of = [contact for contact in self.contacts for _ in contact.loads]  # of each component
+        self.count = len(self.contact_of)
+        # The components of each contact.
+        self.own = [[k for k in range(self.count) if self.contact_of[k] is contact] for contact in self.contacts]
         # Whether two tangents of Newton's method are not enough.
         self.turns = self.count > quick or any(isinstance(contact.law, SteepLaw) for contact in self.contacts)
         self.loads = [graph.input(f"load.{k}") for k in range(self.count)]
         every = [load for contact in self.contacts for load in contact.loads]
-        given: dict[Node, Any] = dict(zip(every, self.loads, strict=True))
+        given: dict[Node, Number] = dict(zip(every, self.loads, strict=True))
         self.normal = self._normals(given)
         # Where a normal load depends on no other, its product with what it pushes is taken
         # once: the load is then that of a unit.
@@ -126,10 +125,10 @@ class Stage:
         self.K: dict[tuple[int, int], Node] = {}
         self.relaxed: dict[tuple[int, int], Node] = {}  # c K
         self._along: dict[int, dict[str, Node]] = {}  # how a slip follows the velocities
-        self.always = [k for k in range(self.count) if not self._contact(k).region]
+        self.always = [k for k in range(self.count) if not self.contact_of[k].region]
         self._couple(self.always)
 
-    def _normals(self, given: Mapping[Node, Any]) -> list[Node]:
+    def _normals(self, given: Mapping[Node, Number]) -> list[Node]:
         wanted = [contact.normal for contact in self.contacts]
         found = self.graph.substituted(wanted, given, {})
         return [self._outside(node, contact) for node, contact in zip(found, self.contacts, strict=True)]
@@ -168,7 +167,7 @@ class Stage:
             return node
         return self.graph.make("join", condition, node, 0.0, extra=node.region)
 
-    def _without(self, number: int, given: Mapping[Node, Any]) -> Node:
+    def _without(self, number: int, given: Mapping[Node, Number]) -> Node:
         """The normal load of a contact with these loads of others."""
         (normal,) = self.graph.substituted([self.normal[number]], given, {})
         return normal
@@ -180,7 +179,7 @@ class Stage:
     def _loads(self, unknowns: Mapping[int, Node]) -> tuple[dict[int, Node], dict[int, Node]]:
         """(slips, loads) of the components ``unknowns``; others are absent. An unknown
         is the slip, but for a :class:`SteepLaw`."""
-        given: dict[Node, Any] = {}
+        given: dict[Node, Number] = {}
         slips, found = dict(unknowns), dict[int, Node]()
         for number, (contact, own) in enumerate(zip(self.contacts, self.own, strict=True)):
             if own[0] in unknowns:
@@ -239,15 +238,9 @@ class Stage:
             change = change - self._dot((self.relaxed[k, i], graph.fixed(after[i])) for i in these)
             change = change - self._dot((graph.fixed(self.relaxed[k, i]), loads[i]) for i in these)
             self.instead.append((r, change))
-        steep = {i: abs(loads[i]) for i in these if isinstance(self._contact(i).law, SteepLaw)}
+        steep = {i: abs(loads[i]) for i in these if isinstance(self.contact_of[i].law, SteepLaw)}
         over = [abs(r) - bounds[k] - self._share(k, steep) for k, r in zip(these, residual, strict=True)]
         return steps, after, reduce(lambda a, b: graph.make("max", a, b), over)
-
-    def _number(self, k: int) -> int:
-        return next(number for number, own in enumerate(self.own) if k in own)
-
-    def _contact(self, k: int) -> Friction:
-        return self.contacts[self._number(k)]
 
     def guesses(self, these: Sequence[int]) -> dict[int, Node]:
         """The slips from which Newton's method begins: of each contact beside the
@@ -297,7 +290,7 @@ class Stage:
             ratio = fma(relaxed[0], f, size) / fma(relaxed[1], f, size)
         return [v * size / fma(r, f, size) for v, r in zip(free, relaxed, strict=True)]
 
-    def solve(self, these: Sequence[int], further: Further) -> dict[Any, Node]:
+    def solve(self, these: Sequence[int], further: Further) -> dict[Key, Node]:
         """The loads on the last tangent of Newton's method by their numbers, and what
         is ``further`` found there, by name. It is the second tangent, or, with
         :attr:`turns`, the first that is exact enough in all lanes."""
@@ -318,7 +311,7 @@ class Stage:
         graph.loops[region] = Loop([now[k] for k in these], following, unfinished, MOST)
         return {**self._found(loads), **others}
 
-    def _found(self, loads: Mapping[int, Node]) -> dict[Any, Node]:
+    def _found(self, loads: Mapping[int, Node]) -> dict[Key, Node]:
         """The loads, the pushes by them and the growth rate of the slip where friction
         falls with speed [1/s]."""
         growths = []
@@ -337,16 +330,16 @@ class Stage:
             "falling": self.graph.sum(growths),
         }
 
-    def _leaving(self, conditions: Sequence[Any], found: Mapping[Any, Node], outside: bool = False) -> dict[Any, Node]:
+    def _leaving(self, conditions: Sequence[Node], found: Mapping[Key, Node], outside: bool = False) -> dict[Key, Node]:
         """The values that leave regions with these ``conditions`` with the loads of the
         solution, where the moved velocities do not change them; ``outside`` where no
         lane needs the regions."""
         graph = self.graph
-        given: dict[Node, Any] = {load: found.get(k, self.zero) for k, load in enumerate(self.loads)}
+        given: dict[Node, Number] = {load: found.get(k, self.zero) for k, load in enumerate(self.loads)}
         moved = {graph.input(f"s.{name}") for name in self.pushed}
         here = dict.fromkeys(range(len(graph.parent)), graph.region)
         depends: dict[Node, tuple[bool, bool]] = {}
-        values: dict[Any, Node] = {}
+        values: dict[Key, Node] = {}
         for node in graph.live(self.values.values()):
             loaded, moves = (any(depends[arg][side] for arg in node.args) for side in (0, 1))
             depends[node] = loaded or node in given, moves or node in moved
@@ -364,10 +357,9 @@ class Stage:
         if len(always) == self.count:
             found = self.solve(always, further)
         else:
-            closing = (graph.condition[contact.region] for contact in self.contacts if contact.region)
-            conditions: list[Any] = list(
-                dict.fromkeys([*closing, *(graph.input(closed(side)) > 0.0 for side in self.sides)])
-            )
+            theirs = (graph.condition[contact.region] for contact in self.contacts)
+            closing = [condition for condition in theirs if condition is not None]
+            conditions = list(dict.fromkeys([*closing, *(graph.input(closed(side)) > 0.0 for side in self.sides)]))
             some = reduce(or_, conditions)
             region, other = graph.new_region(some), graph.new_region(None)
             graph.otherwise[region] = other
@@ -384,7 +376,7 @@ class Stage:
             }
         loads = {self.loads[k]: found.pop(k) for k in every}
         moved = {name: fma(c, found[f"push.{name}"], graph.input(f"s.{name}")) for name in self.pushed}
-        given: dict[Node, Any] = {graph.input(f"s.{name}"): v for name, v in moved.items()}
+        given: dict[Node, Number] = {graph.input(f"s.{name}"): v for name, v in moved.items()}
         given |= loads
         given |= {node: found.pop(node) for node in [*found] if isinstance(node, Node)}
         new = graph.substituted(self.values.values(), given, {})

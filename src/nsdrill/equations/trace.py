@@ -19,15 +19,23 @@ from difflib import get_close_matches
 from functools import lru_cache, reduce, update_wrapper
 from numbers import Real
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
+from types import FunctionType, SimpleNamespace
+from typing import Any, Protocol, TypeAlias
 
-from nsdrill.compiler.language import LanguageError
-from nsdrill.compiler.statements import definition
+from nsdrill.compiler.language import LanguageError, definition
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import FUNCTIONS
 
 KINDS = {"s": "states", "p": "lane parameters"}
+
+
+Function: TypeAlias = Callable[..., Any]  # of equations, of nodes or of numbers
+
+
+class Course(Protocol):
+    """What equations read in place of the time, the phase, states and parameters."""
+
+    def moved(self, t: Node, phase: Node, s: Inputs, p: Inputs) -> tuple[object, ...]: ...
 
 
 class Absent:
@@ -49,7 +57,7 @@ class Inputs(Named):
         super().__init__(**{name: graph.input(f"{kind}.{name}") for name in names})
         self._kind = kind
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         if name != "_kind":
             raise AttributeError(
                 f"found a new value of {name}, one of the {KINDS[self._kind]}, which are given; "
@@ -68,11 +76,11 @@ class Inputs(Named):
 
 
 def traced(
-    function: Callable[..., Any],
+    function: Function,
     states: Iterable[str],
     parameters: Iterable[str],
-    options: Any,
-    course: Any = None,
+    options: object,
+    course: Course | None = None,
     *,
     with_slopes: bool = False,
 ) -> tuple[Graph, dict[str, Node], dict[str, Node]]:
@@ -94,7 +102,7 @@ def traced(
     return graph, _nodes(graph, slopes, function), _nodes(graph, outputs, function)
 
 
-def _nodes(graph: Graph, found: Any, function: Any) -> dict[str, Node]:
+def _nodes(graph: Graph, found: object, function: Function) -> dict[str, Node]:
     """The values that equations return, by name."""
     if not isinstance(found, Mapping):
         raise LanguageError(
@@ -108,13 +116,13 @@ def _nodes(graph: Graph, found: Any, function: Any) -> dict[str, Node]:
     return {name: graph.node(value) for name, value in found.items()}
 
 
-def place_of(function: Any) -> str:
+def place_of(function: Function) -> str:
     """File, line and name of a function."""
     code = function.__code__
     return f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}"
 
 
-def _placed(error: Exception, function: Any) -> str:
+def _placed(error: Exception, function: Function) -> str:
     """What is wrong with equations, with file, line and source of the innermost place
     that is not the compiler's."""
     here = str(Path(__file__).parent)
@@ -146,7 +154,7 @@ def _placed(error: Exception, function: Any) -> str:
 
 
 class Part:
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: Function) -> None:
         self.py_func = function  # what identifies it
         update_wrapper(self, function)
 
@@ -154,26 +162,26 @@ class Part:
         return _prepared(self.py_func, False)(*arguments, **named)
 
 
-def part(function: Callable[..., Any]) -> Any:
+def part(function: Function) -> Part:
     """A function that equations call and that has conditions itself, such as a law."""
     return Part(function)
 
 
-def prepared(function: Any) -> Any:
+def prepared(function: Function) -> Function:
     """The function of the equations, for nodes as well as for numbers."""
     return _prepared(function, True)
 
 
 @lru_cache
-def _prepared(function: Any, remember: bool) -> Any:
+def _prepared(function: Function, remember: bool) -> Function:
+    assert isinstance(function, FunctionType)
     body = copy.deepcopy(definition(function))
     body.decorator_list = []
     tree = ast.Module([body], [])
     changed = ast.fix_missing_locations(_Changes(remember).visit(tree))
     scope = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **_WORDS}
     exec(compile(changed, inspect.getfile(function), "exec"), scope)
-    made = scope[function.__name__]
-    return made
+    return scope[function.__name__]
 
 
 class _Changes(ast.NodeTransformer):
@@ -196,12 +204,12 @@ class _Changes(ast.NodeTransformer):
         self.generic_visit(node)
         return _call("_not", node.operand) if isinstance(node.op, ast.Not) else node
 
-    def visit_Assign(self, node: ast.Assign) -> Any:
+    def visit_Assign(self, node: ast.Assign) -> ast.AST | list[ast.stmt]:
         self.generic_visit(node)
         remembered = [ast.Expr(_call("_remember", ast.Constant(n), _name(n))) for n in _stored([node])]
         return [node, *remembered] if self.remember else node
 
-    def visit_If(self, node: ast.If) -> Any:
+    def visit_If(self, node: ast.If) -> ast.AST | list[ast.stmt]:
         names = _stored([*node.body, *node.orelse])
         returns = any(isinstance(inner, ast.Return) for inner in ast.walk(node))
         self.generic_visit(node)
@@ -228,7 +236,7 @@ class _Changes(ast.NodeTransformer):
         return [*functions, ast.Assign([targets], call)]
 
 
-def _stored(statements: list[Any]) -> list[str]:
+def _stored(statements: Iterable[ast.AST]) -> list[str]:
     """The names that statements assign, less those of comprehensions."""
     names, todo = set(), list(statements)
     while todo:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import time
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -37,7 +37,7 @@ from nsdrill.kernel.loop import (
     places_of,
 )
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS, Stepper
+from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
 
 STEPS_PER_CALL = 20_000  # packed steps between two checks of the clock: some 20 ms
 FEW = 24  # chains up to which one vector register per row is faster than two
@@ -157,7 +157,10 @@ class FinishedRuns:
     parameters: Array
 
 
-def _times(transient: Any, observe: Any) -> dict[str, Any]:
+Times = float | Array
+
+
+def _times(transient: Times, observe: Times) -> dict[str, Times]:
     """The times of the marks of a run [s], and its least step, which still changes the
     time at the end of the run."""
     closes = transient + observe
@@ -169,7 +172,7 @@ def _times(transient: Any, observe: Any) -> dict[str, Any]:
     }
 
 
-def _as_quiet_as_machine_code() -> Any:
+def _as_quiet_as_machine_code() -> AbstractContextManager[None]:
     """The interpreter computes with numpy's numbers, which warn of a division by zero also
     in the side of a condition that is not chosen."""
     return np.errstate(all="ignore") if route() == "interpreter" else nullcontext()
@@ -186,7 +189,7 @@ class Batch:
         self, lanes: int, slots: int, rows: Rows, store: Array, outcome_width: int, simulation: Simulation
     ) -> None:
         self.lanes, self.stepper = lanes, simulation.stepper
-        self.rows = rows = self._stepper.rows(rows)
+        self.rows = rows = with_step(STEPPERS[self.stepper], rows)
         self._buffer = aligned_zeros(rows.total * lanes)
         self._store = store
         self._lane = np.full(3 * lanes, -1, dtype=np.int64)
@@ -202,16 +205,12 @@ class Batch:
         self.settings = self._settings(simulation)
 
     @staticmethod
-    def _settings(simulation: Simulation) -> dict[str, float]:
+    def _settings(simulation: Simulation) -> dict[str, Times]:
         return {
             **_times(simulation.transient, simulation.observe),
             "per_rtol": 1.0 / simulation.rtol,
             "limit": float(simulation.max_steps),
         }
-
-    @property
-    def _stepper(self) -> Stepper:
-        return STEPPERS[self.stepper]
 
     @property
     def slots(self) -> int:
@@ -262,7 +261,7 @@ class Batch:
         if len(job) > self.free:
             raise ValueError(f"{len(job)} runs for {self.free} free slots")
         slots = np.array([self._free.pop() for _ in range(len(job))], dtype=np.int64)
-        settings: dict[str, Any] = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
+        settings: dict[str, Times] = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
         if runs.transient is not None and runs.observe is not None:
             settings |= _times(runs.transient, runs.observe)
         columns = np.concatenate([runs.parameters, runs.state_scales, runs.frame_rates], axis=1)
@@ -292,7 +291,7 @@ class Batch:
         unless ``drain``, one more lane is idle. Returns the runs that ended, whose
         slots become free."""
         deadline = time.perf_counter() + seconds
-        advance, stepper = make_advance(), self._stepper.make(self.lanes, self.rows)
+        advance, stepper = make_advance(), make_step(STEPPERS[self.stepper], self.lanes, self.rows)
         places = places_of(self.lanes, self.rows, self._outbox.shape[1])
         while True:
             before = self.packed_steps

@@ -12,12 +12,11 @@ from __future__ import annotations
 import math
 from collections import namedtuple
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from nsdrill.abi import CLOSES, CONTROL, LIMIT, MARK, NONFINITE, OPENS, Rows
-from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER, INTEGERS, call, compiled, inlined
+from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER, INTEGERS, LaneFunction, call, compiled, inlined
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
 # Columns of the slot table after the model's parameters, the natural scales of the
@@ -250,7 +249,7 @@ def _advance(  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def make_advance() -> Any:
+def make_advance() -> LaneFunction:
     """The compiled loop.
 
     ``advance(places, lane, successor, queue, finished, counters, buffer, store, table,

@@ -11,24 +11,31 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple
 
 import numpy as np
 
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.data import Array
+from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import P, Values
+from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds, present, severities
 from nsdrill.models.starts import Starts, checked_starts, hypercube, slice_points
+from nsdrill.observe.channel_text import observed_rows
+from nsdrill.observe.channels import HALF_DIFFERENCE, Declaration, Names
+from nsdrill.observe.declared import make_observer
+from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
+from nsdrill.observe.motion import motions
 from nsdrill.observe.thresholds import Record
+from nsdrill.variables import OK
 
 if TYPE_CHECKING:
-    from nsdrill.abi import Rows
-    from nsdrill.equations.motion import Motion
     from nsdrill.kernel.batch import Runs
-    from nsdrill.observe.channels import Declaration, Names
 
 Variant = tuple[int, ...]
 
@@ -66,7 +73,7 @@ class Plain(NamedTuple):
     implicit: int = 0
 
 
-class Model(ABC):
+class Model(ABC, Generic[P]):
     """A model made from its equations (:mod:`nsdrill.equations.motion`) and a declaration
     of what is observed; everything else follows, and may be replaced.
 
@@ -116,11 +123,11 @@ class Model(ABC):
         description then has ``friction_rates``."""
         return self.rubbing
 
-    def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+    def columns(self, points: Values[P], thresholds: Thresholds) -> Mapping[str, Numeric]:
         """The lane parameters by name, numbers or arrays over the points."""
         raise NotImplementedError
 
-    def natural_scales(self, table: Mapping[str, Array], o: Any) -> Sequence[Any]:
+    def natural_scales(self, table: Mapping[str, Array], o: Any) -> Sequence[Numeric]:
         """The natural scale of each state, from the lane parameters by name, with these
         options; by default those of a string that only turns, a tenth of a radian and a
         tenth of the set speed."""
@@ -131,12 +138,12 @@ class Model(ABC):
         hundredth of its inverse."""
         raise NotImplementedError
 
-    def steady(self, points: Values) -> Mapping[str, Any]:
+    def steady(self, points: Values[P]) -> Mapping[str, Numeric]:
         """The natural values of the states that a start may leave open (None); by
         default the set speed for the bit."""
         return {"bit_speed": points.operation[2]}
 
-    def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
+    def drawn(self, points: Values[P], shape: Array) -> Mapping[str, Numeric]:
         """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1)
         that are uniform in [0, 1), in the order of the states with the phase last.
         InputError where the model does not define them."""
@@ -168,16 +175,16 @@ class Model(ABC):
         the order in which they are drawn."""
         return (*self.states(variant), "drive_angle")
 
-    def complete_states(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    def complete_states(self, points: Values[P], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states and the drive's angle by their names, from those of the start."""
         return values
 
-    def sliced(self, points: Values, number: Array) -> dict[str, Array]:
+    def sliced(self, points: Values[P], number: Array) -> dict[str, Array]:
         """The two states that the study's slice varies, at the starts of these
         numbers."""
         return slice_points(points.initial, self.start_names(self.variant(points.parameters)), number)
 
-    def initial_values(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+    def initial_values(self, points: Values[P], names: Sequence[str]) -> dict[str, Numeric]:
         """The states of the study's start by these names, with the natural values where
         the study leaves them open."""
         steady, initial = self.steady(points), points.initial
@@ -204,7 +211,7 @@ class Model(ABC):
 
     # What is fixed when code is compiled
 
-    def variant(self, parameters: Any) -> Variant:
+    def variant(self, parameters: P) -> Variant:
         """The part of these parameters that is compiled in."""
         return ()
 
@@ -217,8 +224,6 @@ class Model(ABC):
         """The layout of the lane buffer for an observer with ``observed`` rows, with a
         deviation beside the states if ``tangent``, and with ``columns`` lane parameters
         where there are more than those of the model."""
-        from nsdrill.abi import Rows
-
         names = self.names(variant)
         states = len(names.states)
         tangent_states = states if tangent else 0
@@ -248,7 +253,6 @@ class Model(ABC):
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
         """Those of the gaps of ``contacts``."""
         if not self.contacts:
-            from nsdrill.compiler.functions import BUFFER, compiled
 
             @compiled(BUFFER)
             def none(b):  # type: ignore[no-untyped-def]
@@ -271,7 +275,7 @@ class Model(ABC):
             return ()
         return (Level("bit", names.states.index("bit_speed"), names.parameters.index(self.sticking)),)
 
-    def symmetry(self, points: Values) -> Symmetry:
+    def symmetry(self, points: Values[P]) -> Symmetry:
         """The rotational symmetry of the equations of these points. NotImplementedError
         where the model does not define it."""
         raise NotImplementedError
@@ -284,24 +288,24 @@ class Model(ABC):
 
     # What differs from run to run
 
-    def pack(self, points: Values, thresholds: Thresholds) -> Array:
+    def pack(self, points: Values[P], thresholds: Thresholds) -> Array:
         """The lane parameters, shape (n, columns)."""
         values = self.columns(points, thresholds)
         names = self.names(self.variant(points.parameters)).parameters
         columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names))
         return np.stack(columns, axis=1)
 
-    def switches(self, parameters: Any) -> float | None:
+    def switches(self, parameters: P) -> float | None:
         """The time at which something is switched on in the simulation of one operating
         point [s], or None."""
         return None
 
-    def pack_before(self, points: Values, thresholds: Thresholds) -> Array:
+    def pack_before(self, points: Values[P], thresholds: Thresholds) -> Array:
         """The lane parameters before :meth:`switches`, as :meth:`pack` gives them after
         it."""
         raise NotImplementedError
 
-    def starts(self, points: Values, number: Array | int) -> Array:
+    def starts(self, points: Values[P], number: Array | int) -> Array:
         """The initial states with the phase last, shape (n, states + 1), of the starts
         with these numbers."""
         variant, initial = self.variant(points.parameters), points.initial
@@ -319,12 +323,12 @@ class Model(ABC):
         columns_of_points = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
         return np.stack(columns_of_points[: len(names)], axis=1)
 
-    def held(self, parameters: Any) -> tuple[str, ...]:
+    def held(self, parameters: P) -> tuple[str, ...]:
         """The names of states that do not move. In a chain of runs they are not carried
         over: each run has the values of its own operating point."""
         return ()
 
-    def undeviated(self, parameters: Any) -> tuple[str, ...]:
+    def undeviated(self, parameters: P) -> tuple[str, ...]:
         """The names of the states in which the initial deviation of a Lyapunov exponent
         is zero. A deviation of a state that does not move would never decay, and would
         hide one that does."""
@@ -381,36 +385,28 @@ class Model(ABC):
     @property
     def observed(self) -> int:
         """The number of rows of the observer, in every variant."""
-        from nsdrill.observe.channel_text import observed_rows
-
         return observed_rows(self.declaration(self.widest))
 
     def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
         """The compiled (observer, marker); the buffer has a deviation beside the states
         if ``tangent``, and ``others`` rows of other observers."""
-        from nsdrill.observe.declared import make_observer
-
         rows = self.rows(variant, self.observed + others, tangent=tangent)
         functions: tuple[Any, Any] = make_observer(lanes, rows, self.names(variant), self.declaration(variant))
         return functions
 
-    def section_parts(self, parameters: Any, record: Record) -> int:
+    def section_parts(self, parameters: P, record: Record) -> int:
         """Into how many parts the section of a ``record`` divides its spacing."""
         return 1
 
-    def store(self, lanes: int, parameters: Any, record: Record, more: int = 0) -> Array:
+    def store(self, lanes: int, parameters: P, record: Record, more: int = 0) -> Array:
         """The observer's store, with room for ``more`` numbers of other observers at
         its end."""
-        from nsdrill.observe.findings import new_store
-
         variant, parts = self.variant(parameters), self.section_parts(parameters, record)
         names, declaration = self.names(variant), self.declaration(variant)
         return new_store(lanes, names, declaration, record.peaks, record.poincare, more, parts)
 
     def outcome_width(self, record: Record, variant: Variant) -> int:
         """The number of columns of an observer's outcome."""
-        from nsdrill.observe.findings import outcome_width
-
         names, declaration = self.names(variant), self.declaration(variant)
         return outcome_width(names, declaration, record.peaks, record.poincare)
 
@@ -418,9 +414,6 @@ class Model(ABC):
         """The features of finished runs by their names, each an array [n]: ``outcome``
         holds the observer's columns, ``table`` the lane parameters, ``observe`` is the
         observation time [s]."""
-        from nsdrill.observe.channels import HALF_DIFFERENCE
-        from nsdrill.observe.findings import measured
-
         state_scales = self.state_scales(table, variant)
         features = measured(self.names(variant), self.declaration(variant), outcome, table, state_scales, observe)
         described_features = described(self.name).features
@@ -436,7 +429,7 @@ class Model(ABC):
         names = {HALF_DIFFERENCE, *(variable.name for variable in described_features)}
         return {name: values for name, values in features.items() if name in names}
 
-    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+    def derived(self, features: Mapping[str, Array], points: Values[P]) -> dict[str, Array]:
         """The ``derived`` variables of the description by name, from these features and
         the numbers of the study at the points, each an array [n]; by default there are
         none."""
@@ -445,15 +438,11 @@ class Model(ABC):
     def peaks(self, outcome: Array, record: Record, variant: Variant) -> dict[str, Array]:
         """The last local maxima by the names of their variables, each an array
         [n, peaks], NaN where fewer."""
-        from nsdrill.observe.findings import peaks_of
-
         return peaks_of(self.declaration(variant), outcome, record.peaks)
 
     def section(self, outcome: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         """The last returns to the Poincare section by the names of their variables,
         arrays [n, returns]: ``outcome`` and ``table`` as for the features."""
-        from nsdrill.observe.findings import returns_of
-
         names, declaration = self.names(variant), self.declaration(variant)
         states = returns_of(names, declaration, outcome, record.peaks, record.poincare)
         return {f"section_{name}": states[..., number] for number, name in enumerate(names.states)}
@@ -472,9 +461,6 @@ class Model(ABC):
         self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array
     ) -> dict[str, Array]:
         """The labels of runs with these features."""
-        from nsdrill.observe.labels import motions
-        from nsdrill.variables import OK
-
         response = self.responses(features, thresholds)
         labels = {"response": response, **self.labels(features, response, thresholds)}
         labels |= severities(features, response, thresholds)
@@ -529,8 +515,6 @@ class Model(ABC):
 
     def motion(self, variant: Variant) -> Motion:
         """The equations with the names of what they read and give."""
-        from nsdrill.equations.motion import Motion
-
         names = self.names(variant)
         return Motion(
             self.equations,
@@ -556,6 +540,6 @@ class Model(ABC):
         return Ramps(self)
 
     @abstractmethod
-    def outputs(self, parameters: Any, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
+    def outputs(self, parameters: P, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
         """The variables of a trace besides the states, from these: forces, polar
         coordinates. ``point`` is the operating point, numbers or arrays over time."""

@@ -12,27 +12,30 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from nsdrill.models.operation import Operation
+from nsdrill.data import Array, Attributes, Resolved
+from nsdrill.errors import Fault
+from nsdrill.models.kept import variables_of
+from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.starts import Starts
-from nsdrill.variables import CHECKS, POINT, Variable, feature, flag, in_trace
+from nsdrill.variables import Variable, in_trace
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
+    from nsdrill.models.leaves import Values
 
 _OPERATION = (
     in_trace("drive_speed", "rad s-1", "speed of the drive", label="Drive speed"),
     in_trace("wob", "N", "weight on bit", label="Weight on bit"),
     in_trace("depth", "m", "measured depth", label="Measured depth"),
 )
-_CHECKED = {"tight": "with a smaller tolerance", "long": "when continued for longer"}
 
 
 _OPEN: Any = None  # follows from the rest of a description
 
 
-def _no_friction(points: Any) -> Mapping[str, Any]:
+def _no_friction(points: Values) -> Mapping[str, Numeric]:
     return {}
 
 
@@ -223,19 +226,19 @@ class Description:
     grouped: tuple[str, ...] = ()
     distinguishing: tuple[str, ...] = ()
     orders: tuple[Order, ...] = ()
-    constraints: Callable[[Any], Iterator[Any]] | None = None
+    constraints: Callable[[Any], Iterator[Fault]] | None = None
     units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     compiled: tuple[str, ...] = ()
     grazing: tuple[Grazing, ...] = ()
     example_axis: tuple[str, str, str] = ("", "", "")
     example_slice: str = ""
-    attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
+    attributes: Callable[[Any, Any, Mapping[str, Array]], Attributes] | None = None
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
-    friction_rates: Callable[[Any], Mapping[str, Any]] = _no_friction
+    friction_rates: Callable[[Values], Mapping[str, Numeric]] = _no_friction
     explicit_only: Callable[[Any], str | None] = _OPEN
-    completed: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict
-    as_before: Callable[[Mapping[str, Any]], dict[str, Any]] = dict
+    completed: Callable[[Resolved], Resolved] = dict
+    as_before: Callable[[Resolved], Resolved] = dict
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
@@ -253,7 +256,7 @@ class Description:
             )
             self._set("check_features", tuple(one.feature for one in present if one.feature in measured))
 
-    def _set(self, attribute: str, value: Any) -> None:
+    def _set(self, attribute: str, value: object) -> None:
         object.__setattr__(self, attribute, value)
 
     @property
@@ -264,7 +267,7 @@ class Description:
     def __str__(self) -> str:
         return self.name
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[Callable[[str], Description], tuple[str]]:
         return described, (self.name,)  # another process has the same models by these names
 
     def unknown(self) -> list[str]:
@@ -329,125 +332,7 @@ class Description:
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """Every variable of a results file, in its order."""
-        return (
-            Variable(
-                "status",
-                "i1",
-                "1",
-                "how the run ended",
-                "run",
-                flag_values=(0, 1, 2, 3, 4, 5),
-                flag_meanings="pending ok diverged step_limit step_underflow inferred",
-            ),
-            self._responses("response", "critical responses present"),
-            *self.labels,
-            flag("settled", "both halves of the observation agree", "unsettled settled"),
-            flag(
-                "motion",
-                "kind of motion",
-                "undetermined equilibrium periodic quasi_periodic chaotic unsettled",
-                "returns",
-            ),
-            Variable(
-                "period",
-                "i2",
-                "1",
-                "period in returns to the Poincare section, 0 where there is none",
-                "label",
-                only="returns",
-                label="Period",
-            ),
-            Variable(
-                "attractor",
-                "i2",
-                "1",
-                "attractor of the start, numbered alike along the axes: 1 has most starts, 0 none",
-                "label",
-                only="starts",
-            ),
-            *self.features,
-            *self.derived,
-            feature(
-                "half_difference",
-                "1",
-                "largest disagreement between the halves of the observation",
-                label="Disagreement of halves",
-            ),
-            feature(
-                "zero_one",
-                "1",
-                "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic",
-                "returns",
-                label="0-1 test $K$",
-            ),
-            feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent", label="Lyapunov exponent"),
-            feature("lyapunov_error", "s-1", "standard error of the largest Lyapunov exponent", "exponent"),
-            flag(
-                "trusted",
-                "both checks find the same response and nearly the same features",
-                "untrusted trusted",
-                "verify",
-            ),
-            *(variable for check in CHECKS for variable in self._check(check)),
-            Variable(
-                "method",
-                "i1",
-                "1",
-                "how friction was integrated",
-                "run",
-                flag_values=(0, 1),
-                flag_meanings="explicit implicit",
-                only="method",
-            ),
-            Variable("steps", "i8", "1", "accepted steps", "run"),
-            Variable("rejected", "i8", "1", "rejected steps", "run"),
-            *self.peaks,
-            *self.section,
-            Variable("initial_state", "f8", "", "state at the start of the run", "states", (*POINT, "state")),
-            Variable("final_state", "f8", "", "state at the end of the run", "states", (*POINT, "state")),
-        )
-
-    def _responses(self, name: str, long_name: str, only: str | None = None) -> Variable:
-        """A label of critical responses, with a bit for each response of the model."""
-        bits, words = tuple(RESPONSES[word].bit for word in self.responses), " ".join(self.responses)
-        return Variable(name, "i1", "1", long_name, "label", flag_masks=bits, flag_meanings=words, only=only)
-
-    def _check(self, name: str) -> tuple[Variable, ...]:
-        """The variables of one of the checks of a point."""
-        words = _CHECKED[name]
-        units = {variable.name: variable.units for variable in self.features}
-        return (
-            self._responses(f"{name}_response", f"critical responses {words}", "verify"),
-            Variable(
-                f"{name}_difference",
-                "f8",
-                "1",
-                f"largest difference of the features {words}, in natural scales",
-                "trust",
-                only="verify",
-            ),
-            Variable(
-                f"{name}_status",
-                "i1",
-                "1",
-                f"how the run ended {words}",
-                "trust",
-                flag_values=(0, 1, 2, 3, 4),
-                flag_meanings="unchecked ok diverged step_limit step_underflow",
-                only="verify",
-            ),
-            *(
-                Variable(
-                    f"{name}_{feature_name}",
-                    "f8",
-                    units[feature_name],
-                    f"{feature_name} {words}",
-                    "trust",
-                    only="verify",
-                )
-                for feature_name in self.check_features
-            ),
-        )
+        return variables_of(self)
 
     @property
     def severities(self) -> tuple[str, ...]:

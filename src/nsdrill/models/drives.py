@@ -34,6 +34,7 @@ from nsdrill.data import Array
 from nsdrill.errors import Fault, InputError
 from nsdrill.models.leaves import Reads, Values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue
+from nsdrill.models.operation import Numeric
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
 DIGITS = 9  # of numbers that come from LAPACK, whose last digits depend on the processor
@@ -47,12 +48,12 @@ class Gains(NamedTuple):
     its controller [kg m^2], then K_i [N m/rad], K_p [N m s/rad], G_t [N m/rad], G_w
     [N m s/rad], c_s [N m s/rad]."""
 
-    inertia: Any
-    stiffness: Any
-    damping: Any
-    twist_gain: Any = 0.0
-    speed_gain: Any = 0.0
-    shaft_damping: Any = 0.0
+    inertia: Numeric
+    stiffness: Numeric
+    damping: Numeric
+    twist_gain: Numeric = 0.0
+    speed_gain: Numeric = 0.0
+    shaft_damping: Numeric = 0.0
 
 
 class Seen(NamedTuple):
@@ -61,21 +62,27 @@ class Seen(NamedTuple):
     inertia [kg m^2] and stiffness [N m/rad], both of its first torsional mode; and its
     impedance at the top [N m s/rad]: a drive with this impedance reflects no waves."""
 
-    top: Any
-    inertia: Any
-    stiffness: Any
-    impedance: Any
+    top: Numeric
+    inertia: Numeric
+    stiffness: Numeric
+    impedance: Numeric
 
 
-def impedance_of(polar: Any, density: Any, shear_modulus: Any) -> Any:
+def impedance_of(polar: Numeric, density: Numeric, shear_modulus: Numeric) -> Numeric:
     """The torsional impedance of a pipe, Ip sqrt(rho G) [N m s/rad], from its polar
     moment [m^4]."""
     return polar * np.sqrt(density * shear_modulus)
 
 
 def motor_torque(
-    law: Gains, limit: Any, lag: Any, drive_speed: Any, twist: Any, bit_speed: Any, rotary_speed: Any
-) -> Any:
+    law: Gains,
+    limit: Numeric | None,
+    lag: Numeric,
+    drive_speed: Numeric,
+    twist: Numeric,
+    bit_speed: Numeric,
+    rotary_speed: Numeric,
+) -> Numeric:
     """The torque of the motor [N m] that the controller demands, between 0 and
     ``limit`` [N m] unless that is None."""
     torque = -(
@@ -98,7 +105,10 @@ class Circuit(NamedTuple):
     of_bit: bool = False
 
 
-def reflection(law: Gains, pipe: float, frequency: Any, motor: Circuit | None = None) -> Any:
+Wave = complex | Array  # of one frequency, or of several
+
+
+def reflection(law: Gains, pipe: float, frequency: Numeric, motor: Circuit | None = None) -> Wave | None:
     """The reflection coefficient of the drive, complex, for the velocity of a torsional
     wave from below at a ``frequency`` w [rad/s], a number or an array.
 
@@ -175,7 +185,7 @@ def kinds(common: tuple[str, ...], **others: tuple[str, ...]) -> Reads:
     return Reads("drive.kind", "the drive", "a drive of the kind", {"ideal": (), **by_torque, **others})
 
 
-def by_rows(function: Callable[[list[float]], Any], *columns: Any) -> np.ndarray:
+def by_rows(function: Callable[[list[float]], Any], *columns: Numeric) -> np.ndarray:
     """A ``function`` of the numbers of each operating point, called once for points that
     have the same: the shape is that of the ``columns`` together, then that of its
     result."""
@@ -186,7 +196,9 @@ def by_rows(function: Callable[[list[float]], Any], *columns: Any) -> np.ndarray
     return results[row_of.ravel()].reshape((*numbers[0].shape, *results.shape[1:]))
 
 
-def regulated(system: Any, force: Any, weights: Sequence[float], effort: float, about: str, change: str) -> list[float]:
+def regulated(
+    system: Array, force: Array, weights: Sequence[float], effort: float, about: str, change: str
+) -> list[float]:
     """The gains of the linear-quadratic regulator of a ``system`` [n, n] with one
     ``force`` [n, 1], which minimise the integral of the squares of the states with these
     ``weights`` and of the force with its ``effort``. InputError where there are none."""
@@ -264,7 +276,7 @@ def swinging(
     if not growing:
         return None
     root, corner = max(growing, key=lambda entry: entry[0].real)
-    depth, kind = corner.operation[0], corner.parameters.drive.kind
+    depth, kind = corner.point.depth, corner.parameters.drive.kind
     swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
     where = f" at {format_value(depth, 'm', 'm')}" if "depth" in study.swept else ""
     return (
@@ -280,7 +292,7 @@ def drive_card(
     kinds: Sequence[str],
     study_kind: str,
     waves: np.ndarray,
-    slope_and_reflection: Callable[[str, np.ndarray], tuple[float, Any]],
+    slope_and_reflection: Callable[[str, np.ndarray], tuple[float, Wave | None]],
 ) -> DriveCard:
     """The chart ``drive-card`` of these ``kinds`` of drive and of the study's kind.
     ``waves`` are the standing waves of the string [rad/s].
@@ -333,7 +345,7 @@ def steepest_fall(matrix: Array, bit: int, inertia: float, low: float, high: flo
 
 
 def quantities_of_drive(
-    drive: Any, matrix: Array, torque: float, reflected: Any, law: Gains | None = None, most: int | None = None
+    drive: Any, matrix: Array, torque: float, reflected: Wave | None, law: Gains | None = None, most: int | None = None
 ) -> dict[str, DerivedQuantity]:
     """What ``check`` says of a ``drive`` and its string: the gains of its ``law``, what it
     reflects of a wave, by its coefficient, what its limit leaves above a steady ``torque``
@@ -344,11 +356,10 @@ def quantities_of_drive(
         quantities["drive_stiffness"] = DerivedQuantity(float(law.stiffness), "N m/rad", gain)
         quantities["drive_damping"] = DerivedQuantity(float(law.damping), "N m s/rad", damping)
     if drive.kind != "ideal":
-        share, meaning = (
-            None if reflected is None else float(abs(reflected)),
-            "share of a wave at the torsional frequency",
+        share: float | None = None if reflected is None else float(np.abs(reflected))
+        quantities["drive_reflection"] = DerivedQuantity(
+            share, "1", "share of a wave at the torsional frequency that the drive reflects"
         )
-        quantities["drive_reflection"] = DerivedQuantity(share, "1", f"{meaning} that the drive reflects")
     if drive.torque_limit is not None:
         reserve, meaning = float(drive.torque_limit) - torque, "torque limit of the drive less the steady torque"
         quantities["torque_reserve"] = DerivedQuantity(reserve, "N m", meaning)

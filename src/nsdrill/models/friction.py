@@ -38,13 +38,13 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.equations import plain
-from nsdrill.equations.contacts import Law
-from nsdrill.equations.derivative import Tangents
-from nsdrill.equations.graph import Graph, Node
-from nsdrill.equations.library import direction, expm1, flat, slip_factors, tanh
+from nsdrill.equations.graph import Graph, Node, Number
+from nsdrill.equations.library import Law, direction, expm1, flat, slip_factors, tanh
+from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Numeric
 
 # The words of the laws, which are those of LAWS in its order.
 LawOfBit = Literal["hyperbolic", "linear", "exponential", "rational"]
@@ -53,12 +53,12 @@ LawOfBit = Literal["hyperbolic", "linear", "exponential", "rational"]
 class Numbers(NamedTuple):
     """The four numbers of a law, or arrays over operating points."""
 
-    smoothing: Any
-    decay: Any
-    rise: Any
-    dynamic: Any
+    smoothing: Numeric
+    decay: Numeric
+    rise: Numeric
+    dynamic: Numeric
 
-    def columns(self, contact: str) -> dict[str, Any]:
+    def columns(self, contact: str) -> dict[str, Numeric]:
         """The lane parameters of a contact with this law."""
         return {f"{contact}_{name}": value for name, value in self._asdict().items()}
 
@@ -68,12 +68,12 @@ def columns_of(contact: str) -> tuple[str, ...]:
     return tuple(f"{contact}_{name}" for name in Numbers._fields)
 
 
-def numbers_of(p: Any, contact: str) -> Named:
+def numbers_of(p: Named, contact: str) -> Named:
     """The numbers of the law of a contact, among the lane parameters ``p``."""
     return Named(**{name: getattr(p, f"{contact}_{name}") for name in Numbers._fields})
 
 
-def stribeck(section: Any, arm: Any = 1.0, cutting: Any = 0.0, decay: Any = None) -> Numbers:
+def stribeck(section: Any, arm: Numeric = 1.0, cutting: Numeric = 0.0, decay: Numeric | None = None) -> Numbers:
     """The numbers of a law that falls from ``static`` to ``dynamic``, those of a
     ``section`` of the study, times an ``arm``, with what does not fall added."""
     rise, dynamic = arm * (section.static - section.dynamic), arm * section.dynamic + cutting
@@ -90,43 +90,43 @@ class KeyedLaw(Law):
     steep: str = "smoothing"
     cuts: bool = True
     """Whether the torque of cutting is added to that of the law."""
-    numbers: Callable[[Any, Any, Any], Numbers] = stribeck
-    at_rest: Callable[[Any, Any, Any], Any] = lambda section, arm, cutting: arm * section.static + cutting
+    numbers: Callable[[Any, Numeric, Numeric], Numbers] = stribeck
+    at_rest: Callable[[Any, Numeric, Numeric], Numeric] = lambda section, arm, cutting: arm * section.static + cutting
 
 
-def _hyperbolic(v: Any, numbers: Any) -> tuple[Any, Any]:
+def _hyperbolic(v: Number, numbers: Named) -> tuple[Number, Number]:
     return slip_factors(v, numbers.smoothing, numbers.decay)
 
 
 @part
-def _linear(v: Any, numbers: Any) -> tuple[Any, Any]:
+def _linear(v: Number, numbers: Named) -> tuple[Number, Number]:
     return direction(numbers.smoothing * v), max(1.0 - numbers.decay * abs(v), 0.0)
 
 
-def _exponential(v: Any, numbers: Any) -> tuple[Any, Any]:
+def _exponential(v: Number, numbers: Named) -> tuple[Number, Number]:
     return direction(numbers.smoothing * v), 1.0 + expm1(-(numbers.decay * abs(v)))
 
 
-def _rational(v: Any, numbers: Any) -> tuple[Any, Any]:
+def _rational(v: Number, numbers: Named) -> tuple[Number, Number]:
     return tanh(numbers.smoothing * v), 1.0 / (1.0 + numbers.decay * v * v)
 
 
-def _falling(v: Any, factors: tuple[Any, Any], numbers: Any) -> Any:
+def _falling(v: Number, factors: tuple[Number, Number], numbers: Named) -> Number:
     direction, weakened = factors
     return direction * (numbers.rise * weakened + numbers.dynamic)
 
 
-def _humped(v: Any, factors: tuple[Any, Any], numbers: Any) -> Any:
+def _humped(v: Number, factors: tuple[Number, Number], numbers: Named) -> Number:
     bounded, weakened = factors
     return numbers.dynamic * bounded + numbers.rise * v * weakened
 
 
-def _without_hump(numbers: Any) -> Named:
+def _without_hump(numbers: Named) -> Named:
     """The numbers of a hyperbolic law that is like the rational one without its hump."""
     return Named(smoothing=numbers.smoothing, decay=0.0, rise=0.0, dynamic=numbers.dynamic)
 
 
-def _fall(numbers: Any) -> Any:
+def _fall(numbers: Named) -> Number:
     """Without smoothing."""
     return numbers.rise * numbers.decay
 
@@ -169,7 +169,7 @@ def laws_that_read(key: str) -> str:
     return f"laws {', '.join(several)} and {last}" if several else f"law {last}"
 
 
-def rate_at_rest(section: Any, normal: Any, per_mass: Any) -> Any:
+def rate_at_rest(section: Any, normal: Numeric, per_mass: Numeric) -> Numeric:
     """The rate [1/s] at which friction of a ``section`` at rest decelerates a slip: (2/pi)
     eps mu N over the mass."""
     return 2 / math.pi * section.smoothing * section.static * normal * per_mass
@@ -191,14 +191,14 @@ def _graph_of(law: Law) -> tuple[Node, Named, tuple[Node, Node], dict[str, Node]
     return v, numbers, factors, values
 
 
-def values(law: Law, which: str, v: Any, numbers: Numbers) -> Any:
+def values(law: Law, which: str, v: Numeric, numbers: Numbers) -> Numeric:
     """The ``coefficient`` of a law at slips, its ``slope``, the ``unsmoothed``
     coefficient at positive slips or its ``fall``, on numbers or arrays."""
     given = {"v": v} | {f"n.{name}": n for name, n in numbers._asdict().items()}
     return plain.values({"": _graph_of(law)[3][which]}, given)[""]
 
 
-def with_slope(law: Law) -> Any:
+def with_slope(law: Law) -> Callable[..., tuple[float, float]]:
     """The function (slip, *numbers) -> (coefficient, slope), to be written out in lane
     code."""
     v, numbers, _, found = _graph_of(law)
@@ -206,7 +206,7 @@ def with_slope(law: Law) -> Any:
     return plain.written_out("law", [found["coefficient"], found["slope"]], arguments)
 
 
-def with_slope_from_factors(law: Law) -> Any:
+def with_slope_from_factors(law: Law) -> Callable[..., tuple[float, float]]:
     """The same of (slip, *factors, 1 / (1 + (smoothing slip)^2), *numbers)."""
     v, numbers, factors, found = _graph_of(law)
     per_flat = 1.0 / flat(v, numbers.smoothing)

@@ -1,11 +1,140 @@
-"""What a results file keeps of each point of a sweep."""
+"""What a results file keeps of each point of a sweep: the variables that results of any
+model have, and which of them a file has."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from nsdrill.models.registry import described
-from nsdrill.variables import MODEL, POINT, Axis, Unknown, Variable
+from nsdrill.models.responses import RESPONSES
+from nsdrill.variables import CHECKS, MODEL, POINT, Axis, Unknown, Variable, feature, flag
+
+if TYPE_CHECKING:
+    from nsdrill.models.description import Description
+
+_CHECKED = {"tight": "with a smaller tolerance", "long": "when continued for longer"}
+_STATUS = Variable(
+    "status",
+    "i1",
+    "1",
+    "how the run ended",
+    "run",
+    flag_values=(0, 1, 2, 3, 4, 5),
+    flag_meanings="pending ok diverged step_limit step_underflow inferred",
+)
+_LABELS = (
+    flag("settled", "both halves of the observation agree", "unsettled settled"),
+    flag("motion", "kind of motion", "undetermined equilibrium periodic quasi_periodic chaotic unsettled", "returns"),
+    Variable(
+        "period",
+        "i2",
+        "1",
+        "period in returns to the Poincare section, 0 where there is none",
+        "label",
+        only="returns",
+        label="Period",
+    ),
+    Variable(
+        "attractor",
+        "i2",
+        "1",
+        "attractor of the start, numbered alike along the axes: 1 has most starts, 0 none",
+        "label",
+        only="starts",
+    ),
+)
+_MEASURED = (
+    feature(
+        "half_difference",
+        "1",
+        "largest disagreement between the halves of the observation",
+        label="Disagreement of halves",
+    ),
+    feature(
+        "zero_one",
+        "1",
+        "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic",
+        "returns",
+        label="0-1 test $K$",
+    ),
+    feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent", label="Lyapunov exponent"),
+    feature("lyapunov_error", "s-1", "standard error of the largest Lyapunov exponent", "exponent"),
+    flag("trusted", "both checks find the same response and nearly the same features", "untrusted trusted", "verify"),
+)
+_RUN = (
+    Variable(
+        "method",
+        "i1",
+        "1",
+        "how friction was integrated",
+        "run",
+        flag_values=(0, 1),
+        flag_meanings="explicit implicit",
+        only="method",
+    ),
+    Variable("steps", "i8", "1", "accepted steps", "run"),
+    Variable("rejected", "i8", "1", "rejected steps", "run"),
+)
+_STATES = (
+    Variable("initial_state", "f8", "", "state at the start of the run", "states", (*POINT, "state")),
+    Variable("final_state", "f8", "", "state at the end of the run", "states", (*POINT, "state")),
+)
+
+
+def variables_of(model: Description) -> tuple[Variable, ...]:
+    """Every variable of a results file of the ``model``, in its order."""
+    return (
+        _STATUS,
+        _responses(model, "response", "critical responses present"),
+        *model.labels,
+        *_LABELS,
+        *model.features,
+        *model.derived,
+        *_MEASURED,
+        *(variable for check in CHECKS for variable in _check(model, check)),
+        *_RUN,
+        *model.peaks,
+        *model.section,
+        *_STATES,
+    )
+
+
+def _responses(model: Description, name: str, long_name: str, only: str | None = None) -> Variable:
+    """A label of critical responses, with a bit for each response of the model."""
+    bits, words = tuple(RESPONSES[word].bit for word in model.responses), " ".join(model.responses)
+    return Variable(name, "i1", "1", long_name, "label", flag_masks=bits, flag_meanings=words, only=only)
+
+
+def _check(model: Description, name: str) -> tuple[Variable, ...]:
+    """The variables of one of the checks of a point."""
+    words = _CHECKED[name]
+    units = {variable.name: variable.units for variable in model.features}
+    return (
+        _responses(model, f"{name}_response", f"critical responses {words}", "verify"),
+        Variable(
+            f"{name}_difference",
+            "f8",
+            "1",
+            f"largest difference of the features {words}, in natural scales",
+            "trust",
+            only="verify",
+        ),
+        Variable(
+            f"{name}_status",
+            "i1",
+            "1",
+            f"how the run ended {words}",
+            "trust",
+            flag_values=(0, 1, 2, 3, 4),
+            flag_meanings="unchecked ok diverged step_limit step_underflow",
+            only="verify",
+        ),
+        *(
+            Variable(f"{name}_{one}", "f8", units[one], f"{one} {words}", "trust", only="verify")
+            for one in model.check_features
+        ),
+    )
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import lru_cache, reduce
 from itertools import product
-from typing import Any, Literal
+from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description
-from nsdrill.models.operation import describe
+from nsdrill.models.operation import ModelParameters, Numeric, Operation
 from nsdrill.models.registry import of_all
 from nsdrill.models.starts import Starts
 from nsdrill.variables import COORDINATES, dimension_of
@@ -30,15 +30,34 @@ OPERATION = ("depth", "wob", "rotary_speed")  # axes with short keys
 SWITCH = ("false", "true")  # the words of a switch
 
 
+P = TypeVar("P", bound=ModelParameters)
+Tree = TypeVar("Tree")
+
+
 @dataclass(frozen=True)
-class Values:
+class Values(Generic[P]):
     """The values of points: the parameters and the start, with arrays [points] where an
     axis varies a number, and the operation: depth [m], weight on bit [N] and rotary
     speed [rad/s]."""
 
-    parameters: Any
+    parameters: P
     initial: Starts
-    operation: tuple[Any, Any, Any]
+    operation: tuple[Numeric, Numeric, Numeric]
+
+    @property
+    def point(self) -> Operation:
+        """The operation of a single point."""
+        return Operation(*map(float, self.operation))
+
+
+def leaves(record: Any, prefix: str = "") -> Iterator[tuple[str, Any, Mapping[str, Any]]]:
+    """(dotted key, value, metadata) of each leaf of a tree of parameter records."""
+    for item in fields(record):
+        value, key = getattr(record, item.name), f"{prefix}{item.name}"
+        if is_dataclass(value):
+            yield from leaves(value, f"{key}.")
+        else:
+            yield key, value, item.metadata
 
 
 @lru_cache
@@ -47,15 +66,11 @@ def further_axes(model: Description) -> dict[str, tuple[str, str]]:
     vary: by the name of the dimension the dotted key and the SI units, those of the
     first choice where they depend on one."""
     axes: dict[str, tuple[str, str]] = {}
-
-    def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
+    for key, value, meta in (*leaves(model.parameters()), *leaves(model.initial(), "initial.")):
         number = isinstance(value, float) or (value is None and "units" in meta and "most" not in meta)
         if number or "words" in meta or key in model.compiled or key in choices_of(model):
             units = next(iter(model.units_by[key][1].values())) if key in model.units_by else meta.get("units", "")
             axes[dimension_of(key)] = (key, units)
-
-    describe(model.parameters(), visit)
-    describe(model.initial(), visit, "initial.")
     del axes["initial_spread"]
     return axes
 
@@ -119,7 +134,7 @@ def word_or_number(key: str, value: float) -> float | str:
     return words[int(value)] if words else value
 
 
-def as_value(key: str, text: Any) -> float:
+def as_value(key: str, text: float | str) -> float:
     """The inverse of :func:`word_or_number`. ValueError for what is neither a number nor a
     word of the choice."""
     words = words_of(key) or words_along(key)
@@ -154,7 +169,7 @@ def is_compiled_in(model: Description, key: str) -> bool:
     return key in model.compiled or key in choices_of(model)
 
 
-def in_parts(model: Description, values: Mapping[str, Any]) -> Iterator[tuple[dict[str, Any], Array | slice]]:
+def in_parts(model: Description, values: Mapping[str, Array]) -> Iterator[tuple[dict[str, float], Array | slice]]:
     """The points with these ``values``, arrays [points], in parts in which each axis
     that :func:`is_compiled_in` has one value. Yields those values by key, and the indices of
     the points; without such an axis there is one part with all points."""
@@ -168,7 +183,7 @@ def in_parts(model: Description, values: Mapping[str, Any]) -> Iterator[tuple[di
         yield compiled, np.flatnonzero(part_of.ravel() == number)
 
 
-def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Values:
+def values_at(parameters: P, initial: Starts, values: Mapping[str, Numeric]) -> Values[P]:
     """``parameters`` and ``initial`` with the ``values`` of the axes, those of the
     operation among them. A choice has one value, and the keys that its word does not
     read have their defaults."""
@@ -182,7 +197,7 @@ def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Va
     return Values(with_values(parameters, rest), with_values(initial, start), (depth, wob, rotary_speed))
 
 
-def part_at(parameters: Any, initial: Starts, compiled: Mapping[str, Any]) -> tuple[Any, Starts]:
+def part_at(parameters: P, initial: Starts, compiled: Mapping[str, float]) -> tuple[P, Starts]:
     """``parameters`` and ``initial`` of one part (:func:`in_parts`), whose values are
     ``compiled``."""
     chosen = {key: value for key, value in compiled.items() if words_of(key)}
@@ -193,8 +208,8 @@ def part_at(parameters: Any, initial: Starts, compiled: Mapping[str, Any]) -> tu
 
 
 def values_in_parts(
-    model: Description, parameters: Any, initial: Starts, values: Mapping[str, Any]
-) -> Iterator[tuple[Values, Array | slice]]:
+    model: Description, parameters: P, initial: Starts, values: Mapping[str, Array]
+) -> Iterator[tuple[Values[P], Array | slice]]:
     """:func:`values_at` of each of the parts (:func:`in_parts`), with the indices of its
     points."""
     for compiled, there in in_parts(model, values):
@@ -202,7 +217,7 @@ def values_in_parts(
         yield values_at(parameters, initial, here), there
 
 
-def parts_of(model: Description, parameters: Any, initial: Starts, axes: Mapping[str, Any]) -> list[tuple[Any, Starts]]:
+def parts_of(model: Description, parameters: P, initial: Starts, axes: Mapping[str, Array]) -> list[tuple[P, Starts]]:
     """The parameters and the start of every part of a sweep of these ``axes``, without
     the values of the other axes."""
     compiled = {key: np.unique(values).tolist() for key, values in axes.items() if is_compiled_in(model, key)}
@@ -216,7 +231,7 @@ def states_of_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     return (*most[:-1], *more, most[-1])
 
 
-def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tuple[Any, Starts, frozenset[str]]:
+def chosen_at(parameters: P, initial: Starts, chosen: Mapping[str, Numeric]) -> tuple[P, Starts, frozenset[str]]:
     """``parameters`` and ``initial`` with these words of choices, by key and as
     indices; and the keys that a string with these words does not read, which have their
     defaults in both."""
@@ -224,8 +239,7 @@ def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tu
     start = {key.removeprefix("initial."): word for key, word in words.items() if key.startswith("initial.")}
     parameters = with_values(parameters, {key: word for key, word in words.items() if not key.startswith("initial.")})
     initial = with_values(initial, start)
-    unread = frozenset(getattr(parameters, "unread", ()))
-    default, first = type(parameters)(), type(initial)()
+    unread, default, first = parameters.unread, type(parameters)(), type(initial)()
     for key in unread:
         if key.startswith("initial."):
             name = key.removeprefix("initial.")
@@ -239,14 +253,7 @@ def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tu
 def marked(parameters: type, mark: str) -> dict[str, Any]:
     """The fields of a tree of parameters of this class that are marked as ``mark`` by
     :func:`nsdrill.ranges.parameter`: the marks by dotted key."""
-    marks: dict[str, Any] = {}
-
-    def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
-        if mark in meta:
-            marks[key] = meta[mark]
-
-    describe(parameters(), visit)
-    return marks
+    return {key: meta[mark] for key, _, meta in leaves(parameters()) if mark in meta}
 
 
 def lanes_of(parameters: type) -> tuple[str, ...]:
@@ -254,26 +261,27 @@ def lanes_of(parameters: type) -> tuple[str, ...]:
     return tuple(marked(parameters, "lane").values())
 
 
-def lane_values(parameters: Any) -> dict[str, Any]:
+def lane_values(parameters: ModelParameters) -> dict[str, Numeric]:
     """The values of :func:`lanes_of` by their names."""
-    return {name: value_of(parameters, key) for key, name in marked(parameters.__class__, "lane").items()}
+    cls: type = type(parameters)
+    return {name: value_of(parameters, key) for key, name in marked(cls, "lane").items()}
 
 
-def word_in(parameters: Any, initial: Starts, key: str) -> str:
+def word_in(parameters: ModelParameters, initial: Starts, key: str) -> str:
     """The word of the choice at this key, of the parameters or of the start."""
     start = key.startswith("initial.")
     word = value_of(initial if start else parameters, key.removeprefix("initial.") if start else key)
     return str(word).lower() if isinstance(word, bool) else str(word)
 
 
-def value_of(tree: Any, key: str) -> Any:
+def value_of(tree: object, key: str) -> Any:
     """The value at a dotted key."""
     for name in key.split("."):
         tree = getattr(tree, name)
     return tree
 
 
-def with_values(tree: Any, values: Mapping[str, Any]) -> Any:
+def with_values(tree: Tree, values: Mapping[str, object]) -> Tree:
     """A copy of a tree of frozen dataclasses with these values, numbers or arrays
     [points], at dotted keys.
 
@@ -285,7 +293,7 @@ def with_values(tree: Any, values: Mapping[str, Any]) -> Any:
     return tree
 
 
-def _with_value(tree: Any, key: str, value: Any) -> Any:
+def _with_value(tree: Tree, key: str, value: object) -> Tree:
     name, _, rest = key.partition(".")
     part = getattr(tree, name)
     changed = copy.copy(tree)
@@ -319,7 +327,7 @@ class Reads:
     def section(self) -> str:
         return self.choice.rpartition(".")[0]
 
-    def unread(self, parameters: Any) -> set[str]:
+    def unread(self, parameters: ModelParameters) -> set[str]:
         """The keys that these parameters do not read."""
         section = reduce(getattr, self.section.split("."), parameters)
         name = self.choice.rpartition(".")[2]

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.operation import Numeric
+from nsdrill.models.sections import Cutting
 from nsdrill.variables import feature
 
 # Text of a value in SI units, from the value, its SI unit and the unit that is shown.
@@ -142,7 +144,7 @@ DRILLED = (
 )
 
 
-def drilled(torque: Array, speed: Any, cutting: Any, wob: Any, bit_radius: Any) -> dict[str, Array]:
+def drilled(torque: Array, speed: Numeric, cutting: Cutting, wob: Numeric, bit_radius: Numeric) -> dict[str, Array]:
     """The variables :data:`DRILLED` of runs with these mean torques [N m] and speeds
     [rad/s] at the surface, each an array [n] of SI values.
 

@@ -1,13 +1,12 @@
 """The operating point, which every model of a drill string has; schedules, along which it
 varies in time, piecewise linear between knots and constant after the last one; and the
-traversal of a tree of parameter records.
+base of a model's parameters.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -15,8 +14,20 @@ from nsdrill.data import Array
 from nsdrill.ranges import Checked, parameter
 
 LARGEST_FORCE = 1e7  # N
+Numeric = float | Array  # a number, or an array over operating points
 # The names of the operating values in a trace.
 SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}
+
+
+@dataclass(frozen=True)
+class ModelParameters:
+    """The numbers of a model beside the operating point and the start, a field for each
+    section of a study. Every model has a subclass."""
+
+    @property
+    def unread(self) -> frozenset[str]:
+        """The keys of a study that a string with these choices does not read."""
+        return frozenset()
 
 
 @dataclass(frozen=True)
@@ -30,18 +41,6 @@ class Operation(Checked):
     rotary_speed: float = parameter(
         3.0, "rad/s", "P", "certain", low=1e-9, high=1e3, usual="20 to 300 rpm, with a motor 1000 rpm"
     )
-
-
-def describe(record: Any, visit: Callable[[str, Any, Any], None], prefix: str = "") -> None:
-    """Calls ``visit(dotted_name, value, metadata)`` for each leaf of a tree of
-    parameter dataclasses."""
-    for item in fields(record):
-        value = getattr(record, item.name)
-        name = f"{prefix}{item.name}"
-        if is_dataclass(value):
-            describe(value, visit, f"{name}.")
-        else:
-            visit(name, value, item.metadata)
 
 
 PIECES = 256  # segments of a leg along which a value doubles, and the most of any leg
@@ -72,6 +71,9 @@ class History:
     depth: Array
     wob: Array
     rotary_speed: Array
+
+
+OperatingPoint = Operation | History
 
 
 @dataclass(frozen=True)

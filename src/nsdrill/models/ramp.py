@@ -21,8 +21,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsdrill.equations.graph import Node
+from nsdrill.equations.trace import Named
 from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Schedule
+from nsdrill.models.operation import ModelParameters, Schedule
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
 
@@ -44,10 +46,8 @@ class Course:
     speed: str
     turning: tuple[str, ...]
 
-    def moved(self, t: Any, phase: Any, s: Any, p: Any) -> tuple[Any, Any, Any, Any]:
+    def moved(self, t: Node, phase: Node, s: Named, p: Named) -> tuple[Node, Node, Named, Named]:
         """Time, phase, states and parameters in place of those of the kernel."""
-        from nsdrill.equations.trace import Named
-
         states = vars(s) | {}
         ahead = (p.ahead_square * t + p.ahead_linear) * t
         rate = 2.0 * p.ahead_square * t + p.ahead_linear
@@ -92,7 +92,7 @@ class Ramps:
         motion = replace(self.model.motion(variant), parameters=columns, course=self._course(variant))
         return motion.right_hand_side(lanes, self.model.rows(variant, columns=len(columns)))
 
-    def pack(self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+    def pack(self, parameters: ModelParameters, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
         """Lane parameters of the segments between ``cuts`` [s], shape (segments,
         columns)."""
         point, variant = schedule.at(cuts), self.model.variant(parameters)

@@ -210,7 +210,7 @@ class Response:
         """A feature, with :attr:`missing` where it is no number."""
         return np.asarray(np.nan_to_num(features[name], nan=self.missing))
 
-    def bounds_in(self, thresholds: Any) -> tuple[float, ...]:
+    def bounds_in(self, thresholds: Thresholds) -> tuple[float, ...]:
         """The bounds of severity."""
         return tuple(getattr(getattr(thresholds, self.name), bound) for bound in self.bounds)
 

@@ -14,15 +14,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from nsdrill.equations.contacts import friction
-from nsdrill.models.base import Model, Symmetry
+from nsdrill.data import Array
+from nsdrill.equations.graph import Node
+from nsdrill.equations.library import friction
+from nsdrill.equations.trace import Named
+from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
 from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
+from nsdrill.models.operation import ModelParameters, Numeric, OperatingPoint
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import HyperbolicFriction, Tubular
@@ -53,34 +56,34 @@ class Bit(Checked):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
     drillstring: Drillstring = field(default_factory=Drillstring)
     bit: Bit = field(default_factory=Bit)
 
 
-def pipe(string: Drillstring, depth: Any) -> tuple[Any, Any]:
+def pipe(string: Drillstring, depth: Numeric) -> tuple[Numeric, Numeric]:
     """Rotary inertia [kg m^2] and torsional stiffness [N m/rad] of the pipe above the
     collars."""
     polar, length = (math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4), depth - string.collar_length)
     return 7850.0 * polar * length, 79.6e9 * polar / length
 
 
-def torque(bit: Bit, wob: Any, speed: Any) -> Any:
+def torque(bit: Bit, wob: Numeric, speed: Numeric) -> Numeric:
     """The torque of the rock [N m] at a bit ``speed`` [rad/s], in plain numpy."""
     law = bit.friction
-    coefficient = (law.static - law.dynamic) / (1 + law.decay * abs(speed)) + law.dynamic
+    coefficient = (law.static - law.dynamic) / (1 + law.decay * np.abs(speed)) + law.dynamic
     return wob * 2 / 3 * bit.radius * coefficient * 2 / math.pi * np.arctan(law.smoothing * speed)
 
 
-def equations(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
+def equations(t: Node, phase: Node, s: Named, p: Named, o: Plain) -> dict[str, Node]:
     """The slope of the bit speed."""
     rock = friction("bit", slip=s.bit_speed, normal=p.torque, law=hyperbolic, numbers=numbers_of(p, "bit"))
     return {"bit_speed": (-p.damping * s.bit_speed - p.torsional_stiffness * s.twist - rock) / p.inertia}
 
 
-class Torsion(Model):
+class Torsion(Model[Parameters]):
     """The model: its equations and lane parameters."""
 
     name, equations = "torsion", staticmethod(equations)
@@ -98,10 +101,10 @@ class Torsion(Model):
     )
     relative, sticking, rubbing = ("twist",), "stuck", ("bit_speed",)
 
-    def symmetry(self, points: Values) -> Symmetry:
+    def symmetry(self, points: Values[Parameters]) -> Symmetry:
         return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
 
-    def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+    def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
         law, (inertia, stiffness) = bit.friction, pipe(string, depth)
         share = law.dynamic / law.static
@@ -115,10 +118,10 @@ class Torsion(Model):
             "stuck": thresholds.stuck_below,
         }
 
-    def fastest(self, table: Mapping[str, Any], o: Any) -> Any:
+    def fastest(self, table: Mapping[str, Array], o: Plain) -> Array:
         return np.maximum(np.sqrt(table["torsional_stiffness"] / table["inertia"]), table["drive_speed"])
 
-    def drawn(self, points: Values, shape: Any) -> Mapping[str, Any]:
+    def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         """Twists up to one and a half times the one under the torque at rest, bit
         speeds up to twice that of the drive."""
         q, table = points.initial.spread, self.columns(points, Thresholds())
@@ -129,12 +132,15 @@ class Torsion(Model):
             "bit_speed": points.operation[2] * (1 + q * (2 * shape[:, 1] - 1)),
         }
 
-    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Any]) -> dict[str, Any]:
+    def outputs(self, parameters: Parameters, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
         rock = torque(parameters.bit, point.wob, state["bit_speed"])
-        return {"bit_torque": rock, "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"]}
+        return {
+            "bit_torque": np.asarray(rock),
+            "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"],
+        }
 
 
-def friction_rates(points: Values) -> Mapping[str, Any]:
+def friction_rates(points: Values[Parameters]) -> Mapping[str, Numeric]:
     """The rate at which friction at rest brakes the bit [1/s]: (2/pi) eps times the
     torque at rest over the inertia."""
     table = Torsion().columns(points, Thresholds())

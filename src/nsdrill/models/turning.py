@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models.description import Drawn, Panel
 from nsdrill.models.starts import Starts, state
 from nsdrill.observe.channels import Channel, Derived, Extremes, Feature, Mean, TimeAbove
 
 
-def _index(bit_speed_max: Any, bit_speed_min: Any, bit_speed_mean: Any) -> Any:
+def _index(bit_speed_max: Array, bit_speed_min: Array, bit_speed_mean: Array) -> Array:
     """The stick-slip index, infinite for a bit that does not rotate at all."""
     infinite, mean = np.full(len(bit_speed_mean), np.inf), np.abs(bit_speed_mean)
     return np.divide(50.0 * (bit_speed_max - bit_speed_min), mean, out=infinite, where=mean != 0.0)
@@ -28,7 +30,7 @@ SURFACE_TORQUES = (
 )
 
 
-def turning_channels(speed: str, stuck: str, angle: Any) -> tuple[Channel, ...]:
+def turning_channels(speed: str, stuck: str, angle: Callable[..., Any]) -> tuple[Channel, ...]:
     """Twist, bit speed and the ``angle`` of the bit, a function of rows; ``speed`` and
     ``stuck`` are the lane parameters of the set speed and of the bit speed below which
     the bit is stuck."""

@@ -1,5 +1,6 @@
-"""What the text of a declared observer is written with: its rows of the lane buffer,
-the expressions of the declaration, and the polynomials of the channels.
+"""What the text of a declared observer is written with (its rows of the lane buffer, the
+expressions of the declaration, and the polynomials of the channels), and its marker,
+which attends to the marks of a run: the observation begins, is half over, ends.
 
 In the text ``b[row + i]`` is a row of lane i, and g0, d0, c0 and g1, d1, c1, followed by
 ``_`` and the number of a channel, are its value, slope and curvature at the start and at
@@ -10,12 +11,12 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any
+from collections.abc import Callable
 
-from nsdrill.abi import CLOSES, OPENS, Rows
-from nsdrill.compiler.functions import compiled, constants, define, inlined, lowest_bit
+from nsdrill.abi import CLOSES, CONTROL, OPENS, Rows
+from nsdrill.compiler.functions import LaneFunction, compiled, constants, define, inlined, lowest_bit
 from nsdrill.elementary import angle_between
-from nsdrill.observe import inside, interpolant
+from nsdrill.observe import inside
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -44,23 +45,21 @@ CONSTANTS = {
     "CLOSES": CLOSES,
     "PROMINENCE": PROMINENCE,
 }
-HELPERS = {
-    word: found for module in (interpolant, inside) for word, found in vars(module).items() if not word.startswith("_")
-}
+HELPERS = {word: found for word, found in vars(inside).items() if not word.startswith("_")}
 
 
-def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
+def own_rows(declaration: Declaration) -> dict[tuple[str | int, ...], int]:
     """The position of each row of the observer among those of all observers, by (what,
     name) or (what,)."""
     outputs = declaration.outputs.names if declaration.outputs else ()
-    keys: list[tuple[Any, ...]] = [
+    keys: list[tuple[str | int, ...]] = [
         *(("before", name) for name in outputs),
         *(("now", name) for name in outputs),
         *declaration.measured_per_half,
         *(
             (part, name)
             for name in declaration.channels_with_peaks
-            if "least" in declaration.ends_of(name)
+            if not declaration.extremes[name].maxima
             for part in PEAK_ROWS
         ),
         *(("angle_before", w.name) for w in declaration.of_kind(Winding) if w.counted),
@@ -84,13 +83,15 @@ class ChannelText:
         self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
         self.number_of = {channel.name: k for k, channel in enumerate(declaration.channels)}
         self.row_of = own_rows(declaration)
-        self.helpers: dict[Any, tuple[str, Any]] = {}
+        self.helpers: dict[Callable[..., object], tuple[str, Callable[..., object]]] = {}
         self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
         # what is known at the end of a step only
         aux = {name: self._row(rows.aux_now + k) for k, name in enumerate(names.aux)}
         self.known = {**self.row_texts[END], **aux}
 
-    def compile(self, name: str, kinds: tuple[str, ...], given: str, lines: list[str], **namespace: Any) -> Any:
+    def compile(
+        self, name: str, kinds: tuple[str, ...], given: str, lines: list[str], **namespace: object
+    ) -> LaneFunction:
         """The compiled function ``name`` of the arguments ``given`` with these lines as
         its body."""
         head = [constants(W=self.lanes), f"def {name}({given}):"]
@@ -104,13 +105,13 @@ class ChannelText:
     def _row(self, row: int) -> str:
         return f"b[{self.lanes * row} + i]"
 
-    def _own_row(self, *key: Any) -> str:
+    def _own_row(self, *key: str | int) -> str:
         return self._row(self._row_number(*key))
 
-    def _row_number(self, *key: Any) -> int:
+    def _row_number(self, *key: str | int) -> int:
         return self.rows.observer + self.row_of[key]
 
-    def _offset(self, *key: Any) -> int:
+    def _offset(self, *key: str | int) -> int:
         """The offset of a row of the observer in the buffer, or NONE."""
         return self.lanes * self._row_number(*key) if key in self.row_of else NONE
 
@@ -140,7 +141,7 @@ class ChannelText:
         given = ", ".join(texts[name] for name in arguments(expression))
         return f"{self._function(expression)}({given})"
 
-    def _function(self, function: Any) -> str:
+    def _function(self, function: Callable[..., object]) -> str:
         """The name of a function of the declaration in the text."""
         if function not in self.helpers:
             self.helpers[function] = (f"function_{len(self.helpers)}", inlined(function))
@@ -158,7 +159,7 @@ class ChannelText:
     def _is_followed(self, name: str) -> str:
         """Whether the polynomial follows the channel ``name`` in a step; empty where it
         always does."""
-        found = self.declaration.extremes_of(name)
+        found = self.declaration.extremes.get(name)
         if found is None or found.unless is None:
             return ""
         at_start, at_end = found.unless
@@ -254,3 +255,129 @@ def with_definitions(lines: list[str], definitions: list[str]) -> list[str]:
 
 def indented(lines: list[str], by: int = 1) -> list[str]:
     return [f"{by * 4 * ' '}{line}" for line in lines]
+
+
+class MarkerText(ChannelText):
+    """Lines of the marker, for one lane, whose state and outputs are in the rows of the
+    step's end."""
+
+    def lines(self) -> list[str]:
+        """The body of the marker."""
+        channels_with_peaks, width, states = (
+            self.declaration.channels_with_peaks,
+            len(self.declaration.measured_per_half),
+            len(self.names.states),
+        )
+        first_half = self.lanes * (
+            self.rows.observer + min((self.row_of[key] for key in self.declaration.measured_per_half), default=0)
+        )
+        texts = self.row_texts[MARK]
+        lines = [
+            "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
+            f"ring_size = {len(channels_with_peaks)} * (peaks + 1)",
+            f"section_size = 1 + {states + 1} * returns if {int(bool(self.declaration.section))} "
+            f"and returns > 0 else 0",
+            "rings, section = RINGS + i * ring_size, RINGS + W * ring_size + i * section_size",
+            "if mark == OPENS:",
+            *indented(self._opening_lines()),
+            "else:",
+            *indented(self._completing_lines()),
+            f"    first = column if mark != CLOSES else column + {width}",
+            f"    for k in range({width}):",
+            f"        outcome[first + k] = b[{first_half} + k * W + i]",
+            "    if mark == CLOSES:",
+            *indented(self._closing_lines(), 2),
+            "        for k in range(ring_size):",
+            f"            outcome[column + {2 * width} + k] = store[rings + k]",
+            "        for k in range(section_size):",
+            f"            outcome[column + {2 * width} + ring_size + k] = store[section + k]",
+            f"for k in range({width}):",
+            f"    b[{first_half} + k * W + i] = 0.0",
+        ]
+        for name, extremes in self.declaration.extremes.items():
+            lines.append(f"now = {self._code(self._channel(name).value, texts)}")
+            lines += [f"{self._own_row(end, name)} = now" for end in extremes.ends]
+        for winding in self.declaration.of_kind(Winding):
+            if winding.counted:
+                lines.append(f"{self._own_row('angle_before', winding.name)} = {self._angle(winding)}")
+        return lines
+
+    def _opening_lines(self) -> list[str]:
+        """The lines that empty the rings, and begin the peaks and the section."""
+        texts = self.row_texts[MARK]
+        lines = [
+            "for k in range(ring_size):",
+            "    store[rings + k] = 0.0",
+            "for k in range(section_size):",
+            "    store[section + k] = 0.0",
+            f"tolerances = PROMINENCE / {self._row(self.rows.control + CONTROL.index('per_rtol'))}",
+            f"{self._own_row('growth')} = tolerances",
+        ]
+        for name in self.declaration.channels_with_peaks:
+            if (LOW, name) in self.row_of:
+                channel = self._channel(name)
+                lines += [
+                    f"{self._own_row(LOW, name)} = {self._code(channel.value, texts)}",
+                    f"{self._own_row(HIGH, name)} = -np.inf",
+                    f"{self._own_row(TOP, name)} = np.inf",
+                    f"{self._own_row(MARGIN, name)} = tolerances * {self._scale_text(channel)}",
+                ]
+        if self.declaration.section:
+            angle = self._channel(self.declaration.section.channel)
+            lines += [
+                f"spacing, angle = {self._spacing()}, {self._code(angle.value, texts)}",
+                f"{self._own_row('level')} = np.inf",
+                "if returns > 0 and spacing > 0.0:",
+                f"    {self._own_row('level')} = (np.floor(angle / spacing) + 1.0) * spacing",
+            ]
+        return lines
+
+    def _angle(self, winding: Winding) -> str:
+        """The angle of the vector at a mark within its half plane, from 0 to pi."""
+        x, y = (self._code(self._channel(name).value, self.row_texts[MARK]) for name in (winding.x, winding.y))
+        return f"math.atan2({y}, {x}) + (math.pi if {y} < 0.0 else 0.0)"
+
+    def _completing_lines(self) -> list[str]:
+        """The lines that complete at a mark what is not compared at each step: extremes
+        of smooth channels, and angles of which only half revolutions are counted."""
+        lines = []
+        for name, extremes in self.declaration.extremes.items():
+            if not extremes.smooth:
+                continue
+            value = self._channel(name).value
+            lines.append(f"now = {self._code(value, self.row_texts[MARK])}")
+            for end in extremes.ends:
+                row = self._own_row(end, name)
+                lines.append(f"{row} = {'min' if end == 'least' else 'max'}({row}, now)")
+        for winding in self.declaration.of_kind(Winding):
+            if winding.counted:
+                row, before = (self._own_row(w, winding.name) for w in ("angle", "angle_before"))
+                lines.append(f"{row} = fma(math.pi, {row}, {self._angle(winding)} - {before})")
+        return lines
+
+    def _closing_lines(self) -> list[str]:
+        """The lines that complete the last maximum of a smooth quantity that has by now
+        fallen by the prominence below it, and the last cycle of a bit that is stuck at
+        the end."""
+        lines = []
+        for number, name in enumerate(self.declaration.channels_with_peaks):
+            if (LOW, name) not in self.row_of:
+                continue
+            channel = self._channel(name)
+            stuck, slip = self._slip(channel)
+            low, high, margin, top = (self._own_row(part, name) for part in PEAK_ROWS)
+            ring = f"rings + {number} * (peaks + 1)"
+            if self.declaration.extremes[name].smooth:
+                lines += [
+                    f"now = {self._code(channel.value, self.row_texts[MARK])}",
+                    f"if {high} - now > fma({self._own_row('growth')}, abs(now), {margin}):",
+                    f"    {top} = record_maximum(store, {ring}, peaks, {low}, {high}, {top}, {stuck}, {slip})",
+                    f"    {low} = now",
+                    f"{low} = min({low}, now)",
+                ]
+            if slip != "np.inf":
+                lines += [
+                    f"if peaks > 0 and {low} <= {stuck} and {slip} < {top} < np.inf:",
+                    f"    store_peak(store, {ring}, peaks, {top})",
+                ]
+        return lines

@@ -19,13 +19,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 
 from nsdrill.variables import Variable
 
-Expression = str | float | Callable[..., Any]
+Expression = str | float | Callable[..., object]
 NATURAL = "natural"  # the scale of a channel itself
 ALWAYS = ("time", "phase")  # rows of every model
 HALF_DIFFERENCE = "half_difference"  # reserved: no feature may have this name
@@ -76,7 +77,7 @@ class Channel:
     scale: str | float | None = None
     squared: bool = False
     of: tuple[str, ...] = ()
-    inside: Callable[..., Any] | None = None
+    inside: Callable[..., object] | None = None
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ class Outputs:
     each of the names."""
 
     names: tuple[str, ...]
-    function: Callable[..., Any]
+    function: Callable[..., object]
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,11 @@ class Extremes:
     maxima: bool = False
     unless: tuple[Expression | None, Expression] | None = None
     compared: str | float | Callable[..., Any] | None = NATURAL
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """The extremes that are measured."""
+        return ("greatest",) if self.maxima else ("least", "greatest")
 
 
 @dataclass(frozen=True)
@@ -244,25 +250,13 @@ class Declaration:
         """The features of type ``kind``, in order."""
         return [feature for feature in self.features if isinstance(feature, kind)]
 
-    def channels_of(self, *kinds: type[Any]) -> list[str]:
-        """The channels of the features of these kinds, each once, in order."""
-        names = (feature.channel for kind in kinds for feature in self.features if isinstance(feature, kind))
-        return list(dict.fromkeys(names))
-
-    def extremes_of(self, channel: str) -> Extremes | None:
-        """The first ``Extremes`` of a channel, which says how they are looked for."""
-        return next((e for e in self.of_kind(Extremes) if e.channel == channel), None)
-
-    def ends_of(self, channel: str) -> tuple[str, ...]:
-        """The extremes of a channel that are measured."""
-        found = self.extremes_of(channel)
-        if found is None:
-            return ()
-        return ("greatest",) if found.maxima else ("least", "greatest")
-
-    def above(self, name: str) -> TimeAbove:
-        """The ``TimeAbove`` of this name."""
-        return next(above for above in self.of_kind(TimeAbove) if above.name == name)
+    @cached_property
+    def extremes(self) -> dict[str, Extremes]:
+        """The first ``Extremes`` of each channel, which says how they are looked for."""
+        found: dict[str, Extremes] = {}
+        for extremes in self.of_kind(Extremes):
+            found.setdefault(extremes.channel, extremes)
+        return found
 
     @property
     def channels_with_peaks(self) -> list[str]:
@@ -273,7 +267,7 @@ class Declaration:
     def measured_per_half(self) -> list[tuple[str, str]]:
         """What is measured in each half of the observation: (what, name of the
         channel); for what has a level or several channels, the name of the feature."""
-        ends = [(end, name) for name in self.channels_of(Extremes) for end in self.ends_of(name)]
+        ends = [(end, name) for name, extremes in self.extremes.items() for end in extremes.ends]
         return [*ends, *dict.fromkeys(measure_of(feature) for kind in MEASURES for feature in self.of_kind(kind))]
 
     @property
@@ -411,8 +405,8 @@ def _check_extremes(
         _check_known(f"{where}: unless", _reads(at_end), {*rows, *names.aux})
     if feature.compared != NATURAL:
         _check_known(f"{where}: compared", _reads(feature.compared), names.parameters)
-    first = declaration.extremes_of(channel.name)
-    if first is None or any(getattr(first, how) != getattr(feature, how) for how in ("smooth", "maxima", "unless")):
+    first = declaration.extremes[channel.name]
+    if any(getattr(first, how) != getattr(feature, how) for how in ("smooth", "maxima", "unless")):
         raise ValueError(f"{where}: found smooth, maxima or unless that differ; allowed: the same for one channel")
     if feature.maxima and feature.least:
         raise ValueError(f"{where}: found least, {feature.least!r}, with maxima; allowed: one of the two")
@@ -420,7 +414,7 @@ def _check_extremes(
         raise ValueError(f"{where}: it has a function inside; allowed: smooth and maxima, without peaks")
 
 
-def arguments(function: Callable[..., Any]) -> list[str]:
+def arguments(function: Callable[..., object]) -> list[str]:
     """The argument names of a function, compiled or not."""
     return list(inspect.signature(getattr(function, "py_func", function)).parameters)
 
@@ -444,7 +438,7 @@ def _reads(expression: Expression | None) -> list[str]:
     return [expression] if isinstance(expression, str) else []
 
 
-def _check_name_or_number(where: str, expression: Any) -> None:
+def _check_name_or_number(where: str, expression: object) -> None:
     if (
         expression is not None
         and not isinstance(expression, str)

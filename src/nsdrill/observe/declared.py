@@ -13,11 +13,20 @@ steps where none does. The results of a lane do not depend on the other lanes.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from nsdrill.abi import MARKER, OBSERVER, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER
-from nsdrill.observe.channel_text import END, ChannelText, centred, indented, noted, observed_rows, with_definitions
+from nsdrill.compiler.functions import BUFFER, INTEGER, LaneFunction
+from nsdrill.observe.channel_text import (
+    END,
+    ChannelText,
+    MarkerText,
+    centred,
+    indented,
+    noted,
+    observed_rows,
+    with_definitions,
+)
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -31,7 +40,6 @@ from nsdrill.observe.channels import (
     check,
 )
 from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE
-from nsdrill.observe.marking import MarkerText
 
 
 class Event(NamedTuple):
@@ -45,7 +53,7 @@ class Event(NamedTuple):
 
 
 @lru_cache
-def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration) -> tuple[Any, Any]:
+def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) of a declaration for a number of lanes and a row
     layout, whose rows have these ``names``. The observer's own rows are the first of
     ``rows.observed``; the layout may be without the rows of the stepper.
@@ -86,7 +94,7 @@ class _ObserverText(ChannelText):
         gates = dict.fromkeys(part.above for part in declaration.of_kind(MeanAbove))
         self.gates = {name: f"above_{number}" for number, name in enumerate(gates)}
 
-    def make(self) -> Any:
+    def make(self) -> LaneFunction:
         """The compiled observer."""
         kinds = (BUFFER, BUFFER, *(INTEGER for _ in self.sets))
         handle_events = self.compile("handle_events", kinds, ", ".join(("b, store", *self.sets)), self._event_lines())
@@ -100,7 +108,7 @@ class _ObserverText(ChannelText):
             levels: list[TimeAbove | None] = [
                 above for above in self.declaration.of_kind(TimeAbove) if above.channel == channel.name
             ]
-            has_extremes = bool(self.declaration.ends_of(channel.name))
+            has_extremes = channel.name in self.declaration.extremes
             if has_extremes and not levels:
                 levels = [None]
             events += [Event(channel, above, has_extremes and number == 0) for number, above in enumerate(levels)]
@@ -191,7 +199,7 @@ class _ObserverText(ChannelText):
         first = sets[0][0]
         if channel.inside:
             return self._inside_detection_lines(channel, first)
-        found, followed = self.declaration.extremes_of(name), self._is_followed(name)
+        found, followed = self.declaration.extremes.get(name), self._is_followed(name)
         lines = [f"extremum_inside = has_extremum(d0_{k}, d1_{k})" + (f" and {followed}" if followed else "")]
         # what brings a lane into each set
         happens: dict[str, list[str]] = {lanes: [] for lanes, _ in sets}
@@ -232,7 +240,7 @@ class _ObserverText(ChannelText):
         """The lines that compare a channel with its levels, and add the time above
         them of steps without a crossing; what brings a lane into each set joins what
         ``happens``."""
-        k, found = self.number_of[channel.name], self.declaration.extremes_of(channel.name)
+        k, found = self.number_of[channel.name], self.declaration.extremes.get(channel.name)
         lines: list[str] = []
         for number, (lanes, event) in enumerate(sets):
             if event.above is None:
@@ -354,7 +362,7 @@ class _ObserverText(ChannelText):
     def _measuring_lines(self, event: Event) -> list[str]:
         """The lines that measure extrema and crossings of a channel."""
         channel, above, has_extremes = event
-        name, found = channel.name, self.declaration.extremes_of(channel.name)
+        name, found = channel.name, self.declaration.extremes.get(channel.name)
         with_peaks = self.declaration.channels_with_peaks
         has_peaks = has_extremes and name in with_peaks
         least, greatest, low = (

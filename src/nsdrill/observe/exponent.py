@@ -24,13 +24,13 @@ measures Lorenz' system.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache, reduce
-from typing import Any
 
 import numpy as np
 
 from nsdrill.abi import CLOSES, MARKER, OBSERVER, OPENS, Rows
-from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled, inlined, lowest_bit, packed
+from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, LaneFunction, compiled, inlined, lowest_bit, packed
 from nsdrill.data import Array
 from nsdrill.elementary import sincos
 
@@ -90,7 +90,7 @@ def exponent_of(outcome: Array, observe: float, bias: Array | float = 0.0) -> di
 
 
 @lru_cache
-def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, Any]:
+def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) that measure the growth of the tangent states,
     which are one deviation.
 
@@ -148,7 +148,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     return growth, growth_marker
 
 
-def _of_deviation(lanes: int, rows: Rows) -> tuple[Any, Any]:
+def _of_deviation(lanes: int, rows: Rows) -> tuple[Callable[..., float], Callable[..., None]]:
     """The functions ``squared_length(b, i)``, in natural scales, and ``shorten(b, i,
     scale)`` of the deviation of a lane, which are written out."""
     W, end = lanes, lanes * rows.tangent_states
@@ -177,7 +177,7 @@ def _of_deviation(lanes: int, rows: Rows) -> tuple[Any, Any]:
     return squared_length, shorten
 
 
-def _addition(lanes: int, first_: int, place: int) -> Any:
+def _addition(lanes: int, first_: int, place: int) -> LaneFunction:
     """The compiled function that adds what the logarithm of the length has grown since
     the last renormalisation, at the middle of the interval; ``first_`` is the offset of
     the rows of GROWTH."""

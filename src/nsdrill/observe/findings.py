@@ -8,7 +8,7 @@ last returns to the section.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
@@ -158,8 +158,8 @@ def _half_difference(
     names: Names,
     declaration: Declaration,
     runs: int,
-    first: dict[Any, Array],
-    second: dict[Any, Array],
+    first: dict[tuple[str, str], Array],
+    second: dict[tuple[str, str], Array],
     by_name: dict[str, Array],
     half_time: Array,
 ) -> Array:
@@ -167,20 +167,17 @@ def _half_difference(
     differences = []
     channels = {channel.name: channel for channel in declaration.channels}
 
-    def size(scale: Any) -> Any:
+    def size(scale: str | float | Callable[..., Array]) -> Array | float:
         if callable(scale):
             return scale(*(by_name[name] for name in arguments(scale)))
         return np.abs(by_name[scale]) if isinstance(scale, str) else scale
 
-    for name in declaration.channels_of(Extremes):
-        feature = declaration.extremes_of(name)
-        if feature is None or feature.compared is None:
-            continue
+    for name, feature in declaration.extremes.items():
         scale = feature.compared
+        if scale is None:
+            continue
         natural = size(scale_of(channels[name], names) if scale == NATURAL else scale)
-        halves = [
-            [_root(declaration, name, half[end, name]) for end in declaration.ends_of(name)] for half in (first, second)
-        ]
+        halves = [[_root(declaration, name, half[end, name]) for end in feature.ends] for half in (first, second)]
         low_1, low_2 = (half[0] if len(half) == 2 else np.zeros(runs) for half in halves)
         high_1, high_2 = (half[-1] for half in halves)
         span = np.maximum(high_1, high_2) - np.minimum(low_1, low_2) + RANGE_FLOOR * natural

@@ -1,5 +1,6 @@
-"""The kind of motion of a response: equilibrium, period-n, quasi-periodic, chaotic, not
-settled, or undetermined.
+"""Labels of every model: the kind of motion of a response (equilibrium, period-n,
+quasi-periodic, chaotic, not settled, or undetermined), and the verdict of the checks of
+a point.
 
 The returns to the Poincare section determine a period. Without one, the largest
 Lyapunov exponent distinguishes chaos from quasi-periodicity or, where it was not
@@ -11,14 +12,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 
-from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, compiled, inlined, packed
+from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, LaneFunction, compiled, inlined, packed
 from nsdrill.data import Array
 from nsdrill.observe.thresholds import Motion
-from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
+from nsdrill.variables import (
+    CHAOTIC,
+    CHECKS,
+    EQUILIBRIUM,
+    OK,
+    PENDING,
+    PERIODIC,
+    QUASI_PERIODIC,
+    UNDETERMINED,
+    UNSETTLED,
+)
 
 LEAST_REPEATS = 3  # of a period among the returns
 # The greatest scatter of returns that count as the same, as a fraction of that of all
@@ -70,7 +81,7 @@ def _spread(b, first, end, step):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def _make_period() -> Any:
+def _make_period() -> LaneFunction:
     """``S`` states of each of ``room`` returns."""
 
     @compiled(INTEGERS, *[BUFFER] * 3, *[INTEGER] * 3, FLOAT, FLOAT)
@@ -146,7 +157,7 @@ def zero_one(returns: Array, state_scales: Array) -> Array:
 
 
 @lru_cache
-def _make_displacement() -> Any:
+def _make_displacement() -> LaneFunction:
     """Mean square displacements after 1, 2, ... ``lags`` returns."""
     F = FREQUENCIES
 
@@ -198,3 +209,63 @@ def classify_motion(
         default=UNDETERMINED,
     )
     return np.where(status == OK, kind, UNDETERMINED).astype(np.int8)
+
+
+def motions(
+    features: Mapping[str, Array],
+    status: Array,
+    settled: Array,
+    returns: Array,
+    state_scales: Array,
+    still: Array,
+    t: Motion,
+) -> dict[str, Array]:
+    """The labels ``motion`` and ``period`` of runs with these ``returns`` (...,
+    returns, states) to the section, NaN where there are none; ``state_scales`` (...,
+    states) are the natural scales, ``still`` is true for runs at rest."""
+    count = np.count_nonzero(np.isfinite(returns[..., 0]), axis=-1)
+    flat = returns.reshape(-1, *returns.shape[-2:])
+    ok = status == OK
+    periods = np.where(ok, period(flat, state_scales.reshape(len(flat), -1), t).reshape(ok.shape), 0).astype(np.int16)
+    motion = classify_motion(features, status, settled, periods, count, still, t)
+    return {"motion": motion, "period": np.where(motion == PERIODIC, periods, 0).astype(np.int16)}
+
+
+# Whether the response of a point holds in more accurate runs: labels from the results
+# of the point's checks.
+# There are two checks: ``tight``, the same run with a smaller tolerance, and ``long``,
+# the run continued for the same time again.
+
+
+UNCHECKED, AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, CHECK_FAILED = range(5)  # verdicts
+
+
+class ArraysByName(Protocol):
+    """Arrays by name."""
+
+    def __getitem__(self, name: str, /) -> Array: ...
+
+
+def verdict(values: ArraysByName) -> Array:
+    """The result of the checks of each point, from ``response``, the labels of
+    :func:`trust_labels` and the status of the checks:
+
+    - :data:`UNCHECKED`;
+    - :data:`AGREES`;
+    - :data:`FEATURES_DIFFER`: the response is the same and the features are not
+      (chaotic motion, or one that has not settled);
+    - :data:`RESPONSE_DIFFERS`;
+    - :data:`CHECK_FAILED`: a check failed, and no other gave another response.
+    """
+    shape = np.shape(values["trusted"])
+    checked, succeeded, differs = (np.ones(shape, dtype=bool), np.ones(shape, dtype=bool), np.zeros(shape, dtype=bool))
+    for check in CHECKS:
+        ok = values[f"{check}_status"] == OK
+        checked &= values[f"{check}_status"] != PENDING
+        succeeded &= ok
+        differs |= ok & (values[f"{check}_response"] != values["response"])
+    return np.select(
+        [~checked, values["trusted"] == 1, differs, succeeded],
+        [UNCHECKED, AGREES, RESPONSE_DIFFERS, FEATURES_DIFFER],
+        CHECK_FAILED,
+    )

@@ -4,14 +4,13 @@ observer of ``simulate``."""
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from nsdrill.abi import OBSERVER, Rows
-from nsdrill.compiler.functions import compiled, fma
+from nsdrill.compiler.functions import LaneFunction, compiled, fma
 from nsdrill.kernel.batch import unobserved
-from nsdrill.observe.interpolant import position_and_velocity
+from nsdrill.observe.inside import position_and_velocity
 
 # The store: number of the next sample, interval [s], capacity, time at which the run
 # began [s], then the samples, each with all states.
@@ -33,7 +32,7 @@ def samples_of(store: np.ndarray, states: int) -> np.ndarray:
 
 
 @lru_cache
-def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
+def make_tracer(lanes: int, rows: Rows) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) that sample lane 0."""
     W, N, pairs = lanes, rows.own, rows.pairs
     start_, start_rate_, end_, end_rate_, frame_rate_ = (

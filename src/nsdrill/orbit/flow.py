@@ -3,7 +3,7 @@ batch, with monodromies and touches.
 
 A piece of a trajectory, a *leg*, is a run of the kernel. A leg with a monodromy is run
 once for each state, side by side in lanes, with a deviation along that state as tangent
-states; the deviations land on contacts (:mod:`nsdrill.observe.landing`). The numbers do
+states; the deviations land on contacts (:mod:`nsdrill.observe.contacts`). The numbers do
 not depend on which legs share a batch.
 """
 
@@ -13,9 +13,10 @@ from collections.abc import Callable, Collection, Generator, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsdrill.abi import MARKER, OBSERVER, RATES, Rows, aligned_zeros
 from nsdrill.compiler.functions import compiled
@@ -23,10 +24,17 @@ from nsdrill.data import Array
 from nsdrill.errors import InputError
 from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes, unobserved
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, with_step
 from nsdrill.models.base import Model, Symmetry, Variant
-from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
-from nsdrill.observe.touches import TOUCHES, make_levels, make_touches, touch_rows
+from nsdrill.observe.contacts import (
+    TOUCHES,
+    landing_rows,
+    make_landing,
+    make_levels,
+    make_touches,
+    scratch_size,
+    touch_rows,
+)
 from nsdrill.variables import OK
 
 PAIR = "tsitouras"
@@ -39,7 +47,6 @@ TANGENT_TOLERANCE_FACTOR = 100.0  # the tolerance of a deviation over that of th
 DIFFERENCE_STEP = 1e-5  # of central differences by a parameter, in its natural scale
 
 
-@dataclass
 class Legs:
     """Pieces of trajectories, as arrays over n of them; what is one number for all is
     made an array:
@@ -52,19 +59,21 @@ class Legs:
     - ``tolerance_factor`` [n], by which the tolerance of the flow is multiplied.
     """
 
-    state: Array
-    phase: Any
-    duration: Any
-    values: Array
-    tangent: Any = False
-    tolerance_factor: Any = 1.0
-    angular: Any = False
-
-    def __post_init__(self) -> None:
-        n = len(self.state)
-        self.values = np.broadcast_to(self.values, (n, self.values.shape[-1]))
-        for name in ("phase", "duration", "tangent", "tolerance_factor", "angular"):
-            setattr(self, name, np.broadcast_to(getattr(self, name), n))
+    def __init__(
+        self,
+        state: Array,
+        phase: ArrayLike,
+        duration: ArrayLike,
+        values: Array,
+        tangent: ArrayLike = False,
+        tolerance_factor: ArrayLike = 1.0,
+        angular: ArrayLike = False,
+    ) -> None:
+        n = len(state)
+        self.state, self.values = state, np.broadcast_to(values, (n, values.shape[-1]))
+        self.phase, self.duration = np.broadcast_to(phase, n), np.broadcast_to(duration, n)
+        self.tangent, self.angular = np.broadcast_to(tangent, n), np.broadcast_to(angular, n)
+        self.tolerance_factor = np.broadcast_to(tolerance_factor, n)
 
     def __len__(self) -> int:
         return len(self.state)
@@ -94,7 +103,8 @@ class Ends:
 
 def joined(parts: list[Legs]) -> Legs:
     """The legs of all ``parts`` in order."""
-    return Legs(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Legs)))
+    names = vars(parts[0])
+    return Legs(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
 @dataclass(frozen=True)
@@ -260,7 +270,7 @@ def equations_of(
     contacts, levels = len(model.contacts), model.levels(fixed)
     observer_rows = landing_rows(contacts) + touch_rows(contacts + len(levels))
     try:
-        rows = STEPPERS[PAIR].rows(replace(model.rows(fixed, observer_rows, tangent=True), judged=True))
+        rows = with_step(STEPPERS[PAIR], replace(model.rows(fixed, observer_rows, tangent=True), judged=True))
         model.tangent(choose_lanes(FEW), fixed, 0)
     except (NotImplementedError, ValueError) as error:
         raise InputError(
@@ -299,7 +309,7 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     if not contacts:
         return Compiled(right_hand_side, observe_levels, levels_marker)
     contact_functions = model.contact_functions(lanes, fixed, RATES * contacts)
-    land = make_landing(lanes, rows, STEPPERS[PAIR].tableau, 0, contact_functions, model.tangent(1, fixed, 0), contacts)
+    land = make_landing(lanes, rows, STEPPERS[PAIR], 0, contact_functions, model.tangent(1, fixed, 0), contacts)
     observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
     level_column = touch_rows(contacts)
 
@@ -360,10 +370,10 @@ def gather(
 
 def advance(
     flow: Flow,
-    tasks: Mapping[K, Task[Any]],
+    tasks: Mapping[K, Task[T]],
     poll: Callable[[], None] = lambda: None,
     watch: Callable[[Collection[K]], None] = lambda pending: None,
-) -> dict[K, Any]:
+) -> dict[K, T]:
     """The return values of ``tasks``, by key, as of :func:`gather`, their legs run by
     ``flow``. ``poll`` is called once a round, and may raise to stop."""
     every = gather(tasks, watch)
@@ -373,4 +383,5 @@ def advance(
             poll()
             legs = every.send(flow.run(legs))
     except StopIteration as stop:
-        return dict(stop.value)
+        found: dict[K, T] = stop.value
+        return found

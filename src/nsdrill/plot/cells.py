@@ -19,7 +19,7 @@ from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from nsdrill.data import Array
 from nsdrill.models.description import Description
-from nsdrill.observe.labels import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
+from nsdrill.observe.motion import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.page import area_entry, line_entry
 from nsdrill.plot.slices import edges

@@ -16,7 +16,7 @@ from nsdrill.data import Array
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as ModelVariant
 from nsdrill.models.description import Description
@@ -33,6 +33,7 @@ from nsdrill.models.leaves import (
 )
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import Starts
+from nsdrill.observe.contacts import landing_rows, make_landing, scratch_size
 from nsdrill.observe.exponent import (
     GROWTH,
     GROWTH_COLUMNS,
@@ -42,7 +43,6 @@ from nsdrill.observe.exponent import (
     make_growth,
     seed_deviation,
 )
-from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.plan import Chosen, Plan
@@ -68,7 +68,7 @@ class Variant:
         Lyapunov exponent if that is measured."""
         model = self.model.dynamics
         observed = model.observed + (_deviation_rows(model) if self.exponent else 0)
-        return STEPPERS[self.stepper].rows(model.rows(self.fixed, observed, tangent=self.exponent))
+        return with_step(STEPPERS[self.stepper], model.rows(self.fixed, observed, tangent=self.exponent))
 
 
 def _deviation_rows(model: Model) -> int:
@@ -289,7 +289,7 @@ def compiled_parts(lanes: int, variant: Variant) -> Compiled:
     else:
         observer, marker = model.observer(lanes, variant.fixed)
         right_hand_side = model.right_hand_side(lanes, variant.fixed)
-    stepper = STEPPERS[variant.stepper].make(lanes, rows)
+    stepper = make_step(STEPPERS[variant.stepper], lanes, rows)
     for function in (make_advance(), stepper, right_hand_side, observer, marker):
         address(function)
     return Compiled(right_hand_side, observer, marker)
@@ -305,12 +305,12 @@ def make_observers(lanes: int, variant: Variant) -> tuple[LaneFunction, LaneFunc
     """The compiled (observer, marker) that combine all observers: they correct the
     deviation across contacts, and measure the features of the motion and the growth of
     its deviation."""
-    model, rows, stepper = variant.model.dynamics, variant.rows, STEPPERS[variant.stepper]
+    model, rows, pair = variant.model.dynamics, variant.rows, STEPPERS[variant.stepper]
     place, contacts = _landing_place(model), len(model.contacts)
     observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_deviation_rows(model))
     measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
     tangent = model.tangent(1, variant.fixed, place)
-    landing = make_landing(lanes, rows, stepper.tableau, place, measure, tangent, contacts)
+    landing = make_landing(lanes, rows, pair, place, measure, tangent, contacts)
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
 

@@ -69,13 +69,13 @@ def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> li
 
 def _buckled(corners: list[Values], format_value: FormatValue) -> str | None:
     """The warning of modes that the weight on bit buckles."""
-    worst = max(corners, key=lambda corner: float(corner.operation[1]))
+    worst = max(corners, key=lambda corner: corner.point.wob)
     buckled = [n for n, k in enumerate(stiffnesses(worst.parameters, *worst.operation), start=1) if k < 0]
     if not buckled:
         return None
     load = lumped_coefficients(worst.parameters, *worst.operation).buckling_load
     return (
-        f"Buckled: at {format_value(worst.operation[1], 'N', 'kN')} the stiffness of bending mode "
+        f"Buckled: at {format_value(worst.point.wob, 'N', 'kN')} the stiffness of bending mode "
         f"{' and '.join(map(str, buckled))} is negative (Euler load "
         f"{format_value(float(load), 'N', 'kN')}). The collar leans "
         "on its walls there; that is allowed. Shorten the span or lower the weight on bit if it "

@@ -5,11 +5,9 @@ parameters, and the start that follows from them.
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -18,7 +16,8 @@ from nsdrill.models.beam.parameters import MAX_MODES, Beam, Initial, Parameters
 from nsdrill.models.christoforou_yigit import columns as lumped
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
-from nsdrill.models.leaves import Values, lane_values, lanes_of
+from nsdrill.models.leaves import Values, lane_values, lanes_of, leaves, with_values
+from nsdrill.models.operation import Numeric
 
 FIRST_MODE = ("x", "vx", "y", "vy")  # of the first mode, as named in the study's start
 COMMON = ("z", "vz", "twist", "bit_speed")
@@ -137,32 +136,24 @@ def aux_of(options: Options) -> tuple[str, ...]:
     return (*AUX, *(f"{name}_{j}" for j in range(1, options.stations + 1) for name in LOCAL_AUX))
 
 
-def coefficients(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any) -> Coefficients:
+def coefficients(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: Numeric) -> Coefficients:
     """The lumped coefficients (:mod:`nsdrill.models.christoforou_yigit.coefficients`),
     those of the first mode among them, without the factor of the modal mass."""
     return derive(as_lumped(parameters), depth, wob, rotary_speed)
 
 
+LUMPED_KEYS = {key for key, _, _ in leaves(LumpedParameters())}
+
+
 def as_lumped(parameters: Parameters) -> LumpedParameters:
     """The parameters of the lumped model with the same numbers, some of which may be
     arrays over points, and without its options."""
-    lumped_parameters: LumpedParameters = _copied(LumpedParameters(), parameters)
+    numbers = {key: value for key, value, _ in leaves(parameters) if key in LUMPED_KEYS}
     beam = parameters.beam
     softening = "none"  # the lumped model has no load without the torque
     if isinstance(beam.axial_load, str):
         softening = "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
-    object.__setattr__(lumped_parameters.drillstring, "lateral_softening", softening)
-    return lumped_parameters
-
-
-def _copied(target: Any, source: Any) -> Any:
-    copied = copy.copy(target)
-    for item in fields(source):
-        if hasattr(target, item.name):
-            value = getattr(source, item.name)
-            value = _copied(getattr(target, item.name), value) if is_dataclass(value) else value
-            object.__setattr__(copied, item.name, value)
-    return copied
+    return with_values(LumpedParameters(), numbers | {"drillstring.lateral_softening": softening})
 
 
 def places(beam: Beam) -> list[float]:
@@ -170,14 +161,14 @@ def places(beam: Beam) -> list[float]:
     return [station.at for station in beam.stations]
 
 
-def watched(beam: Beam) -> Any:
+def watched(beam: Beam) -> Numeric:
     """Where radius and whirl are measured, as a fraction of the span."""
     if beam.watched is not None:
         return beam.watched
     return min(places(beam), key=lambda place: round(abs(place - 0.5), 9))
 
 
-def walls(parameters: Parameters, gap: Any) -> list[tuple[Any, Any]]:
+def walls(parameters: Parameters, gap: Numeric) -> list[tuple[Numeric, Numeric]]:
     """Gap [m] and stiffness of the wall at each station, by default those of the well;
     the stiffness is 0 where there is no wall. ``gap`` is that of the well."""
     return [
@@ -189,14 +180,14 @@ def walls(parameters: Parameters, gap: Any) -> list[tuple[Any, Any]]:
     ]
 
 
-def drags(parameters: Parameters, lumped_drag: Any) -> list[Any]:
+def drags(parameters: Parameters, lumped_drag: Numeric) -> list[Numeric]:
     """The drag at each station [N s^2/m^2], by default the one that, at all stations,
     gives the first mode the drag of the lumped model, ``lumped_drag``."""
     cubes = sum(power(np.abs(shape(place, 1)), 3) for place in places(parameters.beam))
     return [lumped_drag / cubes if station.drag is None else station.drag for station in parameters.beam.stations]
 
 
-def eccentricities(parameters: Parameters) -> dict[int, Any]:
+def eccentricities(parameters: Parameters) -> dict[int, Numeric]:
     """The distance of the mass centre from the axis [m] of each mode that has one."""
     distances, string = parameters.beam.eccentricity_modes, parameters.drillstring
     modes = unbalanced_modes(parameters)
@@ -206,28 +197,28 @@ def eccentricities(parameters: Parameters) -> dict[int, Any]:
     return {n: first if n == 1 else first * (1.0 / n) for n in modes}
 
 
-def shape(place: Any, mode: int) -> Any:
+def shape(place: Numeric, mode: int) -> Numeric:
     """sin(n pi xi) at a fraction of the span."""
     return one_by_one(math.sin, mode * math.pi * np.asarray(place, dtype=float))
 
 
-def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
+def values_of(points: Values, stuck_below: float) -> Mapping[str, Numeric]:
     """The lane parameters by name, numbers or arrays over the points."""
     parameters: Parameters = points.parameters
     string, beam = parameters.drillstring, parameters.beam
     options = options_of(parameters)
     depth, wob, speed = points.operation
     k = coefficients(parameters, depth, wob, speed)
-    values: dict[str, Any] = lumped.values_of(as_lumped(parameters), depth, wob, speed, stuck_below)
+    values: dict[str, Numeric] = lumped.values_of(as_lumped(parameters), depth, wob, speed, stuck_below)
     factor, span = beam.modal_mass_factor, string.collar.span
     mass, bending = factor * k.m_l, factor * k.k_bend
     eccentric = factor * k.m_e
     distances = eccentricities(parameters)
     arms = {n: eccentric * e / mass for n, e in distances.items()}
-    unbalance: Any = sum(eccentric * e * (e - arms[n]) for n, e in distances.items())
+    unbalance: Numeric = sum(eccentric * e * (e - arms[n]) for n, e in distances.items())
     force = factor * math.pi**2 / (2 * span)
     axial_load = beam.axial_load
-    steady: Any = {"live": 0.0, "static": wob}[axial_load] if isinstance(axial_load, str) else axial_load
+    steady: Numeric = {"live": 0.0, "static": wob}[axial_load] if isinstance(axial_load, str) else axial_load
     station_places = places(beam)
     friction_arm = values["bit_rise"] + values["bit_dynamic"]
     values |= lane_values(parameters) | {
@@ -255,7 +246,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
     return values
 
 
-def stiffnesses(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any) -> list[Any]:
+def stiffnesses(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: Numeric) -> list[Numeric]:
     """The stiffness of each mode [N/m] under the weight on bit, softened as in the
     study; negative if buckled."""
     k, axial_load = coefficients(parameters, depth, wob, rotary_speed), parameters.beam.axial_load
@@ -265,7 +256,7 @@ def stiffnesses(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any)
     return [factor * (n**4 * k.k_bend - n**2 * softening * load) for n in range(1, parameters.beam.modes + 1)]
 
 
-def bent_against_wall(points: Values) -> dict[str, Any]:
+def bent_against_wall(points: Values) -> dict[str, Numeric]:
     """The modes of a collar that a force at the watched place bends against the wall,
     until the wall's force is ``initial.wall_force``: x_n = (phi_n / k_n) X / sum_i
     (phi_i^2 / k_i), where X is the gap plus the penetration."""
@@ -274,10 +265,10 @@ def bent_against_wall(points: Values) -> dict[str, Any]:
     assert initial.wall_force is not None
     well, place = parameters.well, watched(parameters.beam)
     exponent = 2 / 3 if well.law == "hertz" else 1.0
-    gap = (well.diameter - parameters.drillstring.collar.outer_diameter) / 2
-    station_walls = zip(places(parameters.beam), walls(parameters, gap), strict=True)
+    well_gap = (well.diameter - parameters.drillstring.collar.outer_diameter) / 2
+    station_walls = zip(places(parameters.beam), walls(parameters, well_gap), strict=True)
     gap, wall_stiffness = next(
-        (wall for at, wall in station_walls if at == place and np.all(wall[1])), (gap, well.stiffness)
+        (wall for at, wall in station_walls if at == place and np.all(wall[1])), (well_gap, well.stiffness)
     )
     reach = gap + _root(np.asarray(initial.wall_force) / wall_stiffness, exponent)
     stiffness = stiffnesses(parameters, *points.operation)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 from nsdrill.models.beam.columns import COMMON, FIRST_MODE, STATE_SETS, as_lumped
 from nsdrill.models.beam.parameters import MAX_MODES, ORDERS, Initial, Parameters, constraints
@@ -13,6 +12,7 @@ from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.description import attributes
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Numeric
 from nsdrill.variables import Variable, feature, in_trace
 
 USUAL = 5  # modes
@@ -45,7 +45,7 @@ def states(parameters: Parameters) -> tuple[str, ...]:
     return STATE_SETS[parameters.beam.modes]
 
 
-def friction_rates(points: Values) -> Mapping[str, Any]:
+def friction_rates(points: Values) -> Mapping[str, Numeric]:
     """The rates of the lumped model with the same numbers."""
     return LUMPED.friction_rates(replace(points, parameters=as_lumped(points.parameters)))
 

@@ -23,20 +23,21 @@ the kinetic energy sum_n 1/2 m_e |v_n + e_n omega (-sin phi, cos phi)|^2 + 1/2 (
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
-from nsdrill.equations.contacts import friction, touching
-from nsdrill.equations.library import sqrt
+from nsdrill.equations.graph import Number
+from nsdrill.equations.library import friction, sqrt, touching
+from nsdrill.equations.trace import Named
+from nsdrill.models.beam.columns import Options
 from nsdrill.models.christoforou_yigit.equations import bit_on_rock
 from nsdrill.models.friction import hyperbolic, numbers_of
 
 
-def along(shape: Iterable[Any], values: Iterable[Any]) -> Any:
+def along(shape: Iterable[Number], values: Iterable[Number]) -> Number:
     """The sum of a mode's or a station's share in each of ``values``."""
     return sum(a * b for a, b in zip(shape, values, strict=True))
 
 
-def equations(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
+def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:
     """(slopes of the velocities by name, further outputs)."""
     modes, stations = range(1, o.modes + 1), range(1, o.stations + 1)
     x, vx, y, vy = ([getattr(s, f"{name}_{n}") for n in modes] for name in ("x", "vx", "y", "vy"))

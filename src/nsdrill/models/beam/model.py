@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from nsdrill.models.christoforou_yigit.equations import forces as lumped_forces
 from nsdrill.models.christoforou_yigit.observed import coordinates
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names
@@ -42,7 +43,7 @@ from nsdrill.observe.thresholds import Record
 State = Mapping[str, Array]
 
 
-def at_place(parameters: Parameters, state: State, place: Any) -> dict[str, Array]:
+def at_place(parameters: Parameters, state: State, place: Numeric) -> dict[str, Array]:
     """x, vx, y, vy [m, m/s] of the collar at a fraction of its span."""
     modes = range(1, parameters.beam.modes + 1)
     return {
@@ -50,7 +51,7 @@ def at_place(parameters: Parameters, state: State, place: Any) -> dict[str, Arra
     }
 
 
-def _walls(parameters: Parameters, point: Any, state: State) -> list[dict[str, Array]]:
+def _walls(parameters: Parameters, point: OperatingPoint, state: State) -> list[dict[str, Array]]:
     """The forces of the lumped model at each station, with position and velocity."""
     rest = {name: state[name] for name in ("z", "vz", "twist", "bit_speed", "drive_angle")}
     stations = []
@@ -66,7 +67,7 @@ def _walls(parameters: Parameters, point: Any, state: State) -> list[dict[str, A
     return stations
 
 
-def forces(parameters: Parameters, point: Any, state: State) -> dict[str, Array]:
+def forces(parameters: Parameters, point: OperatingPoint, state: State) -> dict[str, Array]:
     """The variables of a trace besides the states: x, vx, y, vy [m, m/s] and the polar
     coordinates of the watched place; the forces and torques of the rock; the sums of
     ``wall_force`` and ``wall_friction`` over all stations [N]."""
@@ -78,7 +79,7 @@ def forces(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
     return {**motion, **result}
 
 
-class ElasticCollar(CollarInHole):
+class ElasticCollar(CollarInHole[Parameters]):
     """The states and lane parameters that every collar has come first."""
 
     name = "beam"
@@ -90,7 +91,7 @@ class ElasticCollar(CollarInHole):
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
 
-    def symmetry(self, points: Values) -> Symmetry:
+    def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """The equations depend on the direction only through the lobes."""
         options = options_of(points.parameters)
         names = states_of(options.modes)
@@ -115,10 +116,10 @@ class ElasticCollar(CollarInHole):
         """All velocities but the axial one."""
         return tuple(name for name in self.slope_names(variant) if name != "vz")
 
-    def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+    def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return values_of(points, thresholds.stuck_below)
 
-    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Any]:
+    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
         """The natural scale of each state: of a mode a tenth of the gap, and that times its
         frequency without load; the others as in the lumped model."""
         lateral = 0.1 * table["gap"]
@@ -140,12 +141,12 @@ class ElasticCollar(CollarInHole):
 
     # The start
 
-    def steady(self, points: Values) -> Mapping[str, Any]:
+    def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         k = coefficients(points.parameters, *points.operation)
         rest = -np.asarray(points.operation[1]) / (k.k_a + points.parameters.bit.rock_stiffness)
         return {"z": rest, "bit_speed": points.operation[2]}
 
-    def initial_values(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+    def initial_values(self, points: Values[Parameters], names: Sequence[str]) -> dict[str, Numeric]:
         steady, initial = self.steady(points), points.initial
         values = {name: getattr(initial, name.removesuffix("_1"), 0.0) for name in names}
         values |= {name: steady[name] for name in steady if values[name] is None}
@@ -153,12 +154,12 @@ class ElasticCollar(CollarInHole):
             values |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | bent_against_wall(points)
         return values
 
-    def sliced(self, points: Values, number: Array) -> dict[str, Array]:
+    def sliced(self, points: Values[Parameters], number: Array) -> dict[str, Array]:
         """In the study's start, the states of the first mode have no number."""
         values = slice_points(points.initial, (*FIRST_MODE, *COMMON, "drive_angle"), number)
         return {f"{name}_1" if name in FIRST_MODE else name: value for name, value in values.items()}
 
-    def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
+    def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         """The starts of the lumped model, with the first mode for its lateral motion;
         mode n has positions within 1/n^2 of those of the first, and the same
         speeds."""
@@ -191,5 +192,5 @@ class ElasticCollar(CollarInHole):
             state[name] = sum(by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes)
         return coordinates(np.stack([state[name] for name in STATE_NAMES], axis=-1))
 
-    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
+    def outputs(self, parameters: Parameters, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
         return forces(parameters, point, state)

@@ -10,17 +10,19 @@ each summed over the stations while they are on the wall.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from nsdrill.compiler.functions import define, fma
+from nsdrill.data import Array
 from nsdrill.models.beam.columns import Options, aux_of, columns_of, lateral, slopes_of, states_of
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
+from nsdrill.models.operation import Numeric
 from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import (
     Channel,
@@ -68,7 +70,7 @@ def total(factors: Sequence[str], others: Sequence[str]) -> str:
 
 
 @lru_cache
-def outputs_of(options: Options) -> Any:
+def outputs_of(options: Options) -> Callable[..., Any]:
     """The function of the quantities that are computed once a step, of the watched
     place, the station with the greatest wall force, and the bit."""
     modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
@@ -134,11 +136,11 @@ CHANNELS = (
 )
 
 
-def _ratio(numerator: Any, denominator: Any, otherwise: float) -> Any:
+def _ratio(numerator: Array, denominator: Array, otherwise: float) -> Array:
     return np.divide(numerator, denominator, out=np.full(len(denominator), otherwise), where=denominator != 0.0)
 
 
-def _wall_force_max(hertz: int) -> Any:
+def _wall_force_max(hertz: int) -> Callable[..., Numeric]:
     return lambda wall_stiffness, clearance_max: wall_force(hertz, wall_stiffness, clearance_max)
 
 

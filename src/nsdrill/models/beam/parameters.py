@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.models.christoforou_yigit.parameters import Collar
-from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.models.operation import LARGEST_FORCE, ModelParameters
 from nsdrill.models.sections import HyperbolicFriction, Lobes, Steel, StillMud, Wall
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter, records
@@ -171,7 +171,7 @@ class Beam(Checked):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
     drillstring: Drillstring = field(default_factory=Drillstring)

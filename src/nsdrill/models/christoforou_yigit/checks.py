@@ -59,16 +59,15 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
 class Corner:
     """An operating point at the ends of all axes and ramps of a study."""
 
-    values: Values
+    values: Values[Parameters]
 
     @property
     def parameters(self) -> Parameters:
-        parameters: Parameters = self.values.parameters
-        return parameters
+        return self.values.parameters
 
     @cached_property
     def operation(self) -> Operation:
-        return Operation(*self.values.operation)
+        return self.values.point
 
     @cached_property
     def k(self) -> Coefficients:

@@ -13,15 +13,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
 from nsdrill.models import friction
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.operation import Numeric
 from nsdrill.ranges import computed
 
-Float = float | np.ndarray
 GRAVITY = 9.80665  # m/s^2, standard
 
 
@@ -30,25 +29,25 @@ class Coefficients:
     """The lumped coefficients [SI]; each a float, or an array over operating points. The
     radii have no meaning of their own for ``check``."""
 
-    m_c: Float = computed("kg", "modal steel mass of the span")
-    m_f: Float = computed("kg", "modal fluid mass, inside and added")
-    m_l: Float = computed("kg", "lateral mass")  #: m_c + m_f
-    m_e: Float = computed("kg", "eccentric mass")
-    k_bend: Float = computed("N/m", "bending stiffness of the span")  #: E I pi^4 / (2 l^3)
-    c_h: Float = computed("N s^2/m^2", "hydrodynamic drag coefficient")
-    m_a: Float = computed("kg", "axial mass")
-    k_a: Float = computed("N/m", "axial stiffness of the pipe")
-    J: Float = computed("kg m^2", "rotary inertia")
-    k_t: Float = computed("N m/rad", "torsional stiffness of the pipe")
-    gap: Float = computed("m", "radial clearance between collar and wall")  #: c0
-    depth_of_cut: Float = computed("m", "depth of cut per revolution")
-    cutting_arm: Float = computed("m", "arm of the cutting torque")  #: zeta sqrt(r_h delta_c)
-    buckling_load: Float = computed("N", "buckling load of the span")  #: pi^2 E I / l^2
-    bit_radius: Float = computed("m")  #: r_h, half the hole diameter
-    collar_radius: Float = computed("m")  #: R_c
+    m_c: Numeric = computed("kg", "modal steel mass of the span")
+    m_f: Numeric = computed("kg", "modal fluid mass, inside and added")
+    m_l: Numeric = computed("kg", "lateral mass")  #: m_c + m_f
+    m_e: Numeric = computed("kg", "eccentric mass")
+    k_bend: Numeric = computed("N/m", "bending stiffness of the span")  #: E I pi^4 / (2 l^3)
+    c_h: Numeric = computed("N s^2/m^2", "hydrodynamic drag coefficient")
+    m_a: Numeric = computed("kg", "axial mass")
+    k_a: Numeric = computed("N/m", "axial stiffness of the pipe")
+    J: Numeric = computed("kg m^2", "rotary inertia")
+    k_t: Numeric = computed("N m/rad", "torsional stiffness of the pipe")
+    gap: Numeric = computed("m", "radial clearance between collar and wall")  #: c0
+    depth_of_cut: Numeric = computed("m", "depth of cut per revolution")
+    cutting_arm: Numeric = computed("m", "arm of the cutting torque")  #: zeta sqrt(r_h delta_c)
+    buckling_load: Numeric = computed("N", "buckling load of the span")  #: pi^2 E I / l^2
+    bit_radius: Numeric = computed("m")  #: r_h, half the hole diameter
+    collar_radius: Numeric = computed("m")  #: R_c
 
 
-def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float) -> Coefficients:
+def derive(parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: Numeric) -> Coefficients:
     """The coefficients at operating points: depth [m], weight on bit [N], top-drive
     speed [rad/s], scalars or arrays that broadcast together. Raises ValueError where a
     depth does not exceed the collar length."""
@@ -93,12 +92,12 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
     return Coefficients(**plain)
 
 
-def ring(outer: Float, inner: Float) -> tuple[Any, Any]:
+def ring(outer: Numeric, inner: Numeric) -> tuple[Numeric, Numeric]:
     """Area [m^2] and second moment of area [m^4] of a ring."""
     return math.pi / 4 * (power(outer, 2) - power(inner, 2)), math.pi / 64 * (power(outer, 4) - power(inner, 4))
 
 
-def one_by_one(function: Callable[[float], float], values: Any) -> Any:
+def one_by_one(function: Callable[[float], float], values: Numeric) -> Numeric:
     """A ``function`` of the math module at every value. The bits of numpy's functions
     depend on the processor and on the length of the array."""
     if np.ndim(values) == 0:
@@ -107,7 +106,7 @@ def one_by_one(function: Callable[[float], float], values: Any) -> Any:
     return np.array([function(value) for value in values.ravel().tolist()]).reshape(values.shape)
 
 
-def power(base: Float, exponent: int) -> Any:
+def power(base: Numeric, exponent: int) -> Numeric:
     """``base`` to an integer power, number by number. numpy's power of an array differs
     in the last bit from that of a number, and a point of a sweep has the same bits as a
     single run."""
@@ -139,32 +138,32 @@ def bit_numbers(parameters: Parameters, k: Coefficients) -> friction.Numbers:
     return law_of_bit(parameters).numbers(parameters.bit.friction, 2 / 3 * k.bit_radius, k.cutting_arm)
 
 
-def bit_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
+def bit_arm(parameters: Parameters, k: Coefficients, speed: Numeric) -> Numeric:
     """The torque of the bit over its force [m], with its sign, at bit speeds
     [rad/s]."""
     return _arm("coefficient", parameters, k, speed)
 
 
-def _arm(which: str, parameters: Parameters, k: Coefficients, speed: Any) -> Any:
+def _arm(which: str, parameters: Parameters, k: Coefficients, speed: Numeric) -> Numeric:
     return friction.values(law_of_bit(parameters), which, speed, bit_numbers(parameters, k))
 
 
-def running_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
+def running_arm(parameters: Parameters, k: Coefficients, speed: Numeric) -> Numeric:
     """The arm [m] at positive bit speeds [rad/s] without smoothing."""
     return _arm("unsmoothed", parameters, k, speed)
 
 
-def static_arm(parameters: Parameters, k: Coefficients) -> Any:
+def static_arm(parameters: Parameters, k: Coefficients) -> Numeric:
     """The greatest arm [m] at rest, or a bound of it."""
     return law_of_bit(parameters).at_rest(parameters.bit.friction, 2 / 3 * k.bit_radius, k.cutting_arm)
 
 
-def slope_at_rest(parameters: Parameters, k: Coefficients) -> Any:
+def slope_at_rest(parameters: Parameters, k: Coefficients) -> Numeric:
     """The slope of the arm at rest [m s/rad]."""
     return _arm("slope", parameters, k, 0.0)
 
 
-def fall(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
+def fall(parameters: Parameters, k: Coefficients, speed: Numeric) -> Numeric:
     """The rate at which the torque over the force falls with bit speed [m s/rad],
     without smoothing, at positive speeds."""
     return _arm("fall", parameters, k, speed)

@@ -40,7 +40,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -49,8 +48,9 @@ from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive,
 from nsdrill.models.christoforou_yigit.columns import STATES, axial_scale
 from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import P, Values
 from nsdrill.models.numbers import drilled
+from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import WHIRL, Thresholds
 from nsdrill.models.starts import in_the_disc
 from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL
@@ -117,7 +117,7 @@ AXIAL_REACH = 2.0  # times static penetration and lobe amplitude together
 LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit
 
 
-def drawn(points: Values, u: Array) -> dict[str, Any]:
+def drawn(points: Values, u: Array) -> dict[str, Numeric]:
     """The states by name, from numbers ``u`` [starts, 9] that are uniform in [0, 1):
     of x, y, vx, vy, z, vz, twist, bit speed and the angle of the drive. A drive that is
     not ideal begins with the set speed."""
@@ -137,7 +137,7 @@ def drawn(points: Values, u: Array) -> dict[str, Any]:
     }
 
 
-def reach_of_collar(k: Coefficients, speed: Any, spread: float) -> tuple[Any, Any]:
+def reach_of_collar(k: Coefficients, speed: Numeric, spread: float) -> tuple[Numeric, Numeric]:
     """The greatest distance from the axis of the hole [m] and the greatest speed [m/s]
     of the collar in an ensemble."""
     fastest = spread * np.maximum(k.gap * np.sqrt(k.k_bend / k.m_l), k.collar_radius * speed)
@@ -147,8 +147,8 @@ def reach_of_collar(k: Coefficients, speed: Any, spread: float) -> tuple[Any, An
 def string_and_bit(
     parameters: Parameters,
     k: Coefficients,
-    wob: Any,
-    speed: Any,
+    wob: Numeric,
+    speed: Numeric,
     spread: float,
     z: Array,
     vz: Array,
@@ -171,7 +171,7 @@ def string_and_bit(
     }
 
 
-class CollarInHole(Model):
+class CollarInHole(Model[P]):
     """Every string of such a model has the lane parameters of the hole, the rock and
     the set speed."""
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,9 +25,10 @@ from nsdrill.models.christoforou_yigit.coefficients import (
 )
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.christoforou_yigit.variables import DRIVEN_STATE_NAMES, MOTOR_STATE_NAMES, STATE_NAMES
 from nsdrill.models.friction import LAWS, rate_at_rest
 from nsdrill.models.leaves import Values, lane_values, lanes_of
+from nsdrill.models.operation import Numeric
 
 
 class Options(NamedTuple):
@@ -85,7 +86,7 @@ def options_of(parameters: Parameters) -> Options:
     )
 
 
-def is_used(value: Any) -> int:
+def is_used(value: Numeric) -> int:
     """1 for a number that is not zero, and for every array."""
     return int(np.ndim(value) > 0 or value != 0.0)
 
@@ -93,7 +94,7 @@ def is_used(value: Any) -> int:
 # The steepness of the friction of bit, wall and stabilisers.
 
 
-def friction_rates(points: Values) -> dict[str, Any]:
+def friction_rates(points: Values) -> dict[str, Numeric]:
     """The rates [1/s] at which friction at rest decelerates a slip, of bit, wall and
     stabilisers, by the keys of their smoothing: (2/pi) eps mu N over the effective mass
     of the slip. The normal force N is the weight on bit, the force between a rolling
@@ -109,22 +110,16 @@ def friction_rates(points: Values) -> dict[str, Any]:
     bit_rate = wob * slope_at_rest(parameters, k) / k.J if modes.torsional == "free" else 0.0
     wall_rate = rate_at_rest(parameters.well.friction, normal, per_mass) if modes.lateral == "free" else 0.0
     rates = {f"bit.friction.{law_of_bit(parameters).steep}": bit_rate, "well.friction.smoothing": wall_rate}
-    radius = stabilizer_radius(parameters)
-    if radius is not None and modes.lateral == "free":
-        clearance = parameters.stabilizer.clearance
+    clearance = parameters.stabilizer.clearance
+    if clearance is not None and modes.lateral == "free":
+        radius = stabilizer_radius(parameters, clearance)
         span_force, per_mass = (k.k_bend * (k.gap - clearance), radius**2 / k.J + clearance / k.gap / k.m_l)
         rate = rate_at_rest(parameters.stabilizer.friction, span_force, per_mass)
         rates["stabilizer.friction.smoothing"] = rate
     return rates
 
 
-SWIRL_PARAMETERS = ("swirl_rate", "swirl_momentum")
-STABILIZER_PARAMETERS = ("clearance", "stabilizer_radius", "stabilizer_arm", *friction.columns_of("stabilizer"))
-WEIGHT_PARAMETERS = ("weight", "eccentric_weight")
-AXIAL_PARAMETERS = ("penetration_rate",)
-
-
-def weights(parameters: Parameters) -> tuple[Any, Any]:
+def weights(parameters: Parameters) -> tuple[Numeric, Numeric]:
     """F_g and W_g [N]: the modal weight across the hole, buoyed, and that of the steel
     alone."""
     collar, mud = parameters.drillstring.collar, parameters.mud
@@ -135,39 +130,38 @@ def weights(parameters: Parameters) -> tuple[Any, Any]:
     return across * (steel + fluid), across * steel
 
 
-def stabilizer_radius(parameters: Parameters) -> Any:
-    """R_s = D_well/2 - s0 [m], None without stabilisers."""
-    clearance = parameters.stabilizer.clearance
-    return None if clearance is None else parameters.well.diameter / 2 - clearance
+def stabilizer_radius(parameters: Parameters, clearance: Numeric) -> Numeric:
+    """R_s = D_well/2 - s0 [m]."""
+    return parameters.well.diameter / 2 - clearance
 
 
-def rate_of_penetration(k: Coefficients, rotary_speed: Any) -> Any:
+def rate_of_penetration(k: Coefficients, rotary_speed: Numeric) -> Numeric:
     """ROP [m/s], from the depth of cut."""
     return k.depth_of_cut * rotary_speed / (2 * math.pi)
 
 
-def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Any) -> dict[str, Any]:
+def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Numeric) -> dict[str, Numeric]:
     """The lane parameters of all options by their names, also of options that are off.
     ``rotary_speed`` is in rad/s. Where the lateral mode is frozen, the eccentric weight
     is zero and the other forces have no effect."""
-    clearance = parameters.stabilizer.clearance
     across, steel = weights(parameters)
     eccentricity = parameters.drillstring.eccentricity
     if parameters.modes.lateral == "frozen" or not parameters.drillstring.eccentric_weight:
         eccentricity = 0.0
     rate = parameters.mud.swirl * rotary_speed
-    radius = stabilizer_radius(parameters)
-    return {
+    values = {
         "swirl_rate": rate,
         "swirl_momentum": k.m_f * rate,
-        "clearance": clearance,
-        "stabilizer_radius": radius,
-        "stabilizer_arm": None if radius is None else radius / k.collar_radius,
-        **friction.stribeck(parameters.stabilizer.friction).columns("stabilizer"),
         "weight": across,
         "eccentric_weight": steel * eccentricity,
         "penetration_rate": rate_of_penetration(k, rotary_speed),
+        **friction.stribeck(parameters.stabilizer.friction).columns("stabilizer"),
     }
+    clearance = parameters.stabilizer.clearance
+    if clearance is not None:
+        radius = stabilizer_radius(parameters, clearance)
+        values |= {"clearance": clearance, "stabilizer_radius": radius, "stabilizer_arm": radius / k.collar_radius}
+    return values
 
 
 STATES = STATE_NAMES[:-1]  # of string and bit
@@ -197,8 +191,7 @@ PARAMETERS = (
     "stuck_below",
     *lanes_of(Parameters),
 )
-# Further states and parameters of a drive that is not ideal.
-DRIVE_STATES = ("lag", "drive_speed")
+# Those of a drive that is not ideal.
 DRIVE_PARAMETERS = (
     "per_drive_inertia",
     "drive_stiffness",
@@ -207,33 +200,31 @@ DRIVE_PARAMETERS = (
     "speed_gain",
     "shaft_damping",
 )
-# Further states and parameters of a DC motor.
-MOTOR_STATES = ("motor_impulse", "motor_torque")
-MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
-# The law of the motor's voltage, where it has gains.
+# The law of a motor's voltage, where it has gains.
 REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
+# The lane parameters that options bring.
+FURTHER = {
+    "driven": DRIVE_PARAMETERS,
+    "limited": ("torque_limit",),
+    "motor": ("motor_damping", "per_circuit_time"),
+    "regulated": REGULATOR_PARAMETERS,
+    "swirl": ("swirl_rate", "swirl_momentum"),
+    "stabilizer": ("clearance", "stabilizer_radius", "stabilizer_arm", *friction.columns_of("stabilizer")),
+    "weight": ("weight", "eccentric_weight"),
+    "axial_friction": ("penetration_rate",),
+}
 IGNORED_SCALE = 1e30  # the scale of a state that does not affect the step size
 
 
 def states_of(options: Options) -> tuple[str, ...]:
     """The names of the states."""
-    drive = (*DRIVE_STATES, *MOTOR_STATES) if options.motor else DRIVE_STATES
-    return (*STATES, *drive) if options.driven else STATES
+    names = MOTOR_STATE_NAMES if options.motor else DRIVEN_STATE_NAMES if options.driven else STATE_NAMES
+    return names[:-1]
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters."""
-    drive = (*DRIVE_PARAMETERS, "torque_limit") if options.limited else DRIVE_PARAMETERS
-    drive = (*drive, *MOTOR_PARAMETERS) if options.motor else drive
-    drive = (*drive, *REGULATOR_PARAMETERS) if options.regulated else drive
-    return (
-        *PARAMETERS,
-        *(drive if options.driven else ()),
-        *(SWIRL_PARAMETERS if options.swirl else ()),
-        *(STABILIZER_PARAMETERS if options.stabilizer else ()),
-        *(WEIGHT_PARAMETERS if options.weight else ()),
-        *(AXIAL_PARAMETERS if options.axial_friction else ()),
-    )
+    return (*PARAMETERS, *(name for option, names in FURTHER.items() if getattr(options, option) for name in names))
 
 
 def aux_of(options: Options) -> tuple[str, ...]:
@@ -241,7 +232,9 @@ def aux_of(options: Options) -> tuple[str, ...]:
     return (*AUX, *SOLVE_AUX) if options.implicit else AUX
 
 
-def values_of(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float) -> dict[str, Any]:
+def values_of(
+    parameters: Parameters, depth: Numeric, wob: Numeric, rotary_speed: Numeric, stuck_below: float
+) -> dict[str, Numeric]:
     """The lane parameters at operating points, by name: numbers or arrays, from depth
     [m], wob [N] and rotary_speed [rad/s]."""
     k: Coefficients = derive(parameters, depth, wob, rotary_speed)
@@ -250,7 +243,7 @@ def values_of(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, s
     q = k.m_e * string.eccentricity / k.m_l
     force_softening, torque_softening = math.pi**2 / (2 * span), math.pi**3 / (2 * power(span, 2))
     live = string.lateral_softening == "live"
-    values: dict[str, Any] = lane_values(parameters) | {
+    values: dict[str, Numeric] = lane_values(parameters) | {
         "set_speed": rotary_speed,
         "wob": wob,
         "per_lateral_mass": 1 / k.m_l,
@@ -283,7 +276,7 @@ def values_of(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, s
         values |= dict(zip(DRIVE_PARAMETERS, (1 / inertia, *law), strict=True))
         drive = parameters.drive
         values |= {
-            "torque_limit": drive.torque_limit,
+            "torque_limit": math.inf if drive.torque_limit is None else drive.torque_limit,
             "motor_damping": drive.motor_damping,
             "per_circuit_time": 1 / drive.circuit_time,
         }

@@ -211,7 +211,7 @@ def onset(parameters: Parameters, k: Coefficients, slope: float) -> float | None
     # from the steepest fall on: most laws fall most steeply at rest, others rise first
     trial = np.append(0.0, np.geomspace(1e-3, FASTEST, 7001))
     start = float(trial[int(np.argmax(fall(parameters, k, trial)))])
-    return _last(lambda speeds: fall(parameters, k, speeds) > slope, start, FASTEST, 14)
+    return _last(lambda speeds: np.asarray(fall(parameters, k, speeds) > slope), start, FASTEST, 14)
 
 
 def _last(holds: Callable[[Array], Array], low: float, high: float, rounds: int) -> float | None:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any
 
+from nsdrill.data import Array, Attributes, Resolved
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import friction_rates, is_used
@@ -26,7 +26,7 @@ _LAW = {item.name: item.default for item in fields(BitFriction) if item.name not
 _MOTOR = ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia")
 
 
-def completed(resolved: Mapping[str, Any]) -> dict[str, Any]:
+def completed(resolved: Resolved) -> Resolved:
     """A resolved study of any version with the keys of the bit's friction law."""
     bit = resolved.get("bit", {})
     if "law" in bit.get("friction", {}):
@@ -34,7 +34,7 @@ def completed(resolved: Mapping[str, Any]) -> dict[str, Any]:
     return {**resolved, "bit": {**bit, "friction": {**bit["friction"], **_LAW}}}
 
 
-def as_before(parts: Mapping[str, Any]) -> dict[str, Any]:
+def as_before(parts: Resolved) -> Resolved:
     """A study without what earlier versions did not know, where it is as it was then:
     so that it keeps its digest."""
     parts = without(parts, [], "model")
@@ -79,7 +79,7 @@ def options(parameters: Parameters) -> tuple[str, ...]:
     return tuple(name for name, is_present in used.items() if is_present)
 
 
-def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]) -> dict[str, Any]:
+def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Array]) -> Attributes:
     """The ``gap`` [m] between collar and wall, which pictures show; None where it
     differs between points."""
     axis_values = [axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")]

@@ -42,16 +42,17 @@ nothing depends.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, power
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.drives import LAWS, Circuit, Gains, Seen, by_rows, growing, impedance_of, regulated, steepest_fall
+from nsdrill.models.operation import Numeric
 
 
-def impedance(parameters: Parameters) -> Any:
+def impedance(parameters: Parameters) -> Numeric:
     """The torsional impedance of the pipe, Ip sqrt(rho G) [N m s/rad]. A drive of this
     impedance reflects no wave from below."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
@@ -77,13 +78,13 @@ class Regulator(NamedTuple):
     drilling; then the gains on the deviations of torque [1], lag [N m/rad], drive speed
     [N m s/rad], twist [N m/rad] and bit speed [N m s/rad]."""
 
-    steady_motor_torque: Any
-    steady_twist: Any
-    torque: Any
-    lag: Any
-    drive_speed: Any
-    twist: Any
-    bit_speed: Any
+    steady_motor_torque: Numeric
+    steady_twist: Numeric
+    torque: Numeric
+    lag: Numeric
+    drive_speed: Numeric
+    twist: Numeric
+    bit_speed: Numeric
 
     @property
     def of_bit(self) -> bool:
@@ -91,7 +92,7 @@ class Regulator(NamedTuple):
         return bool(np.any(self.twist) or np.any(self.bit_speed))
 
 
-def regulator(parameters: Parameters, k: Coefficients, wob: Any, rotary_speed: Any) -> Regulator:
+def regulator(parameters: Parameters, k: Coefficients, wob: Numeric, rotary_speed: Numeric) -> Regulator:
     """The law of the voltage of a DC motor with gains, at a weight on bit [N] and a
     rotary speed [rad/s]."""
     drive = parameters.drive
@@ -105,11 +106,12 @@ def gains(parameters: Parameters, k: Coefficients) -> Gains:
     """The law of a drive that is not ideal, at operating points with the coefficients
     ``k``. InputError where an LQR has no gains."""
     drive = parameters.drive
-    law: Gains
-    if drive.kind in LAWS:
-        law = LAWS[drive.kind].gains(drive, Seen(drive.inertia, k.J, k.k_t, impedance(parameters)))
+    if drive.kind == "lqr":
+        law = _lqr(drive, parameters, k)
+    elif drive.kind == "dc_motor":
+        law = Gains(drive.top_inertia, 0.0, 0.0)  # no controller; the torque is a state
     else:
-        law = _STRING_LAWS[drive.kind](drive, parameters, k)
+        law = LAWS[drive.kind].gains(drive, Seen(drive.inertia, k.J, k.k_t, impedance(parameters)))
     return law._replace(shaft_damping=drive.shaft_damping)
 
 
@@ -136,13 +138,6 @@ def _feedback(row: list[float]) -> list[float]:
     about = f" for a string with J = {J:.3g} kg m^2 and k_t = {k_t:.3g} N m/rad"
     change = "drive.torque_weight or drive.state_weight"
     return regulated(system, force, [state_weight] * 4, torque_weight, about, change)
-
-
-def _dc_motor(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
-    return Gains(drive.top_inertia, 0.0, 0.0)  # no controller; the torque is a state
-
-
-_STRING_LAWS: dict[str, Any] = {"lqr": _lqr, "dc_motor": _dc_motor}
 
 
 def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None = None) -> np.ndarray:

@@ -43,20 +43,18 @@ the dissipation at the wall, -F_s v_s; the powers contain the former.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.equations.contacts import Law, friction, friction_along, touching
-from nsdrill.equations.derivative import Tangents
-from nsdrill.equations.graph import Graph, Node
-from nsdrill.equations.library import sincos, sqrt
+from nsdrill.equations.graph import Graph, Node, Number
+from nsdrill.equations.library import Law, friction, friction_along, sincos, sqrt, touching
+from nsdrill.equations.passes import Tangents
 from nsdrill.equations.plain import values, written_out
 from nsdrill.equations.stage import Stage
-from nsdrill.equations.trace import traced
+from nsdrill.equations.trace import Named, traced
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import Options, columns_of, options_of, states_of, values_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -65,7 +63,7 @@ from nsdrill.models.operation import History, Operation
 
 
 @lru_cache
-def lobed(lobes: int) -> Any:
+def lobed(lobes: int) -> Callable[..., tuple[float, float]]:
     """The function (sine, cosine) -> (sin(lobes phi), its slope with phi), to be
     written out in lane code."""
     graph = Graph()
@@ -75,15 +73,16 @@ def lobed(lobes: int) -> Any:
     return written_out("lobed", [value, slope], {sine: "sine", cosine: "cosine"})
 
 
-def multiple_sine(sine: Any, cosine: Any, lobes: int) -> Any:
+def multiple_sine(sine: Number, cosine: Number, lobes: int) -> Number:
     """sin(lobes phi) from sine and cosine of phi: Chebyshev's recurrence."""
-    before, now = 0.0, sine
+    before: Number = 0.0
+    now = sine
     for _ in range(lobes - 1):
         before, now = now, 2.0 * cosine * now - before
     return now
 
 
-def bit_on_rock(drive_angle: Any, s: Any, p: Any, lobes: int, law: Any) -> tuple[Any, ...]:
+def bit_on_rock(drive_angle: Number, s: Named, p: Named, lobes: int, law: Law) -> tuple[Number, Number, Number, Number]:
     """(sine and cosine of the bit's angle, force and torque of the rock), which is
     lobed."""
     sine, cosine = sincos(s.twist + drive_angle)
@@ -93,7 +92,7 @@ def bit_on_rock(drive_angle: Any, s: Any, p: Any, lobes: int, law: Any) -> tuple
     return (sine, cosine, force, friction("bit", slip=s.bit_speed, normal=force, law=law, numbers=numbers))
 
 
-def equations(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
+def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:
     """(slopes of the velocities by name, further outputs)."""
     # Where the collar is. The floor of the radius has an effect at the hole's centre
     # only, where no force acts.
@@ -243,7 +242,7 @@ def _named(options: Options) -> dict[str, Node]:
 
 def loads(
     parameters: Parameters, operation: Operation | History, state: Mapping[str, Array], *names: str
-) -> dict[str, Any]:
+) -> dict[str, Array]:
     """The quantities that the equations call by these ``names``, at a state; 0 those
     that equations without an option do not have."""
     options = options_of(parameters)

@@ -28,7 +28,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -36,7 +35,7 @@ from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients
 from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.numbers import HELIX, DerivedQuantity
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.sections import Tubular
 
 
@@ -64,7 +63,7 @@ def pipe_tube(parameters: Parameters, depth: float) -> Tube:
 
 def _tube(parameters: Parameters, part: Tubular, length: float) -> Tube:
     steel, mud = parameters.drillstring.material, parameters.mud
-    area, second_moment = ring(part.outer_diameter, part.inner_diameter)
+    area, second_moment = map(float, ring(part.outer_diameter, part.inner_diameter))
     return Tube(
         length,
         steel.young_modulus * second_moment,
@@ -91,7 +90,7 @@ def euler_load(bending: float, span: float, ends: str | None = None) -> float:
     return math.pi**2 * bending / ((ENDS[ends][0] if ends else 1.0) * span) ** 2
 
 
-def sinusoidal_load(tube: Tube, inclination: Any) -> Any:
+def sinusoidal_load(tube: Tube, inclination: Numeric) -> Numeric:
     """Axial load [N] at which a tube on the low side buckles into a sinusoid, at an
     ``inclination`` [rad] of the hole from the vertical, a number or an array; NaN for a
     tube that is wider than the hole."""

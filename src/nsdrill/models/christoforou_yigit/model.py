@@ -4,7 +4,6 @@ of freedom, rock, wall, lobes."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from nsdrill.models.christoforou_yigit.equations import equations, forces, solve
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.responses import Thresholds
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
@@ -37,7 +37,7 @@ from nsdrill.observe.thresholds import Record
 STATES_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
 
 
-class ChristoforouYigit(CollarInHole):
+class ChristoforouYigit(CollarInHole[Parameters]):
     """The main model."""
 
     name = "christoforou_yigit"
@@ -69,7 +69,7 @@ class ChristoforouYigit(CollarInHole):
         changed[:, PARAMETERS.index("wall_stiffness")] = 0.0
         return changed
 
-    def symmetry(self, points: Values) -> Symmetry:
+    def symmetry(self, points: Values[Parameters]) -> Symmetry:
         """The lobes repeat after a revolution over their number, the weight of an
         inclined collar after a whole revolution; without either the equations are the
         same at every angle."""
@@ -94,10 +94,10 @@ class ChristoforouYigit(CollarInHole):
 
     # What differs from run to run
 
-    def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+    def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return values_of(points.parameters, *points.operation, thresholds.stuck_below)
 
-    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Any]:
+    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
         """The natural scale of each state.
 
         Lateral: a tenth of the gap; axial: :func:`axial_scale`; twist and bit speed: a
@@ -117,7 +117,7 @@ class ChristoforouYigit(CollarInHole):
             )
         )
         across, along = [lateral, lateral * bending_rate], [axial, axial * axial_rate]
-        rotating = [0.1, 0.1 * table["set_speed"]]
+        rotating: list[Numeric] = [0.1, 0.1 * table["set_speed"]]
         scales = [*across, *across, *along, *rotating]
         if o.driven:
             scales += rotating
@@ -145,11 +145,11 @@ class ChristoforouYigit(CollarInHole):
             rates += [np.abs(lag * per_time * per_inertia) ** (2 / 3)]
         return np.asarray(np.sqrt(np.max(np.broadcast_arrays(*rates), axis=0)))
 
-    def switches(self, parameters: Any) -> float | None:
+    def switches(self, parameters: Parameters) -> float | None:
         on_at: float | None = None if parameters.drive.ideal else parameters.drive.on_at
         return on_at
 
-    def pack_before(self, points: Values, thresholds: Thresholds) -> Array:
+    def pack_before(self, points: Values[Parameters], thresholds: Thresholds) -> Array:
         table = self.pack(points, thresholds)
         names = columns_of(options_of(points.parameters))
         table[:, names.index("per_drive_inertia")] = 0.0  # the top keeps its speed
@@ -171,20 +171,20 @@ class ChristoforouYigit(CollarInHole):
         them."""
         return STATE_NAMES
 
-    def steady(self, points: Values) -> Mapping[str, Any]:
+    def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         _, wob, speed = points.operation
         k = derive(points.parameters, *points.operation)
         return {"z": -wob / (k.k_a + points.parameters.bit.rock_stiffness), "bit_speed": speed, "drive_speed": speed}
 
-    def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
+    def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         return drawn(points, shape)
 
-    def complete_states(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states from those of the start. Those of frozen modes replace it: there
         the bit carries the whole weight, and the pipe's spring none."""
         parameters, (_, wob, speed) = points.parameters, points.operation
         drive = self.initial_values(points, ("lag", "drive_speed")) | {"motor_impulse": 0.0, "motor_torque": 0.0}
-        frozen = dict.fromkeys(self.held(parameters), 0.0)
+        frozen: dict[str, Numeric] = dict.fromkeys(self.held(parameters), 0.0)
         if "z" in frozen:
             frozen["z"] = -wob / parameters.bit.rock_stiffness
         if "bit_speed" in frozen:
@@ -196,7 +196,7 @@ class ChristoforouYigit(CollarInHole):
     def section_parts(self, parameters: Parameters, record: Record) -> int:
         return parameters.bit.lobes if record.section == "lobe" else 1
 
-    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+    def derived(self, features: Mapping[str, Array], points: Values[Parameters]) -> dict[str, Array]:
         derived = super().derived(features, points)
         if points.parameters.modes.torsional == "frozen":  # the torque at the surface is not known
             derived["mechanical_specific_energy"] = np.full(len(derived["mechanical_specific_energy"]), np.nan)
@@ -208,5 +208,5 @@ class ChristoforouYigit(CollarInHole):
         own = [*range(len(STATES)), -1]  # without those of a drive
         return observed.coordinates(returns[..., own])
 
-    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def outputs(self, parameters: Parameters, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
         return forces(parameters, point, state)

@@ -8,7 +8,7 @@ with the right-hand side.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -21,6 +21,7 @@ from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, states_of
 from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.friction import LAWS, with_slope, with_slope_from_factors
+from nsdrill.models.operation import Numeric
 from nsdrill.models.turning import STICK_SLIP_INDEX, STUCK_FRACTION, SURFACE_TORQUES
 from nsdrill.observe.channels import (
     Channel,
@@ -62,7 +63,7 @@ def names_of(options: Options) -> Names:
 
 
 # Values, slopes and second derivatives of the channels.
-def _outputs(lobes: int, friction: int) -> Any:
+def _outputs(lobes: int, friction: int) -> Callable[..., Any]:
     multiple, slope = lobed(lobes), with_slope_from_factors(list(LAWS.values())[friction])
 
     def outputs(  # type: ignore[no-untyped-def]
@@ -92,7 +93,7 @@ def _outputs(lobes: int, friction: int) -> Any:
     return outputs
 
 
-def _torque_inside(friction: int) -> Any:
+def _torque_inside(friction: int) -> Callable[..., Any]:
     law = with_slope(list(LAWS.values())[friction])
 
     def torque(  # type: ignore[no-untyped-def]
@@ -169,12 +170,12 @@ CHANNELS: tuple[Channel, ...] = (
 )
 
 
-def _ratio(numerator: Any, denominator: Any) -> Any:
+def _ratio(numerator: Numeric, denominator: Numeric) -> Numeric:
     with np.errstate(divide="ignore", invalid="ignore"):
         return numerator / denominator
 
 
-def _least_amplitude(surface_amplitude: Any) -> Any:
+def _least_amplitude(surface_amplitude: Array) -> Numeric:
     return np.maximum(surface_amplitude, 1e-6)
 
 
@@ -207,14 +208,14 @@ FEATURES: tuple[Feature, ...] = (
 )
 
 
-def wall_force(hertz: int, stiffness: Any, penetration: Any) -> Any:
+def wall_force(hertz: int, stiffness: Numeric, penetration: Numeric) -> Numeric:
     """The force of the wall [N] at these penetrations [m], 0 where they are negative."""
     depth = np.maximum(penetration, 0.0)
     # as in the right-hand side; the bits of numpy's power depend on the processor
     return stiffness * depth * (np.sqrt(depth) if hertz else 1.0)
 
 
-def _wall_force_max(hertz: int) -> Any:
+def _wall_force_max(hertz: int) -> Callable[..., Numeric]:
     return lambda wall_stiffness, gap, radius_max: wall_force(hertz, wall_stiffness, radius_max - gap)
 
 

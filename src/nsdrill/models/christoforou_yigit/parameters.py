@@ -14,6 +14,7 @@ from typing import Literal
 from nsdrill.models.christoforou_yigit.constraints import DRIVE, unread
 from nsdrill.models.drives import Kind, check_inertia
 from nsdrill.models.friction import LawOfBit
+from nsdrill.models.operation import ModelParameters
 from nsdrill.models.sections import Collars, HyperbolicFriction, Lobes, Steel, StillMud, Wall, WallFriction
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import LATER, Checked, choice, defaults, given, parameter
@@ -258,7 +259,7 @@ class Drive(Checked):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(ModelParameters):
     """The parameters of the model, to which the operating point does not belong."""
 
     drillstring: Drillstring = field(default_factory=Drillstring)

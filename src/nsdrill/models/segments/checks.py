@@ -31,7 +31,7 @@ from nsdrill.models.drives import (
 )
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue, few_periods
-from nsdrill.models.operation import Operation
+from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.segments.drive import first_frequency, gains_of, impedance, law_of
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import String, bit_torque, steady_of, string_of
@@ -129,7 +129,7 @@ def slope_held(parameters: Parameters, string: String) -> float:
     return float(steepest_fall(matrix, bit, string.inertias[-1], -bound, bound))
 
 
-def fall_of_torque(parameters: Parameters, wob: Any, force: Any, speed: Any) -> Any:
+def fall_of_torque(parameters: Parameters, wob: Numeric, force: Numeric, speed: Numeric) -> Numeric:
     """How fast the torque on the bit falls with its speed [N m s/rad], in steady
     drilling at a ``speed`` [rad/s]."""
     ahead, behind = (bit_torque(parameters, wob, speed, force, speed * (1 + sign * STEP)) for sign in (1, -1))
@@ -144,7 +144,7 @@ def onset(parameters: Parameters, operation: Operation, string: String, slope: f
 
     force = steady_of(parameters, string, operation.wob, operation.rotary_speed).force
 
-    def instability(speed: Any) -> Any:
+    def instability(speed: Numeric) -> Numeric:
         return fall_of_torque(parameters, operation.wob, force, speed) - slope
 
     unstable = np.flatnonzero(instability(SPEEDS) > 0.0)
@@ -263,7 +263,7 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
     """The chart ``drive-card``: every kind of drive with the numbers of the study."""
     study_kind, pipe = parameters.drive.kind, float(impedance(parameters))
 
-    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, np.ndarray | None]:
+    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, drives.Wave | None]:
         with_kind = with_values(parameters, {"drive.kind": kind})
         if kind == "dc_motor" != study_kind:
             with_kind = with_values(with_kind, {"drive.gains": None})

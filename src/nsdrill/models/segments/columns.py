@@ -6,11 +6,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from nsdrill.models.leaves import Values, lane_values, with_values
+from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
@@ -91,7 +92,7 @@ def names_of(options: Options) -> Names:
     return Names(states_of(options.nodes), slopes, parameters_of("ideal" if options.by_torque else "dc_motor"), AUX)
 
 
-def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Numeric]:
     """The lane parameters by name, numbers or arrays over the points; those of the
     drive come last. Those of pipe and collars are divided by the mass or the inertia of
     a whole segment. At the ends and at the junction, a share is half such a mass or
@@ -102,7 +103,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
     bit, segments = parameters.bit, parameters.segments
     mud = segments.hydraulics
     friction, cutting = bit.friction, bit.cutting
-    values: dict[str, Any] = {}
+    values: dict[str, Numeric] = {}
     for name, part in (("pipe", pipe), ("collar", collar)):
         annulus, bore = part.annulus / part.mass, part.bore / part.mass
         up, down = mud.flow / part.annulus_area, quotient(mud.flow, part.bore_area)
@@ -163,7 +164,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
     }
 
 
-def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Any]:
+def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Numeric]:
     """The lane parameters of the electric motor."""
     drive, gains = parameters.drive, gains_of(parameters, string).T
     names = ("gain_current", "gain_lag", "gain_drive_speed", "gain_twist", "gain_bit_speed")
@@ -181,7 +182,7 @@ def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, 
     }
 
 
-def _torque(parameters: Parameters, string: String) -> dict[str, Any]:
+def _torque(parameters: Parameters, string: String) -> dict[str, Numeric]:
     """The lane parameters of a drive by torque. An ideal one is never switched on."""
     drive, law = parameters.drive, law_of(parameters, string)
     limit = drive.torque_limit
@@ -201,7 +202,7 @@ def _torque(parameters: Parameters, string: String) -> dict[str, Any]:
     }
 
 
-def quotient(numerator: Any, denominator: Any) -> Any:
+def quotient(numerator: Numeric, denominator: Numeric) -> Numeric:
     """The quotient, and 0 where the denominator is 0: a string without bore, a bit
     without load."""
     numerator, denominator = np.broadcast_arrays(

@@ -1,19 +1,24 @@
-"""The description of the model: its study keys, variables and pictures."""
+"""The description of the model: its study keys, what their values must satisfy together,
+its variables and pictures."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.errors import Fault
+from nsdrill.models.description import Description, Drawn, Order, Panel
+from nsdrill.models.drives import LAWS, inertia_faults
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
+from nsdrill.models.operation import Numeric
 from nsdrill.models.registry import known, known_in_trace
+from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.segments.columns import states_of
-from nsdrill.models.segments.constraints import ORDERS, constraints
-from nsdrill.models.segments.parameters import MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
+from nsdrill.models.segments.parameters import DRIVE, MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import SPEEDS, depth_root, string_of
 from nsdrill.variables import at_section, feature, in_trace
 
@@ -46,7 +51,7 @@ _INNER = (
 )
 
 
-def friction_rates(points: Values) -> dict[str, Any]:
+def friction_rates(points: Values) -> dict[str, Numeric]:
     """The rate at which the cutting torque under the weight on bit brakes the bit
     [1/s], at its steepest: at rest, or, where the depth of cut follows the bit speed,
     between two of the speeds :data:`.string.SPEEDS` of a bit that creeps. (The slope is
@@ -69,6 +74,71 @@ def friction_rates(points: Values) -> dict[str, Any]:
 def options(parameters: Parameters) -> tuple[str, ...]:
     """The option that adds features: an electric motor, or a drive by torque."""
     return ("by_torque",) if parameters.drive.by_torque else ("motor",)
+
+
+ORDERS = (
+    Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("segments.kelly.inner_diameter", "segments.kelly.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("drillstring.collar.outer_diameter", "well.diameter"),
+    Order("drillstring.pipe.outer_diameter", "well.diameter"),
+    Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
+)
+# N. The rock's damping is given under the weight on bit, so it needs a load to refer
+# to.
+LEAST_LOAD = 1e3
+
+
+def constraints(check: Any) -> Iterator[Fault]:
+    """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    yield from _load(check)
+    yield from _drive(check)
+    yield from _gains(check)
+    yield from _torque(check)
+
+
+def _load(check: Any) -> Iterator[Fault]:
+    """The weight on bit is large enough to refer the rock's damping to it."""
+    keys = ("operation.wob", "segments.rock_damping")
+    if not check.sound(*keys) or check.ends("segments.rock_damping")[1] == 0.0:
+        return
+    if check.ends("operation.wob")[0] < LEAST_LOAD:
+        yield check.fault(
+            "sweep.wob" if check.axis("operation.wob") else "operation.wob",
+            f"{check.text('operation.wob', 0)}, and segments.rock_damping is the damping under the weight on bit",
+            "at least 1 kN, or segments.rock_damping: 0 N*s/m",
+            ("sweep", "wob") if check.axis("operation.wob") else None,
+        )
+
+
+def _gains(check: Any) -> Iterator[Fault]:
+    """There are five gains, and a time of switching on only with them."""
+    if not check.sound("drive") or check.value("drive.kind") != "dc_motor":
+        return
+    gains, key = check.value("drive.gains"), "drive.on_at"
+    if gains is not None and len(gains) != 5:
+        yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")
+    if gains is None and (check.axis(key) or check.value(key) != check.leaves[key].default):
+        path = ("sweep", key) if check.axis(key) else None
+        found = "a time without drive.gains, which would begin then"
+        yield check.idle(check.fault(f"sweep.{key}" if path else key, found, "drive.gains, or no time", path))
+
+
+def _torque(check: Any) -> Iterator[Fault]:
+    """The inertia and the start time of a drive by torque are consistent."""
+    if not check.sound("drive") or check.value("drive.kind") not in LAWS:
+        return
+    yield from inertia_faults(check)
+    sweep = check.resolved["sweep"]
+    if sweep.get("procedure", "same") != "same" and check.value("drive.on_at") > 0.0:
+        found = f"{check.text('drive.on_at')} with a sweep that carries the state, in which the drive is on"
+        yield check.fault("drive.on_at", found, "0 s, or sweep.procedure: same")
+
+
+def _drive(check: Any) -> Iterator[Fault]:
+    """There is no value and no axis that the kind of drive does not read."""
+    if check.sound("drive"):
+        yield from DRIVE.faults(check)
 
 
 DESCRIPTION = Description(

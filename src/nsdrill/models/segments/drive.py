@@ -23,11 +23,14 @@ this takes.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, by_rows, impedance_of, regulated
+from nsdrill.models.operation import Numeric
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import Steady, String
 
@@ -55,14 +58,14 @@ def law_of(parameters: Parameters, string: String) -> Gains:
     return LAWS[drive.kind].gains(drive, Seen(top, _modal_inertia(string), string.torsional, impedance(parameters)))
 
 
-def impedance(parameters: Parameters) -> Any:
+def impedance(parameters: Parameters) -> Numeric:
     """The torsional impedance of the pipe [N m s/rad]."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
     outer, inner = (pipe.outer_diameter * pipe.outer_diameter, pipe.inner_diameter * pipe.inner_diameter)
     return impedance_of(math.pi / 32 * (outer * outer - inner * inner), steel.density, steel.shear_modulus)
 
 
-def lag_of(parameters: Parameters, string: String, steady: Steady) -> Any:
+def lag_of(parameters: Parameters, string: String, steady: Steady) -> Numeric:
     """The lag [rad] at which the law gives the torque of steady drilling; 0 for a drive
     that is switched on later, or that has no integral gain and deviates in speed rather
     than in angle."""
@@ -75,7 +78,7 @@ def lag_of(parameters: Parameters, string: String, steady: Steady) -> Any:
     return -np.divide(torque, stiffness, out=np.zeros(torque.shape), where=(stiffness != 0.0) & (on_at == 0.0))
 
 
-def _modal_inertia(string: String) -> Any:
+def _modal_inertia(string: String) -> Numeric:
     """The inertia J_b [kg m^2] that has, with the stiffness of the string, the first
     torsional frequency below a held top."""
     count = len(string.torsional_stiffnesses)
@@ -128,7 +131,7 @@ def first_frequency(stiffnesses: Any, inertias: Any) -> float:
     )
 
 
-def matrices(row: Any, springs: int) -> tuple[Any, Any]:
+def matrices(row: Sequence[float], springs: int) -> tuple[Array, Array]:
     """The matrix of the linear drive and string, with the states (lag, omega_d, I,
     twist, omega), and the column of V, from a ``row`` of :func:`regulator`'s numbers for
     a string of so many ``springs``."""

@@ -53,10 +53,8 @@ so Newton's method meets no square root.
 
 from __future__ import annotations
 
-from typing import Any
-
-from nsdrill.equations.contacts import SteepLaw, friction, touching
-from nsdrill.equations.library import bounded_root, direction, sincos, sqrt, tanh
+from nsdrill.equations.graph import Node, Number
+from nsdrill.equations.library import SteepLaw, bounded_root, direction, friction, sincos, sqrt, tanh, touching
 from nsdrill.equations.stage import first_slip
 from nsdrill.equations.trace import Named, part
 from nsdrill.models.segments.columns import Options, nodes_of
@@ -67,7 +65,7 @@ LEAST_ROOT = 0.1
 
 
 @part
-def rock_force(speed: Any, n: Any) -> tuple[Any, Any]:
+def rock_force(speed: Node, n: Named) -> tuple[Node, Node]:
     """(the rock's force, the load on the cutters) at a bit speed, over the elastic
     force; ``n`` are lane parameters, with ``elastic``, that force [N],
     ``surface_slope`` [m/rad] and ``axial_velocity`` [m/s]."""
@@ -78,7 +76,7 @@ def rock_force(speed: Any, n: Any) -> tuple[Any, Any]:
 
 
 @part
-def depth_root(speed: Any, n: Any) -> Any:
+def depth_root(speed: Node, n: Named) -> Node:
     """r at a bit speed."""
     speed = n.live * (speed - n.set_speed) + n.set_speed
     advance = max(n.advance * sqrt(abs(speed)) + n.advance_offset, 0.0)
@@ -87,20 +85,20 @@ def depth_root(speed: Any, n: Any) -> Any:
 
 
 @part
-def _value(speed: Any, n: Any) -> Any:
+def _value(speed: Node, n: Named) -> Node:
     root = depth_root(speed, n) if n.creep_start > 0.0 else n.flat_root
     return rock_force(speed, n)[1] * direction(n.smoothing * speed) * root
 
 
 @part
-def rest_of_cutting(speed: Any, n: Any) -> Any:
+def rest_of_cutting(speed: Node, n: Named) -> Node:
     """What the law leaves out of the load times g r."""
     root = 0.0 if n.creep_start > 0.0 else n.live * (depth_root(speed, n) - n.flat_root)
     return rock_force(speed, n)[1] * direction(n.smoothing * speed) * root
 
 
 @part
-def _at(x: Any, free: Any, n: Any) -> tuple[Any, Any]:
+def _at(x: Node, free: Node, n: Named) -> tuple[Node, Node]:
     """(bit speed, law) where the unknown of Newton's method is ``x``: tau where the bit
     creeps, else |omega|. The bit turns as it does without this torque, at the speed
     ``free``, which is its speed where that is too low to cut."""
@@ -117,7 +115,7 @@ def _at(x: Any, free: Any, n: Any) -> tuple[Any, Any]:
 
 
 @part
-def _begin(free: Any, relaxed: Any, n: Any) -> Any:
+def _begin(free: Node, relaxed: Node, n: Named) -> Node:
     """The unknown from which Newton's method begins, with ``relaxed`` [rad/s] in place
     of the elastic force: with the load at the speed ``free``, and x / (0.8 + x) in
     place of (2/pi) atan x."""
@@ -137,7 +135,7 @@ def _begin(free: Any, relaxed: Any, n: Any) -> Any:
 
 
 @part
-def _steepest_fall(n: Any) -> Any:
+def _steepest_fall(n: Named) -> Node:
     """At the bit speed of ``n``: where r falls, and where the load does."""
     damped, load = rock_force(n.speed, n)
     root = depth_root(n.speed, n) if n.creep_start > 0.0 else n.flat_root
@@ -157,14 +155,14 @@ ROCK = (
 )  # fmt: skip
 
 
-def strain(positions: Any, velocities: Any, time: Any, i: int) -> Any:
+def strain(positions: list[Number], velocities: list[Number], time: Number, i: int) -> Number:
     """Of the segment below node i: the lower node's value less the upper one's, with
     ``time`` times its rate."""
     rate = velocities[i + 1] - velocities[i]
     return positions[i + 1] - positions[i] + time * rate
 
 
-def drag(p: Any, tube: str, flow: Any, v: Any) -> Any:
+def drag(p: Named, tube: str, flow: Number, v: Number) -> Number:
     """The mud's drag on a node, over the mass of a segment, less that of steady flow;
     for flow in either direction."""
     up = flow * getattr(p, f"per_{tube}_annulus") - v
@@ -173,7 +171,7 @@ def drag(p: Any, tube: str, flow: Any, v: Any) -> Any:
     return outside - getattr(p, f"{tube}_bore") * (down * abs(down)) - getattr(p, f"{tube}_mean")
 
 
-def equations(t: Any, phase: Any, s: Any, p: Any, o: Options) -> Any:
+def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:
     """(slopes of the velocities and of the current, what the observer reads)."""
     last = o.nodes
     u, v, th, w = ([getattr(s, name) for name in names] for names in nodes_of(last))
@@ -182,14 +180,16 @@ def equations(t: Any, phase: Any, s: Any, p: Any, o: Options) -> Any:
 
     # The chains. A node within pipe or collars has the mass and the inertia of a
     # segment; at either end a share is half of these over those of the node.
-    axial, angular = [0.0] * (last + 1), [0.0] * (last + 1)
+    axial: list[Number] = [0.0] * (last + 1)
+    angular: list[Number] = [0.0] * (last + 1)
     for tube, first, end, shares, inertia_shares in (
         ("pipe", 0, o.pipes, ("top_share", "joint_pipe_share"),
          ("drive_share", "joint_pipe_inertia_share")),
         ("collar", o.pipes, last, ("joint_collar_share", "bit_share"),
          ("joint_collar_inertia_share", "bit_inertia_share")),
     ):  # fmt: skip
-        stretch, twist = 0.0, 0.0
+        stretch: Number = 0.0
+        twist: Number = 0.0
         for i in range(first, end + 1):
             pull, turn = -stretch, -twist
             if i < end:

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from nsdrill.models.base import Array, Model, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
+from nsdrill.models.operation import Numeric, OperatingPoint
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
@@ -34,7 +34,7 @@ SECTION = {
 }
 
 
-class Segments(Model):
+class Segments(Model[Parameters]):
     """States are pairs of position and velocity from the surface to the bit, then pairs
     of angle and speed, then the motor's current, which stays 0 with a drive by
     torque."""
@@ -62,10 +62,10 @@ class Segments(Model):
     def pushed(self, variant: Variant) -> tuple[str, ...]:
         return ("bit_speed",)
 
-    def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+    def columns(self, points: Values[Parameters], thresholds: Thresholds) -> Mapping[str, Numeric]:
         return columns.columns(points, thresholds)
 
-    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Any]:
+    def natural_scales(self, table: Mapping[str, Array], o: Options) -> Sequence[Numeric]:
         """The natural scales are
 
         - of positions, the rock's penetration under the weight on bit, at least a tenth
@@ -92,19 +92,19 @@ class Segments(Model):
     def start_names(self, variant: Variant) -> tuple[str, ...]:
         return "z", "twist", "bit_speed", "drive_angle"
 
-    def steady(self, points: Values) -> Mapping[str, Any]:
+    def steady(self, points: Values[Parameters]) -> Mapping[str, Numeric]:
         depth, wob, speed = points.operation
         steady = steady_of(points.parameters, string_of(points.parameters, depth), wob, speed)
         return {"z": steady.z, "twist": steady.angles[-1], "bit_speed": speed}
 
-    def initial_values(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+    def initial_values(self, points: Values[Parameters], names: Sequence[str]) -> dict[str, Numeric]:
         """A string at rest has neither twist nor bit speed."""
         values = super().initial_values(points, names)
         if points.initial.start == "rest":  # type: ignore[attr-defined]
             values |= {name: 0.0 for name in ("twist", "bit_speed") if getattr(points.initial, name) is None}
         return values
 
-    def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
+    def drawn(self, points: Values[Parameters], shape: Array) -> Mapping[str, Numeric]:
         """Twists from zero to one and a half times that of steady drilling, bit speeds
         from 0 to twice the set speed, bit positions within the amplitude of the lobes
         of the static one; closer to steady drilling with a smaller spread."""
@@ -116,15 +116,16 @@ class Segments(Model):
             "drive_angle": 2 * math.pi * shape[:, 3],
         }
 
-    def complete_states(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    def complete_states(self, points: Values[Parameters], values: Mapping[str, Numeric]) -> Mapping[str, Numeric]:
         """All states from those of the start."""
         depth, wob, speed = points.operation
         parameters = points.parameters
         string = string_of(parameters, depth)
         steady = steady_of(parameters, string, wob, speed)
         lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady)  # type: ignore[attr-defined]
-        states: dict[str, Any] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
-        axial_compliance, twist_compliance = 1 / parameters.segments.top.stiffness, 0.0
+        states: dict[str, Numeric] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
+        axial_compliance: Numeric = 1 / parameters.segments.top.stiffness
+        twist_compliance: Numeric = 0.0
         last = len(string.torsional_stiffnesses)
         for node in range(last + 1):
             u, angle, angular_speed = (
@@ -160,7 +161,7 @@ class Segments(Model):
 
     # What is observed
 
-    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+    def derived(self, features: Mapping[str, Array], points: Values[Parameters]) -> dict[str, Array]:
         bit, (_, wob, _) = points.parameters.bit, points.operation
         return drilled(features["surface_torque_mean"], features["bit_speed_mean"], bit.cutting, wob, bit.radius)
 
@@ -184,7 +185,7 @@ class Segments(Model):
         swings = (features["axial_max"] - features["axial_min"], features["bit_speed_max"] - features["bit_speed_min"])
         return np.asarray((swings[0] <= absolute * scales[..., 0]) & (swings[1] <= absolute * scales[..., 3]))
 
-    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
+    def outputs(self, parameters: Parameters, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
         string, bit, top = (string_of(parameters, point.depth), parameters.bit, parameters.segments.top)
         damping_time = parameters.segments.material_damping.torsional
         angle = bit.lobes * (state["twist"] + state["drive_angle"])

@@ -10,17 +10,20 @@ reconstructed here.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
-from nsdrill.models.drives import LAWS, Kind, check_inertia
-from nsdrill.models.operation import Operation
+from nsdrill.models.drives import LAWS, Kind, check_inertia, kinds
+from nsdrill.models.operation import ModelParameters, Operation
 from nsdrill.models.sections import Collars, Cutting, Fluid, Hole, Lobes, Pipe, Steel, Tubular, check_bore
-from nsdrill.models.segments.constraints import DRIVE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import LATER, Checked, choice, defaults, given, like, parameter
 
 MAX_SEGMENTS = 40
+# The keys of the drive that each kind reads.
+_MOTOR = ("inductance", "resistance", "torque_constant", "gear", "motor_inertia", "table_inertia", "table_damping")
+_WEIGHTS = ("control_weight", "lag_weight", "drive_speed_weight", "current_weight", "twist_weight", "bit_speed_weight")
+DRIVE = kinds(("inertia", "on_at"), dc_motor=(*_MOTOR, "gains", "on_at"), lqr=(*_MOTOR, *_WEIGHTS, "on_at"))
 
 
 @dataclass(frozen=True)
@@ -272,6 +275,12 @@ class Bit(Checked):
     friction: BitFriction = field(default_factory=BitFriction)
 
 
+def _weight(default: float, of: str, usual: str = "0 to 1e6") -> Any:
+    """The field of a weight of the regulator."""
+    meaning = f"Weight of the {of}; kind lqr"
+    return parameter(default, "", "B; the order is lost", "medium", high=1e15, usual=usual, meaning=meaning)
+
+
 QUOTED = {"source": "CY as quoted; B's is lost", "confidence": "low"}
 
 
@@ -312,51 +321,11 @@ class Drive(Checked):
         usual="1 to 1e5",
         meaning="Weight of the squared control voltage; kind lqr",
     )
-    lag_weight: float = parameter(
-        1.0,
-        "",
-        "B; the order is lost",
-        "medium",
-        high=1e15,
-        usual="0 to 1e6",
-        meaning="Weight of the table's squared angle; kind lqr",
-    )
-    drive_speed_weight: float = parameter(
-        20000.0,
-        "",
-        "B; the order is lost",
-        "medium",
-        high=1e15,
-        usual="0 to 1e6",
-        meaning="Weight of the table's squared speed; kind lqr",
-    )
-    current_weight: float = parameter(
-        1.0,
-        "",
-        "B; the order is lost",
-        "medium",
-        high=1e15,
-        usual="0 to 1e6",
-        meaning="Weight of the squared current; kind lqr",
-    )
-    twist_weight: float = parameter(
-        80000.0,
-        "",
-        "B; the order is lost",
-        "medium",
-        high=1e15,
-        usual="0 to 1e6",
-        meaning="Weight of the bit's squared angle; kind lqr",
-    )
-    bit_speed_weight: float = parameter(
-        950000.0,
-        "",
-        "B; the order is lost",
-        "medium",
-        high=1e15,
-        usual="0 to 1e7",
-        meaning="Weight of the bit's squared speed; kind lqr",
-    )
+    lag_weight: float = _weight(1.0, "table's squared angle")
+    drive_speed_weight: float = _weight(20000.0, "table's squared speed")
+    current_weight: float = _weight(1.0, "squared current")
+    twist_weight: float = _weight(80000.0, "bit's squared angle")
+    bit_speed_weight: float = _weight(950000.0, "bit's squared speed", usual="0 to 1e7")
     on_at: float = parameter(
         0.0,
         "s",
@@ -402,7 +371,7 @@ class Drive(Checked):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Parameters(ModelParameters):
     """All that does not change during a sweep."""
 
     drillstring: Drillstring = field(default_factory=Drillstring)

@@ -26,6 +26,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsdrill.models.operation import Numeric
+from nsdrill.models.sections import Tubular
 from nsdrill.models.segments.parameters import Parameters
 
 # Bit speeds [rad/s] at which the cutting torque is evaluated, up to 53.
@@ -38,16 +40,16 @@ class Segment(NamedTuple):
     [kg], inertia [kg m^2], drag coefficients of annulus and bore [kg/m], drag to the
     wall [N m s/rad] and areas of annulus and bore [m^2]."""
 
-    length: Any
-    axial: Any
-    torsional: Any
-    mass: Any
-    inertia: Any
-    annulus: Any
-    bore: Any
-    drag: Any
-    annulus_area: Any
-    bore_area: Any
+    length: Numeric
+    axial: Numeric
+    torsional: Numeric
+    mass: Numeric
+    inertia: Numeric
+    annulus: Numeric
+    bore: Numeric
+    drag: Numeric
+    annulus_area: Numeric
+    bore_area: Numeric
 
 
 class String(NamedTuple):
@@ -61,15 +63,15 @@ class String(NamedTuple):
     collar: Segment
     pipes: int
     collars: int
-    top_mass: Any
-    joint_mass: Any
-    bit_mass: Any
-    drive_inertia: Any
-    joint_inertia: Any
-    bit_inertia: Any
-    axial: Any
-    torsional: Any
-    kelly_inertia: Any
+    top_mass: Numeric
+    joint_mass: Numeric
+    bit_mass: Numeric
+    drive_inertia: Numeric
+    joint_inertia: Numeric
+    bit_inertia: Numeric
+    axial: Numeric
+    torsional: Numeric
+    kelly_inertia: Numeric
 
     @property
     def drags(self) -> tuple[Any, ...]:
@@ -105,16 +107,16 @@ class Steady(NamedTuple):
     of the rock, torque of the table [N m], current [A], voltage [V]; angles of the
     nodes behind the drive [rad], and the bit's position [m]."""
 
-    force: Any
-    torque: Any
-    table_torque: Any
-    current: Any
-    voltage: Any
+    force: Numeric
+    torque: Numeric
+    table_torque: Numeric
+    current: Numeric
+    voltage: Numeric
     angles: tuple[Any, ...]
-    z: Any
+    z: Numeric
 
 
-def string_of(parameters: Parameters, depth: Any) -> String:
+def string_of(parameters: Parameters, depth: Numeric) -> String:
     """The lumped string at a depth [m], a number or an array."""
     drill, bit, drive, segments = (parameters.drillstring, parameters.bit, parameters.drive, parameters.segments)
     steel, kelly = drill.material, segments.kelly
@@ -142,13 +144,13 @@ def string_of(parameters: Parameters, depth: Any) -> String:
     )
 
 
-def _section(outer: Any, inner: Any) -> tuple[Any, Any]:
+def _section(outer: Numeric, inner: Numeric) -> tuple[Numeric, Numeric]:
     """The area [m^2] and the polar moment [m^4] of a ring."""
     squares = outer * outer, inner * inner
     return (math.pi / 4 * (squares[0] - squares[1]), math.pi / 32 * (squares[0] * squares[0] - squares[1] * squares[1]))
 
 
-def _segment(parameters: Parameters, part: Any, length: Any) -> Segment:
+def _segment(parameters: Parameters, part: Tubular, length: Numeric) -> Segment:
     steel, mud, hole = parameters.drillstring.material, parameters.mud, parameters.well.diameter
     hydraulics = parameters.segments.hydraulics
     outer, inner = part.outer_diameter, part.inner_diameter
@@ -168,7 +170,7 @@ def _segment(parameters: Parameters, part: Any, length: Any) -> Segment:
     )
 
 
-def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, speed: Any) -> Any:
+def bit_torque(parameters: Parameters, wob: Numeric, set_speed: Numeric, force: Numeric, speed: Numeric) -> Numeric:
     """The torque of the rock on the bit [N m] under a ``force`` [N] at a bit ``speed``
     [rad/s], with friction and cutting (:mod:`nsdrill.models.segments.equations`)."""
     bit, friction, cutting = parameters.bit, parameters.bit.friction, parameters.bit.cutting
@@ -184,7 +186,7 @@ def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, spe
     return force * bit.radius * (friction.level * rubbing + bite)
 
 
-def depth_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
+def depth_root(parameters: Parameters, wob: Numeric, speed: Numeric) -> Numeric:
     """sqrt(depth of cut / radius) at a ``speed`` [rad/s] that the depth follows, under
     a weight on bit [N]."""
     bit, cutting = parameters.bit, parameters.bit.cutting
@@ -192,7 +194,7 @@ def depth_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
     return np.sqrt(2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cutting.slow * cutting.slow))
 
 
-def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
+def creep_parameters(parameters: Parameters, wob: Numeric, set_speed: Numeric) -> dict[str, Numeric]:
     """The lane parameters of the cutting torque that the implicit method reads
     (:mod:`nsdrill.models.segments.equations`), by name: those of a bit that creeps, whose
     depth of cut follows its speed and begins at a speed above zero, or else the root r =
@@ -208,9 +210,7 @@ def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[s
     falls = [
         (before - after) / (b - a) for before, after, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)
     ]
-    steepest = 0.0
-    for fall in falls:
-        steepest = np.maximum(steepest, fall)
+    steepest = np.max(np.array(falls), axis=0, initial=0.0)
     return {
         "creep_start": start,
         "creep_root": np.sqrt(2 * math.pi / bit.radius * cutting.c1 * wob),
@@ -220,7 +220,7 @@ def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[s
     }
 
 
-def steady_of(parameters: Parameters, string: String, wob: Any, speed: Any) -> Steady:
+def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numeric) -> Steady:
     """Steady drilling under a weight on bit [N] with the set speed [rad/s]."""
     bit, drive = parameters.bit, parameters.drive
     z = -wob / (string.axial + bit.rock_stiffness)

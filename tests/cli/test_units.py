@@ -1,7 +1,5 @@
-"""--units and NSDRILL_UNITS: the same numbers in field units, in words, JSON and CSV;
-and answers in the unit asked."""
-
-from __future__ import annotations
+"""Units on the command line: the same numbers in field units, answers in the unit asked,
+what a study says of units."""
 
 import csv
 import json
@@ -11,7 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import nsdrill
 from nsdrill.store import read_results
+from nsdrill.study.load import parse_study
 from nsdrill.text.words import in_units
 from nsdrill.units import from_si, to_si
 
@@ -32,7 +32,7 @@ def structure(data: Any) -> Any:
     return [structure(one) for one in data] if isinstance(data, list) else type(data)
 
 
-def test_check(call: Call, small: Path) -> None:
+def test_check(call, small):
     out = call("check", small, "--units", "field").out
     assert "speed 9.5493 rpm to 76.3944 rpm" in out
     assert "At 6561.68 ft, 4.99975 klbf (22.24 kN), 28.6479 rpm (3 rad/s):" in out
@@ -51,7 +51,7 @@ def test_check(call: Call, small: Path) -> None:
                 assert to_si(f"{shown['value']!r} {shown['units']}", units) == pytest.approx(row["value"], rel=1e-12)
 
 
-def test_warnings_of_check(call: Call, small: Path) -> None:
+def test_warnings_of_check(call, small):
     more = ["--set", "drillstring.eccentricity=10 cm", "--set", "simulation.observe=20 s"]
     said = unwrapped(call("check", small, *more, "--units", "field").err)
     assert "the eccentricity (3.937 in) exceeds the clearance (3 in)" in said
@@ -59,7 +59,7 @@ def test_warnings_of_check(call: Call, small: Path) -> None:
     assert both(call, "check", small, *more)[1]["warnings"][0] in said
 
 
-def test_show(call: Call, shared: Path) -> None:
+def test_show(call, shared):
     out = call("show", shared / "map.h5", "--units", "field").out
     assert "depth          6561.68 ft (2000 m)" in out
     assert "weight on bit  4.49618 klbf to 22.4809 klbf, 5 values" in out
@@ -75,7 +75,7 @@ def test_show(call: Call, shared: Path) -> None:
     assert field["ranges"]["stuck_fraction"] == si["ranges"]["stuck_fraction"]
 
 
-def test_show_of_one_axis_and_of_failed_points(call: Call, shared: Path) -> None:
+def test_show_of_one_axis_and_of_failed_points(call, shared):
     si, field = both(call, "show", shared / "failing.h5")
     for name in ("intervals", "failed", "hysteresis"):
         assert structure(field[name]) == structure(si[name])
@@ -83,7 +83,7 @@ def test_show_of_one_axis_and_of_failed_points(call: Call, shared: Path) -> None
     assert field["intervals"][0]["from"] == pytest.approx(si["intervals"][0]["from"] / RPM)
 
 
-def test_simulate_says_its_point(call: Call, small: Path) -> None:
+def test_simulate_says_its_point(call, small):
     for words, said in (
         ((), "Point: 10000 ft, 22.24 kN, 3 rad/s."),
         (("--units", "field"), "Point: 10000 ft, 4.99975 klbf, 28.6479 rpm."),
@@ -94,7 +94,7 @@ def test_simulate_says_its_point(call: Call, small: Path) -> None:
         assert answer.err.startswith(said)
 
 
-def test_a_trace(call: Call, small: Path) -> None:
+def test_a_trace(call, small):
     call("simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft")
     assert "depth          10000 ft (3048 m)" in call("show", "t.h5", "--units", "field").out
     assert "depth          3048 m (10000 ft)" in call("show", "t.h5").out
@@ -105,7 +105,7 @@ def test_a_trace(call: Call, small: Path) -> None:
     assert field["duration"] == si["duration"]
 
 
-def test_diff(call: Call, small: Path) -> None:
+def test_diff(call, small):
     for name, depth in (("a.h5", "10000 ft"), ("b.h5", "11000 ft")):
         call("simulate", small, "-o", name, "--duration", "1 s", "--depth", depth)
     out = call("diff", "a.h5", "b.h5", "--units", "field").out
@@ -119,7 +119,7 @@ def test_diff(call: Call, small: Path) -> None:
     assert {"name": "depth", "a": "10000 ft", "b": "11000 ft"} in field["run"]
 
 
-def test_window(call: Call, shared: Path) -> None:
+def test_window(call, shared):
     si, field = both(call, "window", shared / "map.h5", "--severity", "4")
     assert field.pop("units")["wob"] == "klbf"
     assert structure(field) == structure(si)
@@ -134,7 +134,7 @@ def test_window(call: Call, shared: Path) -> None:
     assert margins[1]["safe_to"] == pytest.approx(margins[0]["safe_to"] / KLBF)
 
 
-def test_csv(call: Call, shared: Path) -> None:
+def test_csv(call, shared):
     call("export", shared / "map.h5", "-o", "si.csv", "--peaks", "--states")
     call("export", shared / "map.h5", "-o", "field.csv", "--peaks", "--states", "--units", "field")
     (heads, *rows), (shown, *others) = (
@@ -161,15 +161,13 @@ def test_csv(call: Call, shared: Path) -> None:
     assert others[0][shown.index("wob [klbf]")] == repr(from_si(float(wob[0]), "klbf"))
 
 
-def test_netcdf_stays_in_si_and_says_so(call: Call, shared: Path) -> None:
+def test_netcdf_stays_in_si_and_says_so(call, shared):
     assert "stays in SI units" in call("export", shared / "map.h5", "-o", "a.nc", "--units", "field").err
     assert "SI" not in call("export", shared / "map.h5", "-o", "b.nc").err
     assert Path("a.nc").read_bytes() == Path("b.nc").read_bytes()
 
 
-def test_the_variable_sets_the_default_and_the_option_wins(
-    call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_variable_sets_the_default_and_the_option_wins(call, shared, monkeypatch):
     plain, field = (call("show", shared / "map.h5", "--units", units).out for units in ("si", "field"))
     assert plain != field
     monkeypatch.setenv("NSDRILL_UNITS", "Field")
@@ -191,9 +189,7 @@ def test_the_variable_sets_the_default_and_the_option_wins(
         ["replay", "map.h5", "-o", "new.h5"],
     ],
 )
-def test_another_system_is_an_error_in_words(
-    call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
-) -> None:
+def test_another_system_is_an_error_in_words(call, shared, monkeypatch, words):
     words = [str(shared / word) if (shared / word).exists() else word for word in words]
     answer = call(*words, "--units", "metric", code=2)
     assert answer.out == ""
@@ -205,7 +201,7 @@ def test_another_system_is_an_error_in_words(
     assert not list(Path().iterdir())
 
 
-def test_the_nearest_point_is_taken_and_told_in_the_unit_asked(call: Call, shared: Path) -> None:
+def test_the_nearest_point_is_taken_and_told_in_the_unit_asked(call, shared):
     # The map has 20, 40, 60, 80, 100 kN; 10 klbf are 44.5 kN, and 40 kN are 8.99 klbf.
     answer = call("plot", shared / "map.h5", "--wob", "10 klbf", "-o", "cut.png")
     assert answer.err.startswith("At 8.99236 klbf, the nearest of the sweep.\n")
@@ -215,7 +211,7 @@ def test_the_nearest_point_is_taken_and_told_in_the_unit_asked(call: Call, share
     assert "Point: 6561.68 ft, 40 kN, 30 rpm, same." in call("replay", shared / "map.h5", *asked).err
 
 
-def test_every_value_that_is_printed_can_be_given_back(call: Call, tmp_path: Path) -> None:
+def test_every_value_that_is_printed_can_be_given_back(call, tmp_path):
     study = tmp_path / "odd.yaml"
     study.write_text(
         "sweep: {depth: {from: 1000 m, to: 7000 m, points: 14}, wob: [5 klbf, 10 klbf]}\n"
@@ -229,20 +225,20 @@ def test_every_value_that_is_printed_can_be_given_back(call: Call, tmp_path: Pat
 
 
 @pytest.mark.parametrize("command", ["plot", "replay"])
-def test_beyond_the_sweep(call: Call, shared: Path, command: str) -> None:
+def test_beyond_the_sweep(call, shared, command):
     answer = call(command, shared / "map.h5", "--wob", "50 klbf", "--rotary-speed", "30 rpm", "-o", "new.png", code=2)
     assert "found 50 klbf" in answer.err
     assert "4.496" in answer.err  # 20 kN
     assert "klbf" in answer.err.partition("allowed")[2]
 
 
-def test_a_depth_inside_the_collars_is_told_in_feet(call: Call, small: Path) -> None:
+def test_a_depth_inside_the_collars_is_told_in_feet(call, small):
     answer = call("simulate", small, "-o", "t.h5", "--depth", "328 ft", code=2)
     assert "depth: found 328 ft, allowed: more than the length of the collars, 656.168 ft" in answer.err
 
 
 @pytest.mark.parametrize("units", ["si", "field"])
-def test_one_point_is_one(call: Call, tmp_path: Path, units: str) -> None:
+def test_one_point_is_one(call, tmp_path, units):
     study = tmp_path / "one.yaml"
     study.write_text("simulation: {transient: 0.1 s, observe: 0.1 s}\n")
     said = call("check", study, "--units", units).out
@@ -252,7 +248,7 @@ def test_one_point_is_one(call: Call, tmp_path: Path, units: str) -> None:
     assert "1 points" not in said
 
 
-def test_only_values_of_quantities_are_changed() -> None:
+def test_only_values_of_quantities_are_changed():
     data = {
         "kind": "x",
         "wob": [4448.2216152605],
@@ -271,3 +267,102 @@ def test_only_values_of_quantities_are_changed() -> None:
     assert found["units"] == {"wob": "klbf", "depth": "ft", "bit.rock_stiffness": "lbf/in"}
     for name in ("kind", "made", "points", "share", "size", "time"):
         assert found[name] == data[name]
+
+
+STUDY = """\
+title: Field units
+units: field
+operation: {wob: 15 klbf}
+well: {diameter: 12 1/4 in}
+drillstring: {collar: {outer_diameter: 8"}}
+sweep: {rotary_speed: {from: 100 RPM, to: 40 RPM, points: 4}}
+simulation: {transient: 1 s, observe: 2 s}
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "study.yaml"
+    path.write_text(STUDY, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def results(study, tmp_path):
+    nsdrill.run(study, tmp_path / "out.h5", progress=False)
+    return tmp_path / "out.h5"
+
+
+def test_sizes_are_taken_as_people_write_them():
+    found = parse_study(STUDY)
+    assert found.parameters.well.diameter == pytest.approx(12.25 * 0.0254)
+    assert found.parameters.drillstring.collar.outer_diameter == pytest.approx(8 * 0.0254)
+    assert found.units == "field"
+    assert parse_study("title: none").units == "si"
+
+
+def test_units_change_no_number_and_may_differ_on_resume(study, call):
+    other = STUDY.replace("units: field\n", "")
+    assert parse_study(STUDY).sha256 == parse_study(other).sha256
+    call("run", study, "-o", "out.h5")
+    study.write_text(other, encoding="utf-8")
+    call("run", study, "-o", "out.h5", "--resume")
+
+
+def test_the_study_decides_the_units_of_check(study, call):
+    assert "At 16404.2 ft, 15 klbf (66.72 kN)" in call("check", study).out
+    assert "At 5000 m, 66.7233 kN (15 klbf)" in call("check", study, "--units", "si").out
+    asked = json.loads(call("check", study, "--json").out)
+    assert asked["coefficients"]["gap"]["units"] == "in"
+    plain = json.loads(call("check", study, "--json", "--set", "units=si").out)
+    assert plain["coefficients"]["gap"] == pytest.approx({"value": (12.25 - 8) * 0.0254 / 2, "units": "m"})
+
+
+def test_the_study_decides_the_units_of_what_is_shown(results, call, monkeypatch):
+    assert "40 rpm to 100 rpm" in call("show", results).out
+    assert "rpm" not in call("show", results, "--units", "si").out
+    window = ["window", results, "--severity", "4"]
+    assert "ksi" in call(*window).out
+    assert "MPa" in call(*window, "--units", "si").out
+    assert "rpm" in nsdrill.show(results)
+    assert "rpm" in nsdrill.show(nsdrill.open_results(results))
+    assert "rpm" not in nsdrill.show(results, units="si")
+    labels = [axis.get_xlabel() for axis in nsdrill.plot(results).axes]
+    assert any("rpm" in label for label in labels)
+    call("plot", results, "-o", "out.svg")
+    call("report", results, "-o", "out.html", "--motions", "0")
+    assert "rpm" in Path("out.html").read_text(encoding="utf-8")
+    monkeypatch.setenv("NSDRILL_UNITS", "si")
+    assert "rpm" not in call("show", results).out
+
+
+def test_a_table_for_programs_stays_in_si(results, call):
+    assert "rotary_speed [rad s-1]" in call("export", results, "-o", "-").out
+    assert "rotary_speed [rpm]" in call("export", results, "-o", "-", "--units", "field").out
+
+
+def test_the_written_study_keeps_its_units(results, call):
+    text = call("show", results, "--study").out
+    assert "\nunits: field " in text
+    assert parse_study(text).units == "field"
+
+
+def test_wrong_units_are_refused(call):
+    Path("bad.yaml").write_text("units: metric\n", encoding="utf-8")
+    assert "bad.yaml, line 1: units: found 'metric'; allowed: si or field." in call("check", "bad.yaml", code=2).err
+
+
+def test_a_range_that_descends_is_said(study, call):
+    said = "sweep.rotary_speed goes from 100 RPM down to 40 RPM"
+    assert said in call("check", study).err
+    assert any(said in text for text in json.loads(call("check", study, "--json").out)["warnings"])
+    answer = call("run", study, "-o", "out.h5", "--quiet")
+    assert answer.err.count(said) == 1
+    study.write_text(STUDY.replace("from: 100 RPM, to: 40", "from: 40 RPM, to: 100"))
+    assert "goes from" not in call("check", study).err
+
+
+def test_an_output_without_the_ending_of_hdf5_is_said(study, call):
+    assert "out.csv will be an HDF5 file whatever its name" in call("run", study, "-o", "out.csv").err
+    assert "whatever its name" not in call("run", study, "-o", "out.h5").err
+    assert "trace will be an HDF5" in call("simulate", study, "-o", "trace").err

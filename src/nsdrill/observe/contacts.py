@@ -1,5 +1,8 @@
-"""Small deviations across contacts: steps in which a contact begins or ends are
-repeated in parts that end at the contact's changes.
+"""Contacts along a run: small deviations across them, and how often each begins.
+
+A model defines its contacts by functions of state and time that are positive where the
+contact is closed (:class:`nsdrill.models.base.Model`). Inside a step such a function is
+the quintic through its values and rates.
 
 Where a contact begins or ends the Jacobian is discontinuous, and a Runge-Kutta step
 over the discontinuity integrates a deviation to first order in the step only. The run
@@ -9,23 +12,21 @@ dynamics keeps every contact as it was at the start of the step. If one changes 
 at a zero of its function on the continuous solution, the step is repeated for that
 lane in parts between these zeros, and the deviation at the end replaces that of the
 step.
-
-A model defines its contacts by functions of state and time that are positive where the
-contact is closed.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
-from nsdrill.abi import OBSERVER, RATES, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined, lowest_bit, packed
+from nsdrill.abi import CLOSES, MARKER, OBSERVER, RATES, Rows
+from nsdrill.compiler.functions import BUFFER, INTEGER, LaneFunction, compiled, inlined, lowest_bit, packed
 from nsdrill.kernel.batch import unobserved
-from nsdrill.kernel.step import Pair, slope_rows
-from nsdrill.kernel.tableau import Matrix
-from nsdrill.observe.interpolant import crossing, extreme, quintic, value
+from nsdrill.kernel.pairs import Matrix
+from nsdrill.kernel.steppers import Pair, slope_rows
+from nsdrill.observe.inside import crossing, extreme, quintic, value
 
 MAX_ZEROS = 2  # zeros of a contact function in a step, at most
 NO_ZERO = 2.0  # a theta outside the step
@@ -51,14 +52,14 @@ def _square(weights: Matrix) -> np.ndarray:
     return table
 
 
-def _part_of_step(rows: Rows, pair: Pair, tangent: Any) -> Any:
+def _part_of_step(rows: Rows, pair: Pair, tangent: LaneFunction) -> LaneFunction:
     """The compiled function that makes one step of the run's stepper in the buffer of
     one lane, from (time, start) to (time + step, stage), by loops over the weights:
     such steps are rare."""
     M, pushed, implicit = rows.slopes, rows.pushed, rows.implicit != 0
     stage, start, slope, frame_rate = rows.stage, rows.start, rows.acceleration, rows.frame_rate
     time, step, stage_time, relax = rows.time, rows.step, rows.stage_time, rows.relax
-    nodes, rates, positions = np.array(pair.times), _square(pair.rates), _square(pair.positions)
+    nodes, rates, positions = np.array(pair.times), _square(pair.matrix), _square(pair.positions)
     push_rates, push_positions = _square(pair.pushes), _square(pair.position_pushes)
     slopes, stages, diagonal = np.array(slope_rows(pair, rows)), len(pair.times), pair.diagonal
     # The push of each slope, -1 where it has none; the first state of each slope, and
@@ -101,7 +102,7 @@ def _part_of_step(rows: Rows, pair: Pair, tangent: Any) -> Any:
     return part_of_step
 
 
-def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Any:
+def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Callable[..., int]:
     """The function that writes the zeros of the contact functions in the step of lane
     i, by theta, and returns how many there are; it is written out."""
     W, step_ = lanes, lanes * rows.step
@@ -133,7 +134,9 @@ def _find_zeros(lanes: int, rows: Rows, first: int, contacts: int) -> Any:
     return find_zeros
 
 
-def _repeat_step(lanes: int, rows: Rows, first: int, tangent: Any, part_of_step: Any, contacts: int) -> Any:
+def _repeat_step(
+    lanes: int, rows: Rows, first: int, tangent: LaneFunction, part_of_step: LaneFunction, contacts: int
+) -> Callable[..., None]:
     """The function that repeats the step of lane i in parts between the ``crossings``
     zeros of the contact functions, in the buffer of one lane; it is written out."""
     W, N, own, M, A = lanes, rows.states, rows.own, rows.slopes, rows.slopes + len(rows.pushed)
@@ -191,7 +194,9 @@ def _repeat_step(lanes: int, rows: Rows, first: int, tangent: Any, part_of_step:
     return repeat_step
 
 
-def make_landing(lanes: int, rows: Rows, pair: Pair, first: int, measure: Any, tangent: Any, contacts: int) -> Any:
+def make_landing(
+    lanes: int, rows: Rows, pair: Pair, first: int, measure: LaneFunction, tangent: LaneFunction, contacts: int
+) -> LaneFunction:
     """The compiled observer that corrects the deviations, which are the tangent states.
 
     ``first`` is the position of its rows among those of the observer. ``measure(b)``
@@ -240,3 +245,108 @@ def make_landing(lanes: int, rows: Rows, pair: Pair, first: int, measure: Any, t
                 b[start_ + k + i] = new if accepted else old
 
     return landing
+
+
+# For each contact the least and the greatest value of its function, and how often it
+# begins. One that begins or is interrupted within one step is counted too. The same is
+# measured of levels below which a state falls, with the cubic through its values and
+# slopes.
+
+TOUCHES = ("least", "greatest", "begins")  # the rows of each contact
+
+
+def touch_rows(contacts: int) -> int:
+    """The number of rows of the observer."""
+    return len(TOUCHES) * contacts
+
+
+@inlined
+def follow(b, i, W, least_, h, g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
+    """Update the rows of lane i, the first of which is at ``least_``, by a step of
+    length ``h`` with these values, slopes and second derivatives by theta at its
+    ends. A step of length zero is the start of a run."""
+    greatest_, begun_ = least_ + W, least_ + 2 * W
+    if h == 0.0:
+        b[least_ + i] = b[greatest_ + i] = g1
+        b[begun_ + i] = 0.0
+    else:
+        low, high = min(b[least_ + i], g1), max(b[greatest_ + i], g1)
+        begins = g0 <= 0.0 and g1 > 0.0
+        if (d0 > 0.0) != (d1 > 0.0):
+            p = quintic(g0, d0, c0, g1, d1, c1)
+            at_extremum = value(p, extreme(p, d1))
+            low, high = min(low, at_extremum), max(high, at_extremum)
+            begins = begins or ((g0 > 0.0) == (g1 > 0.0) and (at_extremum > 0.0) != (g0 > 0.0))
+        b[least_ + i] = low
+        b[greatest_ + i] = high
+        b[begun_ + i] += 1.0 if begins else 0.0
+
+
+def _marker(first_: int, lanes: int, count: int) -> LaneFunction:
+    """The marker that reports ``count`` rows from the offset ``first_`` on."""
+
+    @compiled(MARKER)
+    def touches_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+        if mark == CLOSES:
+            for k in range(count):
+                outcome[column + k] = b[first_ + k * lanes + i]
+
+    return touches_marker
+
+
+@lru_cache
+def make_touches(
+    lanes: int, rows: Rows, first: int, functions: int, contacts: int
+) -> tuple[LaneFunction, LaneFunction]:
+    """The compiled (observer, marker) for contact functions whose values and rates at
+    the start of the step are in the rows from ``functions`` on among those of the
+    observer, followed by those at its end; ``first`` is the position of the observer's
+    own rows."""
+    W = lanes
+    functions_start, first_ = W * (rows.observer + functions), W * (rows.observer + first)
+    functions_end = functions_start + W * RATES * contacts
+    step_, moves_ = W * rows.step, W * rows.moves
+
+    @compiled(OBSERVER)
+    def touches(b, store):  # type: ignore[no-untyped-def]
+        for c in range(contacts):
+            start_, end_ = functions_start + c * W * RATES, functions_end + c * W * RATES
+            for i in range(W):
+                if b[moves_ + i] != 0.0:
+                    h = b[step_ + i]
+                    g0, d0, c0 = b[start_ + i], h * b[start_ + W + i], h * h * b[start_ + 2 * W + i]
+                    g1, d1, c1 = b[end_ + i], h * b[end_ + W + i], h * h * b[end_ + 2 * W + i]
+                    follow(b, i, W, first_ + touch_rows(c) * W, h, g0, d0, c0, g1, d1, c1)
+
+    return touches, _marker(first_, W, touch_rows(contacts))
+
+
+@lru_cache
+def make_levels(
+    lanes: int, rows: Rows, first: int, levels: tuple[tuple[int, int], ...]
+) -> tuple[LaneFunction, LaneFunction]:
+    """The compiled (observer, marker), like those of :func:`make_touches`, for a
+    parameter minus a velocity. ``levels`` are pairs: the position of the velocity among
+    the states, and that of the parameter among the parameters."""
+    W, count = lanes, len(levels)
+    first_ = W * (rows.observer + first)
+    step_, moves_ = W * rows.step, W * rows.moves
+    places = np.array(levels, np.int64).reshape(-1, 2)
+    velocity, parameter = places[:, 0], places[:, 1]
+    stage, start, slope, slope_start = rows.stage, rows.start, rows.acceleration, rows.start_acceleration
+    parameters = rows.parameter
+
+    @compiled(OBSERVER)
+    def follow_levels(b, store):  # type: ignore[no-untyped-def]
+        for c in range(count):
+            place = velocity[c]
+            for i in range(W):
+                if b[moves_ + i] != 0.0:
+                    h, level = b[step_ + i], b[(parameters + parameter[c]) * W + i]
+                    g0, d0 = level - b[(start + place) * W + i], -b[(slope_start + place // 2) * W + i]
+                    g1, d1 = level - b[(stage + place) * W + i], -b[(slope + place // 2) * W + i]
+                    rise = 6.0 * (g1 - g0)  # the quintic is then the cubic
+                    c0, c1 = rise - h * (4.0 * d0 + 2.0 * d1), h * (2.0 * d0 + 4.0 * d1) - rise
+                    follow(b, i, W, first_ + touch_rows(c) * W, h, g0, h * d0, c0, g1, h * d1, c1)
+
+    return follow_levels, _marker(first_, W, touch_rows(count))

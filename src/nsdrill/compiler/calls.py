@@ -1,0 +1,215 @@
+"""Calls of the lane language, as instructions: of its own functions, of compiled ones and
+of helpers, which are written out."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import math
+from collections.abc import Hashable
+from functools import lru_cache
+from types import FunctionType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from nsdrill.compiler.expressions import OPERATIONS, SUM, Expressions, described
+from nsdrill.compiler.functions import (
+    BUFFER,
+    FLOAT,
+    FUNCTION,
+    INTEGER,
+    INTEGERS,
+    LaneFunction,
+    bits_float,
+    call,
+    float_bits,
+    fma,
+    local,
+    lowest_bit,
+)
+from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
+from nsdrill.compiler.language import RUNTIME, Array, FunctionArgument, Refusal, Scope, definition, plain
+
+if TYPE_CHECKING:
+    from nsdrill.compiler.native import Module
+
+CALLS = (
+    "arithmetic, np.sqrt, np.floor, np.rint, min, max, abs, the functions of nsdrill.elementary and plain "
+    "functions of this language; of scalars also sin, cos, exp, log, atan2, hypot and fmod of math"
+)
+# Functions of one number that are instructions of LLVM, with the kind of that number; and
+# functions of the C library, for scalars.
+INSTRUCTIONS = {
+    np.sqrt: ("sqrt", "d"), math.sqrt: ("sqrt", "d"), np.floor: ("floor", "d"), np.rint: ("rint", "d"),
+    abs: ("fabs", "d"), lowest_bit: ("cttz", "i"),
+}  # fmt: skip
+LIBRARY = {
+    math.atan2: "atan2", np.arctan2: "atan2", math.hypot: "hypot", np.hypot: "hypot",
+    math.sin: "sin", np.sin: "sin", math.cos: "cos", np.cos: "cos", math.exp: "exp", np.exp: "exp",
+    math.log: "log", np.log: "log", math.fmod: "fmod", np.fmod: "fmod",
+}  # fmt: skip
+
+
+class Returned(NamedTuple):
+    """How a body ended: by a return with this value, or (``jumped``) by an instruction
+    that goes elsewhere."""
+
+    value: object = None
+    jumped: bool = False
+
+
+JUMPED = Returned(jumped=True)
+
+
+class Calls(Expressions):
+    """Writes calls into the text of a function of ``module``."""
+
+    def __init__(self, module: Module, text: Text) -> None:
+        self.module, self.text = module, text
+        self.lane_count = 0
+        self.loops: list[tuple[str, str] | None] = []  # labels of the next turn and of the end
+        self.outermost: FunctionType | None = None
+        self.inlining: list[FunctionType] = []
+
+    def run(self, body: list[ast.stmt], scope: Scope) -> Returned | None:
+        """Write statements: None where the next one follows, or how the body ended."""
+        raise NotImplementedError
+
+    def eval_Call(self, node: ast.Call, scope: Scope) -> object:
+        function: Any = self.eval(node.func, scope)
+        arguments = list(self.eval_Tuple(ast.Tuple(node.args, ast.Load()), scope))
+        named = {str(k.arg): self.eval(k.value, scope) for k in node.keywords}
+        if function is call:
+            return self.call_argument(arguments[0], arguments[1:])
+        found = self._builtin(function, arguments)
+        if found is not NotImplemented:
+            return found
+        if hasattr(function, "kinds"):  # made by ``compiled``
+            return self.call_compiled(function, arguments)
+        source = getattr(function, "py_func", function)
+        if isinstance(source, FunctionType):
+            return self.inline(source, arguments, named)
+        if any(_has_runtime(a) for a in (*arguments, *named.values())):
+            raise Refusal(
+                f"a call of {described(function)} is not in the language of compiled functions; "
+                f"allowed: {SUM if function is sum else CALLS}"
+            )
+        return plain(function(*arguments, **named))
+
+    def _builtin(self, f: Any, arguments: list[Any]) -> object:
+        """The result of a function of the language, or NotImplemented."""
+        known = not any(_has_runtime(a) for a in arguments)
+        if f is fma:
+            wide = any(isinstance(a, Value) and a.lanes for a in arguments)
+            return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
+        if f is local and known:
+            return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
+        if f in (min, max) and len(arguments) > 1 and not known:
+            return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
+        if known:
+            return NotImplemented
+        first = arguments[0]
+        if f is len and isinstance(first, Array):
+            return first.length
+        if f is float_bits:
+            return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
+        if f is bits_float:
+            return self.text.conversion("bitcast", self.value(first, "i", wide=False), "d")
+        if f in (float, np.float64, int):
+            return self._converted(first, "i" if f is int else "d")
+        is_hashable = isinstance(f, Hashable)
+        if is_hashable and f in INSTRUCTIONS:
+            name, kind = INSTRUCTIONS[f]
+            return self.text.intrinsic(name, self.value(first, kind, wide=False))
+        if is_hashable and f in LIBRARY:
+            values = [self.value(a, "d", wide=False) for a in arguments]
+            if any(v.lanes for v in values) or self.lane_count:
+                raise Refusal(
+                    f"{f.__name__} is a call of the C library, one lane at a time; allowed: the functions of "
+                    "nsdrill.elementary, or a loop over range(W)"
+                )
+            return self.text.library(LIBRARY[f], *values)
+        return NotImplemented
+
+    def _extreme(self, op: type, arguments: list[object]) -> object:
+        best = arguments[0]
+        for other in arguments[1:]:
+            other, best = self.pair(other, best)
+            best = self.text.selection(
+                self.text.comparison(OPERATIONS[op].instructions[best.kind], other, best), other, best
+            )
+        return best
+
+    def _converted(self, v: object, kind: str) -> Value:
+        made = self.value(v, wide=False)
+        if made.kind == kind:
+            return made
+        name = {("i", "d"): "sitofp", ("b", "d"): "uitofp", ("d", "i"): "fptosi", ("b", "i"): "zext"}
+        return self.text.conversion(name[made.kind, kind], made, kind)
+
+    def inline(self, function: FunctionType, arguments: list[object], named: dict[str, object]) -> object:
+        if function in self.inlining:
+            raise Refusal(f"{function.__name__} calls itself; allowed: a loop")
+        outermost, loops = self.outermost, self.loops
+        self.outermost, self.loops = None, []
+        self.inlining.append(function)
+        result = self.entered(function, arguments, named)
+        self.inlining.pop()
+        self.outermost, self.loops = outermost, loops
+        return result.value if result is not None else None
+
+    def entered(self, function: FunctionType, arguments: list[object], named: dict[str, object]) -> Returned | None:
+        scope = Scope(function)
+        try:
+            bound = _signature(function).bind(*arguments, **named)
+        except TypeError as error:
+            raise Refusal(f"{function.__name__} is called with other arguments: {error}") from None
+        bound.apply_defaults()
+        scope.names.update(bound.arguments)
+        return self.run(definition(function).body, scope)
+
+    def call_argument(self, function: object, arguments: list[object]) -> Value:
+        if not isinstance(function, FunctionArgument):
+            raise Refusal("the first argument of call is a function that is an argument")
+        if self.lane_count:
+            raise Refusal("a function is called in a loop over lanes, where helpers are inlined")
+        kinds, given = self._passed(arguments, None)
+        return self.module.call_address(self.text, function.address, kinds, given)
+
+    def call_compiled(self, function: LaneFunction, arguments: list[object]) -> Value:
+        if self.lane_count:
+            raise Refusal(f"{function.__name__} is called in a loop over lanes, where helpers are inlined")
+        _, given = self._passed(arguments, function)
+        return self.module.call_internal(self.text, function, given)
+
+    def _passed(self, arguments: list[object], function: LaneFunction | None) -> tuple[str, list[str]]:
+        """Arguments of a call: their kinds, and their text."""
+        name, wanted = (function.__name__, function.kinds) if function else ("", "?" * len(arguments))
+        if len(wanted) != len(arguments):
+            raise Refusal(f"{name} takes {len(wanted)} arguments and is given {len(arguments)}")
+        kinds, given = "", []
+        for argument, kind in zip(arguments, wanted, strict=True):
+            if isinstance(argument, Array):
+                found = BUFFER if argument.kind == FLOAT else INTEGERS
+                pointer = pointer_to(TYPE[argument.kind])
+                texts = [f"{pointer} {argument.ref}", f"i64 {argument.length.ref}"]
+            elif isinstance(argument, FunctionArgument):
+                found, texts = FUNCTION, [f"i64 {argument.address.ref}"]
+            else:
+                value = self.value(argument, kind if kind in (INTEGER, FLOAT) else "", wide=False)
+                if value.kind == "b":
+                    raise Refusal("a truth is no argument of a function; allowed: int(x)")
+                found, texts = (value.kind, [f"{'double' if value.kind == 'd' else 'i64'} {value.ref}"])
+            if kind != "?" and found != kind:
+                raise Refusal(f"{name} is called with another kind of argument than it has")
+            kinds += found
+            given += texts
+        return kinds, given
+
+
+def _has_runtime(v: object) -> bool:
+    return isinstance(v, RUNTIME) or (isinstance(v, tuple) and any(_has_runtime(part) for part in v))
+
+
+_signature = lru_cache(maxsize=4096)(inspect.signature)

@@ -1,0 +1,192 @@
+"""nsdrill plot: charts of a study, options for the look, films, and what is read for it."""
+
+import os
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+from PIL import Image
+
+import nsdrill
+from nsdrill.app.datasets import outline
+from nsdrill.app.datasets import read_any as read
+from nsdrill.data import Results
+from nsdrill.errors import InputError
+from nsdrill.plot import draw, kinds_for, needed
+from nsdrill.plot.registry import all_kinds
+from nsdrill.store import read_results
+
+KINDS = ("critical-speeds", "buckling", "drive-card", "drive-tuning")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_is_drawn(call, small, tmp_path, kind):
+    answer = call("plot", small, "--kind", kind, "-o", "chart.png", "--units", "field")
+    assert (answer.out, answer.err) == ("", "chart.png: drawn.\n")
+    assert (tmp_path / "chart.png").read_bytes().startswith(b"\x89PNG")
+    call("plot", small, "--kind", kind, "-o", "chart.png", code=2)
+    call("plot", small, "--kind", kind.replace("-", "_"), "-o", "other.png")
+
+
+def test_kinds_of_a_study_are_listed(call, small):
+    answer = call("plot", small, "--kind", "list")
+    assert [line.split()[0] for line in answer.out.splitlines()] == sorted(KINDS)
+
+
+def test_along_an_axis_of_the_study(call, small):
+    call("plot", small, "--kind", "critical-speeds", "--along", "rotary_speed", "-o", "a.svg")
+    call(
+        f"plot {small} --kind buckling --along drillstring.collar.span --set "
+        f"'sweep={{drillstring.collar.span: {{from: 10 m, to: 40 m, points: 3}}}}' -o b.svg"
+    )
+    assert "Collar span [m]" in Path("b.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--kind", "buckling", "--along", "wob"], "--along: found wob, which the study does not sweep; allowed: "),
+        (["--kind", "drive-card", "--along", "depth"], "--along: found with --kind drive-card, which is of one point"),
+        (["--kind", "buckling", "--wob", "30 kN"], "--wob: found with a study; allowed: with results."),
+        (["--kind", "buckling", "--start", "0"], "--start: found with a study"),
+        (["--kind", "bucklin"], "found 'bucklin' with a study. Did you mean 'buckling'?"),
+        (["--kind", "map"], "found 'map' with a study. Allowed of a study, which is not run:"),
+        ([], "plot kind: found a study without a kind."),
+        (["--kind", "drive-tuning", "--set", "modes.torsional=frozen"], "found modes.torsional: frozen"),
+        (["--kind", "buckling", "--set", "operation.wob=30"], "operation.wob"),
+        (
+            ["--kind", "critical-speeds", "--along", "initial.x", "--set", "sweep={initial.x: [1 mm, 2 mm]}"],
+            "found initial.x, on which no chart depends",
+        ),
+        (["--kind", "critical-speeds", "--set", "sweep={depth: [3000 m]}"], "found one value of depth in the sweep"),
+    ],
+)
+def test_what_does_not_fit_is_told(call, small, tmp_path, words, said):
+    assert said in call("plot", small, *words, "-o", "chart.png", code=2).err
+    assert not (tmp_path / "chart.png").exists()
+
+
+def test_results_and_studies_are_kept_apart(call, small, shared):
+    results = shared / "small.h5"
+    answer = call("plot", results, "--kind", "buckling", "-o", "a.png", code=2)
+    assert "allowed: with a study, a YAML file" in answer.err
+    for option, value in (("--along", "depth"), ("--set", "operation.wob=30 kN")):
+        assert f"{option}: found with" in call("plot", results, option, value, "-o", "a.png", code=2).err
+    assert "none.yaml" in call("plot", "none.yaml", "--kind", "buckling", "-o", "a.png", code=2).err
+    call("plot", small, "--kind", "buckling", "-o", small, code=2)
+
+
+def size(path: Path) -> tuple[int, int]:
+    with Image.open(path) as image:
+        return image.size
+
+
+def test_a_picture_is_as_large_as_asked(call, shared, tmp_path):
+    path = tmp_path / "a.png"
+    call("plot", shared / "small.h5", "-o", path, "--width", "3.3in", "--height", "60mm", "--no-title")
+    assert size(path) == pytest.approx((3.3 * 300, 60 / 25.4 * 300), abs=1)
+
+
+def test_a_style_file_sets_the_resolution(call, shared, tmp_path):
+    (tmp_path / "a.mplstyle").write_text("savefig.dpi: 100\n")
+    call("plot", shared / "small.h5", "-o", tmp_path / "a.png", "--style", tmp_path / "a.mplstyle")
+    assert size(tmp_path / "a.png")[0] == 700
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--width", "3"), "--width: found '3', a number without a unit"),
+        (("--title", "a", "--no-title"), "--title: found with --no-title"),
+        (("--from", "3s"), "--from and --to: found with results"),
+        (("--speed", "2"), "--speed: found without --animate"),
+        (("--animate", "--kind", "map"), "--animate: found with --kind map"),
+        (("--animate",), "found '.png' as the kind of film; allowed: .mp4, .gif"),
+    ],
+)
+def test_wrong_options_leave_no_file(call, shared, tmp_path, options, message):
+    assert message in call("plot", shared / "small.h5", "-o", tmp_path / "a.png", *options, code=2).err
+    assert not list(tmp_path.iterdir())
+
+
+def test_results_are_no_film(call, shared, tmp_path):
+    answer = call("plot", shared / "small.h5", "-o", tmp_path / "a.gif", "--animate", code=2)
+    assert "--animate: found no collar that moves in the hole; allowed: a trace" in answer.err
+
+
+def test_a_film_from_both_sides(call, shared, tmp_path, monkeypatch):
+    """The command and the function give the same bytes; without ffmpeg both say that it
+    is a GIF."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    trace = nsdrill.replay(shared / "small.h5", rotary_speed=3.0, procedure="up")
+    nsdrill.save(trace, tmp_path / "trace.h5")
+    part = (float(trace.time[0]), float(trace.time[0]) + 0.2)
+    answer = call(
+        "plot", tmp_path / "trace.h5", "--animate", "-o", tmp_path / "a.mp4", "--to", f"{part[1]} s", "--width", "2in"
+    )
+    assert "There is no ffmpeg here, which MP4 needs: a GIF is written in place of" in answer.err
+    written = nsdrill.animate(trace, tmp_path / "b.mp4", time=part, width="2 in")
+    assert os.path.basename(written) == "b.gif"
+    assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
+    with pytest.raises(nsdrill.FileError):
+        nsdrill.animate(trace, tmp_path / "b.gif")
+    with pytest.raises(InputError, match="trace: found no collar"):
+        nsdrill.animate(shared / "small.h5", tmp_path / "c.gif")
+
+
+def test_python_takes_the_same_and_tells_in_its_words(shared):
+    figure = nsdrill.plot(shared / "small.h5", "summary", width="3.3 in", style={"font.size": 6.0})
+    assert figure.get_figwidth() == pytest.approx(3.3)
+    assert mpl.rcParams["font.size"] != 6.0
+    with pytest.raises(InputError, match=r"^time: found with results"):
+        nsdrill.plot(shared / "small.h5", time=(0.0, 1.0))
+    with pytest.raises(InputError, match=r"^font_size: found 'huge'"):
+        nsdrill.plot(shared / "small.h5", font_size="huge")
+    with pytest.warns(nsdrill.RunWarning, match="characters that no font here has"):
+        nsdrill.plot(shared / "small.h5", title="\U0001fae8")
+
+
+def test_the_list_of_kinds_is_short_and_all_names_are_taken(call, shared, tmp_path):
+    """A line for each kind; those that are panels of others stand below."""
+    listed = call("plot", shared / "small.h5", "--list")
+    kinds = [line.split()[0] for line in listed.out.splitlines() if "--panel:" not in line]
+    assert [name for name in kinds if name in all_kinds()] == ["bifurcation", "value", "window"]
+    assert "value --panel: summary, stick_slip_index" in listed.out
+    for name in ("summary", "radius_max", "lift_off"):
+        call("plot", shared / "small.h5", "--kind", name, "-o", tmp_path / f"{name}.png")
+    assert "map --panel: whirl_kind" in call("plot", shared / "map.h5", "--list").out
+    call("plot", shared / "map.h5", "--kind", "whirl_kind", "-o", tmp_path / "w.png")
+    call("plot", shared / "map.h5", "--kind", "map", "--panel", "whirl_kind", "-o", tmp_path / "p.png")
+    assert (tmp_path / "p.png").read_bytes() == (tmp_path / "w.png").read_bytes()
+
+
+def test_a_panel_and_limits_on_the_command_line(call, shared, tmp_path):
+    options = ("--panel", "radius", "--ylim", "0 mm", "40 mm", "--units", "field")
+    call("plot", shared / "small.h5", *options, "-o", tmp_path / "r.png")
+    wrong = call("plot", shared / "small.h5", "--panel", "orbit", "-o", tmp_path / "o.png", code=2)
+    assert "--panel: found 'orbit'; allowed here: 'strip', 'axial_peaks'" in wrong.err
+
+
+WIDE = ("bifurcation", "summary", "map", "whirl_kind", "stick_slip_index", "lift_off", "radius_max")
+
+
+@pytest.mark.parametrize("name", ["small", "map"])
+def test_every_kind_can_be_drawn_from_the_variables_it_needs(shared, name):
+    path = str(shared / f"{name}.h5")
+    whole, seen = read(path), outline(path)
+    assert isinstance(seen, Results)
+    assert kinds_for(seen) == kinds_for(whole)
+    assert set(seen.variables) == set(read_results(path).variables)
+    for kind in (kind for kind in kinds_for(seen) if kind in WIDE):
+        names = needed(seen, kind)
+        data = read(path, names)
+        assert isinstance(data, Results)
+        assert set(data.variables) == set(names)
+        draw(data, kind)
+
+
+def test_a_cut_decides_what_is_needed(shared):
+    seen = outline(str(shared / "map.h5"))
+    assert isinstance(seen, Results)
+    assert "axial_peaks" not in needed(seen)
+    assert "axial_peaks" in needed(seen, at={"wob": 20e3})
