@@ -14,13 +14,13 @@ import sys
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import IO, TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, Refusal, option
-from nsdrill.files import replacing
+from nsdrill.files import CheckedFile, replacing
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
 from nsdrill.plot.look import Look, look_of
@@ -163,15 +163,20 @@ def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True
     process is writing it or, without ``overwrite``, it exists already; NsdrillError
     where it cannot be written.
     """
-    from nsdrill.plot.style import house_style, without_glyph_warnings
-
     suffix, target = check_suffix(path), Path(path)
     if not target.parent.is_dir():
         raise InputError(f"{target}: found no folder {str(target.parent)!r}; allowed: a folder that exists.")
     if target.is_dir():
         raise InputError(f"{target}: cannot be written, as it is a folder; allowed: the name of a file.")
-    settings = getattr(figure, "settings", None)
-    with replacing(target, overwrite=overwrite) as file, house_style(settings), without_glyph_warnings():
+    with replacing(target, overwrite=overwrite) as file:
+        _write(figure, file, suffix)
+
+
+def _write(figure: Figure, file: IO[bytes] | CheckedFile, suffix: str) -> None:
+    """Write the figure in the style in which it was drawn."""
+    from nsdrill.plot.style import house_style, without_glyph_warnings
+
+    with house_style(getattr(figure, "settings", None)), without_glyph_warnings():
         figure.savefig(file, format=suffix[1:], metadata=FORMATS[suffix])
 
 
@@ -183,16 +188,13 @@ def svg(figure: Figure) -> str:
     cells of its maps an image where they are many."""
     from matplotlib.collections import QuadMesh
 
-    from nsdrill.plot.style import house_style, without_glyph_warnings
-
     meshes = [mesh for mesh in figure.findobj(QuadMesh) if isinstance(mesh, QuadMesh)]
     if sum(np.asarray(mesh.get_array()).size for mesh in meshes) > MAX_CELLS:
         for mesh in meshes:
             mesh.set_rasterized(True)
-    text = io.StringIO()
-    with house_style(getattr(figure, "settings", None)), without_glyph_warnings():
-        figure.savefig(text, format="svg", metadata=FORMATS[".svg"])
-    return text.getvalue()
+    text = io.BytesIO()
+    _write(figure, text, ".svg")
+    return text.getvalue().decode()
 
 
 def _be_a_function() -> None:

@@ -26,7 +26,8 @@ from nsdrill.plot.slices import edges
 from nsdrill.plot.style import BLACK, GREY, Properties, Property, font_size, halo
 
 VEIL = 0.18  # share of white over cells that were not run
-PALE_GREY = to_hex(tuple((1 - VEIL) * part + VEIL for part in to_rgb(GREY)))  # type: ignore[arg-type]
+red, green, blue = ((1 - VEIL) * part + VEIL for part in to_rgb(GREY))
+PALE_GREY = to_hex((red, green, blue))
 Cells = tuple[Array, Array]  # their edges along x and y, in the units that are shown
 
 

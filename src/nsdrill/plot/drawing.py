@@ -34,9 +34,17 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.look import Look, apply_limits, limit_y_axes
+from nsdrill.plot.look import Look, apply_limits
 from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import fit_y_axes, freeze_layout, limit_x_axes, panels_of, single_panel, write_in_largest_panel
+from nsdrill.plot.page import (
+    fit_y_axes,
+    freeze_layout,
+    limit_x_axes,
+    limit_y_axes,
+    panels_of,
+    single_panel,
+    write_in_largest_panel,
+)
 from nsdrill.plot.registry import Kind
 from nsdrill.plot.style import (
     Properties,

@@ -19,11 +19,13 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.text import Annotation
 
+from nsdrill import quantity as quantities
 from nsdrill.data import Attributes
-from nsdrill.errors import InputError, option
-from nsdrill.plot.labels import quantity, way_word
-from nsdrill.plot.look import look as look
+from nsdrill.errors import InputError, Refusal, option
+from nsdrill.plot.labels import Shown, quantity, way_word
+from nsdrill.plot.look import BESIDE, End, Ends, look, resolve_ends, value_of
 from nsdrill.plot.style import (
     FONT_SIZE,
     REFERENCE,
@@ -263,6 +265,51 @@ def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: 
                     f"{option('xlim')}: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero."
                 )
             axes.set_xlim(low, high)
+
+
+def limit_y_axes(panels: Sequence[Axes], ends: Ends, units: str, axes_of_data: Sequence[str] = ()) -> None:
+    """Limit the y axes of the ``panels`` that show a quantity of the unit of ``ends``,
+    among them the axes of a sweep, one of which maps have along y. InputError where no
+    panel does, or panels of several quantities: then one is to be drawn alone."""
+    for axes in panels:
+        for axis in axes_of_data:
+            if axes.get_ylabel() == quantity(axis, units).label:
+                axes.yaxis.set_gid(axis)
+    panels = [axes for axes in panels if axes.yaxis.get_gid()]
+    names = dict.fromkeys(str(axes.yaxis.get_gid()) for axes in panels)
+    limits: dict[str, list[float]] = {}
+    error = InputError(f"{option('ylim')}: found a picture whose panels have no limits of their own.")
+    for name in names:
+        try:
+            limits[name] = [_shown_end(end, name, quantity(name, units)) for end in ends]
+        except InputError as other_unit:
+            error = other_unit
+    if not limits:
+        raise error
+    if len(limits) > 1:
+        raise Refusal(
+            "ylim", f"panels of {', '.join(limits)} with this unit", "one of them", f"Choose it with {option('panel')}."
+        )
+    ((name, (low, high)),) = limits.items()
+    resolve_ends("ylim", (low, high), quantity(name, units).unit)
+    for axes in panels:
+        if axes.yaxis.get_gid() == name:
+            for arrow in [line for line in axes.lines if "beyond" in str(line.get_gid())]:
+                arrow.remove()  # at the border that was chosen before
+            for words in [text for text in axes.texts if isinstance(text, Annotation)]:
+                if words.xycoords == BESIDE and not low <= words.xy[1] <= high:
+                    words.remove()
+            top_first = axes.yaxis_inverted()
+            axes.set_ylim((high, low) if top_first else (low, high))
+
+
+def _shown_end(end: End, name: str, shown: Shown) -> float:
+    """A limit in the unit in which a variable is shown; of a share also in per cent."""
+    text = str(end).strip()
+    if shown.unit == "%" and text.endswith("%"):
+        return value_of("ylim", text.rstrip("% "), "1")
+    units = quantities.quantity(name).units
+    return value_of("ylim", end, "1" if units == "percent" else units) / shown.scale
 
 
 def fit_y_axes(figure: Figure) -> None:

@@ -20,15 +20,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
+from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.typing import ColorType
 
 from nsdrill.data import Array
 from nsdrill.models.responses import RESPONSE_KINDS
 from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.plot.look import Look
-from nsdrill.plot.look import look as look
+from nsdrill.plot.look import Look, look
 
 Property = Any  # what an artist of matplotlib, or a setting, takes by a name
 Properties = dict[str, Property]
@@ -165,8 +164,6 @@ def ink_on(colour: str) -> str:
 def fallback_fonts() -> list[str]:
     """Fonts installed here that have the Chinese, Japanese and Korean characters that
     the standard one lacks."""
-    from matplotlib.font_manager import fontManager
-
     installed = sorted({font.name for font in fontManager.ttflist})
     return [name for name in installed if name.startswith(_FALLBACK_FONTS)]
 
@@ -266,8 +263,6 @@ def without_glyph_warnings() -> Iterator[None]:
 
 def missing_characters(text: str) -> str:
     """The characters of a text that none of the fonts has, each once."""
-    from matplotlib.font_manager import findfont, get_font
-
     rc = cast("Properties", mpl.rcParams)
     families = list(rc["font.family"])
     names = [name for family in families for name in rc.get(f"font.{family}", [family])]

@@ -13,7 +13,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.operation import SCHEDULED
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import carried, heading, operating_point, quantity
-from nsdrill.plot.look import look as look
+from nsdrill.plot.look import look
 from nsdrill.variables import AXES, dimension_of
 
 MOVED_FIRST = ("rotary_speed", "wob", "depth")  # the order in which drillers move them

@@ -39,7 +39,8 @@ def choices(results: Results, units: str) -> Answer:
         if (name := member_dimension(results))
         else None,
         "panels": [{**quantity_data(panel.peaks, units), "mode": panel.mode, "trace": panel.trace} for panel in panels],
-        "features": [quantity_data(name, units) for name in _preferred_first(drawn.summary, single)],
+        # those of a summary first
+        "features": [quantity_data(n, units) for n in dict.fromkeys([*drawn.summary, *single]) if n in single],
         "labels": [quantity_data(name, units) for name in dict.fromkeys(labels)],
         "dimensions": len(results.grid),
     }
@@ -54,10 +55,6 @@ def member_dimension(results: Results) -> str | None:
     """The dimension besides procedure and axes, for example the starts of every point;
     None where there is none."""
     return next((name for name in results.grid[1:] if name not in results.axes), None)
-
-
-def _preferred_first(preferred: Sequence[str], names: Sequence[str]) -> list[str]:
-    return [*(name for name in preferred if name in names), *(name for name in names if name not in preferred)]
 
 
 def axis_data(results: Results, name: str, units: str) -> Answer:

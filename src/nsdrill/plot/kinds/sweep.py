@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nsdrill.data import Array, Results
-from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import BY_NAME, described, drawn_in
 from nsdrill.models.responses import RESPONSE_KINDS
@@ -241,12 +240,17 @@ def _draw_motion_values(axes: Axes, line: Line, name: str) -> None:
         axes.set_ylim(*((-0.15, 1.1) if name == "zero_one" else (0, None)))
 
 
-def _place_of_kind(name: str, data: object) -> int | None:
-    return 41 if is_plane(data) and name in data.variables else None
-
-
-def _uses_kind(name: str, model: Description) -> tuple[str, ...]:
-    return (name,)
+def _map_of_kind(name: str, words: str) -> Kind:
+    return Kind(
+        name,
+        f"the kind of {words} over two axes",
+        of=PLANE,
+        place=lambda data: 41 if is_plane(data) and name in data.variables else None,
+        draw=partial(draw_map, variable=name),
+        uses=lambda model: (name,),
+        across=lies_across,
+        part_of="map",
+    )
 
 
 KINDS = (
@@ -295,17 +299,5 @@ KINDS = (
         uses=line_variables,
         across=lies_across,
     ),
-    *(
-        Kind(
-            name,
-            f"the kind of {response.words} over two axes",
-            of=PLANE,
-            place=partial(_place_of_kind, name),
-            draw=partial(draw_map, variable=name),
-            uses=partial(_uses_kind, name),
-            across=lies_across,
-            part_of="map",
-        )
-        for name, response in RESPONSE_KINDS.items()
-    ),
+    *(_map_of_kind(name, response.words) for name, response in RESPONSE_KINDS.items()),
 )
