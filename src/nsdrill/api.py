@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from nsdrill.errors import ENDINGS, RunWarning
 from nsdrill.late import deferred
 from nsdrill.operations import answers, files, pictures, runs
+from nsdrill.operations import fit as fits
 from nsdrill.operations.argument import public
 
 with deferred():
@@ -97,7 +98,7 @@ continue_branches = public(runs.continue_branches, _of_continuation)
 simulate = public(runs.simulate, _trace)
 replay = public(runs.replay, _replayed)
 classify = public(runs.classify, _labelled)
-fit = public(runs.fit)
+fit = public(fits.fit)
 check = public(answers.check)
 show = public(answers.show, _in_words)
 window = public(answers.window)

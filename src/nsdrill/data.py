@@ -111,6 +111,12 @@ class Results:
         return tuple(len(self.coords[name]) for name in self.grid)
 
     @property
+    def procedures(self) -> tuple[str, ...]:
+        """The words of the procedures, which other readers of HDF5 give as bytes."""
+        words = self.coords["procedure"].tolist()
+        return tuple(word.decode() if isinstance(word, bytes) else str(word) for word in words)
+
+    @property
     def slice(self) -> Resolved:
         """If the starts are a slice, its two states, {state: {from, to, points}} in SI;
         else empty."""

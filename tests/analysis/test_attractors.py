@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 
 from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, places, wilson
 from nsdrill.analysis.branches import number
-from nsdrill.models.christoforou_yigit.collar import WEIGHTS, extent, scaled
+from nsdrill.models.christoforou_yigit.collar import WEIGHTS, extent, scaled_features
 from nsdrill.models.christoforou_yigit.variables import DISTINGUISHING
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.variables import CHAOTIC, DIVERGED, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
@@ -46,7 +46,7 @@ def starts(count: int, **features: object) -> dict[str, np.ndarray]:
 
 def coordinates(variables: dict, speed: np.ndarray, gap: np.ndarray, axial: np.ndarray) -> tuple:
     """As the main model has them."""
-    apart = scaled(variables, speed[:, None], gap[:, None])
+    apart = scaled_features(variables, speed[:, None], gap[:, None])
     return apart, np.concatenate(
         [apart * WEIGHTS, extent(variables, speed[:, None], gap[:, None], axial[:, None])], axis=-1
     )
@@ -213,10 +213,10 @@ def test_points_are_grouped_each_for_itself():
         name: np.stack([a, b])
         for (name, a), b in zip(starts(3).items(), starts(3, lift_off_fraction=[0, 0.5, 0.5]).values(), strict=True)
     }
-    first, second = label(one, scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)), TOLERANCE).tolist()
+    first, second = label(one, scaled_features(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)), TOLERANCE).tolist()
     assert first == [1, 1, 1]
     assert second[0] != second[1] == second[2]
-    assert scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)).shape == (2, 3, 7)
+    assert scaled_features(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)).shape == (2, 3, 7)
 
 
 # Known intervals: Wilson 1927 as tabulated by Newcombe 1998, Statist. Med. 17:857-872,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nsdrill.analysis.contrast import contrast
-from nsdrill.app.window import contrast as app_contrast
+from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.errors import InputError
 from nsdrill.text.diff import sentence, side_by_side, thresholds
 

@@ -8,7 +8,7 @@ from scipy import stats
 
 from nsdrill.analysis.probability import EVERY, interval, probabilities_of, samples_for, window_state
 from nsdrill.analysis.window import find_window
-from nsdrill.app.window import contrast as app_contrast
+from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL

@@ -290,23 +290,20 @@ def test_a_command_of_ones_own(blocks, shared, tmp_path, capsys, monkeypatch):
     import json
 
     import nsdrill
+    from nsdrill.cli import look
     from nsdrill.cli.main import group
     from nsdrill.cli.overview import COMMANDS, GROUPS
     from nsdrill.errors import FileError
     from nsdrill.operations import answers
     from nsdrill.store import read_results
 
-    def put(room, block):
-        name = f"nsdrill.{room}.effort"
-        module = types.ModuleType(name)
-        vars(module).update(run(block))
-        monkeypatch.setitem(sys.modules, name, module)
-        return module
-
-    names = vars(answers) | {"efforts": put("app", blocks[-3])}
+    efforts = types.ModuleType("nsdrill.app.effort")
+    vars(efforts).update(run(blocks[-3]))
+    monkeypatch.setitem(sys.modules, efforts.__name__, efforts)
+    names = vars(answers) | {"efforts": efforts}
     exec(compile(blocks[-2].read_text(), str(blocks[-2]), "exec"), names)
     monkeypatch.setattr(answers, "effort", names["effort"], raising=False)
-    put("cli", blocks[-1])
+    monkeypatch.setattr(look, "effort", run(blocks[-1])["effort"], raising=False)
     line = "Say how many steps the points of a results file took."
     for listed in (GROUPS["Look"], COMMANDS):
         monkeypatch.setitem(listed, "effort", line)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from nsdrill.app.window import window as window_of
+from nsdrill.app.answers import window as window_of
 from nsdrill.cli.main import group
 from nsdrill.data import Results
 from nsdrill.plot.answer import answer, warnings

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.probability import known, probabilities_of, text
+from nsdrill.analysis.probability import known, probabilities_of
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number
@@ -115,7 +114,7 @@ def _axes(a: Results, b: Results, grid: Sequence[str]) -> tuple[list[Answer], di
         row = {"name": name, "a": len(left), "b": len(right), "common": len(i), "same": bool(same)}
         if not len(i) and len(left) == len(right) == 1 and name != SAMPLE:
             i = j = np.zeros(1, dtype=int)
-            row["values"] = [text(values[0]) if name == "procedure" else values[0].item() for values in (left, right)]
+            row["values"] = [str(values[0]) if name == "procedure" else values[0].item() for values in (left, right)]
         axes.append(row)
         places[name] = (i, j)
     return axes, places
@@ -145,7 +144,7 @@ def _only_in_one(a: Results | Trace, b: Results | Trace) -> dict[str, list[str]]
 def point_of(coords: dict[str, Array], place: Sequence[int]) -> Answer:
     """The coordinates of a point, as plain data."""
     return {
-        name: text(values[i]) if name == "procedure" else word_or_number(name, values[i].item())
+        name: str(values[i]) if name == "procedure" else word_or_number(name, values[i].item())
         for (name, values), i in zip(coords.items(), place, strict=True)
     }
 
@@ -345,6 +344,9 @@ def other_string(
     return differences
 
 
-def _is_equal(one: Any, other: Any) -> bool:
-    numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (one, other))
-    return math.isclose(one, other, rel_tol=RELATIVE_TOLERANCE) if numbers else bool(one == other)
+def _is_equal(one: object, other: object) -> bool:
+    if isinstance(one, bool) or isinstance(other, bool):
+        return one == other
+    if isinstance(one, int | float) and isinstance(other, int | float):
+        return math.isclose(one, other, rel_tol=RELATIVE_TOLERANCE)
+    return one == other

@@ -142,13 +142,13 @@ def _beyond(one: Classes, cell: tuple[int, int], place: int) -> list[str]:
 
 def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[Answer]:
     rows = []
-    ways = [name for name in maps[0].procedures if name in maps[1].procedures]
+    ways = [name for name in maps[0].results.procedures if name in maps[1].results.procedures]
     for at, *cells in _lines(maps, places):
         for way in ways:
             for name, response in RESPONSES.items():
                 row: Answer = {"at": at, "axis": maps[0].x, "procedure": way, "response": name}
                 for side, one, cell in zip(("a", "b"), maps, cells, strict=True):
-                    bits = one.bits_in[(one.procedures.index(way), *cell)]
+                    bits = one.bits_in[(one.results.procedures.index(way), *cell)]
                     found = one.values(one.x)[(bits & response.bit).astype(bool)]
                     row[side] = [float(found[0]), float(found[-1])] if found.size else None
                 if row["a"] is not None or row["b"] is not None:

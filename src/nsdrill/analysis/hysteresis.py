@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.probability import outcome, text
+from nsdrill.analysis.probability import outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import BY_NAME
 from nsdrill.models.responses import RESPONSE_KINDS
@@ -103,10 +103,9 @@ def hysteresis(results: Results, along: str | None = None) -> list[Answer]:
     response in the interval.
     """
     along = along or carried_axis(results)
-    procedures = [text(name) for name in results.coords["procedure"]]
-    if along is None or not {"up", "down"} <= set(procedures):
+    if along is None or not {"up", "down"} <= set(results.procedures):
         return []
-    return [row for place in _lines(results, along) for row in _rows(results, procedures, along, place)]
+    return [row for place in _lines(results, along) for row in _rows(results, along, place)]
 
 
 def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
@@ -118,7 +117,8 @@ def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
         yield (slice(None), *place[:axis], slice(None), *place[axis:])
 
 
-def _rows(results: Results, procedures: Sequence[str], along: str, place: tuple[int | slice, ...]) -> Iterator[Answer]:
+def _rows(results: Results, along: str, place: tuple[int | slice, ...]) -> Iterator[Answer]:
+    procedures = results.procedures
     outcomes = outcome(results["status"][place], results["response"][place])
     x = np.asarray(results.coords[along], dtype=float)
     fixed = {

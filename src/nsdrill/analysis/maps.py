@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.probability import RunSafety, known, probabilities_of, run_safety, text, window_state
+from nsdrill.analysis.probability import RunSafety, known, probabilities_of, run_safety, window_state
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
@@ -72,10 +72,6 @@ class Classes:
     confidence: float | None = None
     safety: tuple[Array, ...] = ()
     over_all: bool = False
-
-    @property
-    def procedures(self) -> list[str]:
-        return [text(name) for name in self.results.coords["procedure"]]
 
     def values(self, axis: str | None) -> Array:
         """The values of an axis; a single zero for None."""
@@ -159,12 +155,13 @@ def _by_histories(results: Results, runs: RunSafety, planes: Planes) -> Answer:
     bits = np.where(known(results["status"]), results["response"], 0).astype(int)
     bits_in = np.array([np.bitwise_or.reduce(planes(part[None]), axis=-1) for part in bits])
     is_safe_in = np.array([planes(part[None]).all(axis=-1) for part in runs.safe])
-    names = map(text, results.coords["procedure"])
     return {
         "state": np.where(is_decided, state, UNKNOWN),
         "bits": np.bitwise_or.reduce(bits_in, axis=0),
         "histories": planes(runs.safe).shape[-1],
-        "safe_in": {name: int(np.count_nonzero(part)) for name, part in zip(names, is_safe_in, strict=True)},
+        "safe_in": {
+            name: int(np.count_nonzero(part)) for name, part in zip(results.procedures, is_safe_in, strict=True)
+        },
         "bits_in": bits_in,
         "is_safe_in": is_safe_in,
         "unsettled": np.asarray(planes(_unsettled(results)).any(axis=-1)),

@@ -176,7 +176,7 @@ def probabilities_of(
     counts = [count_samples(*(np.asarray(part[i]) for part in (safe, unsafe, has_response))) for i in range(len(safe))]
     if len(safe) > 1:
         counts.append(count_samples(*map(np.asarray, (safe.all(axis=0), unsafe.any(axis=0), has_response.any(axis=0)))))
-    histories = tuple(text(name) for name in results.coords["procedure"]) + ((EVERY,) if len(safe) > 1 else ())
+    histories = results.procedures + ((EVERY,) if len(safe) > 1 else ())
     count, undecided = (np.array(part) for part in zip(*counts, strict=True))
     return Probabilities(
         histories, (SAFE, *names), count, undecided, safe.shape[-1], effective_number(results, samples)
@@ -217,9 +217,3 @@ def outcome(status: Array, response: Array) -> Array:
     :data:`FAILED_POINT`."""
     failed = np.where(status == PENDING, PENDING_POINT, FAILED_POINT)
     return np.where(known(status), response.astype(int), failed)
-
-
-def text(value: object) -> str:
-    """A procedure name as a string, which HDF5 returns as bytes and numpy as a
-    scalar."""
-    return value.decode() if isinstance(value, bytes) else str(value)

@@ -29,7 +29,7 @@ from nsdrill.analysis.maps import (
     regions,
     stretches,
 )
-from nsdrill.analysis.probability import check_samples, effective_number, independent, one_procedure, text
+from nsdrill.analysis.probability import check_samples, effective_number, independent, one_procedure
 from nsdrill.data import PASSED_OVER, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words
@@ -77,7 +77,7 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
     """What was run, and how."""
     results, axes = maps.results, [axis for axis in (maps.x, maps.y) if axis]
     return {
-        "procedures": maps.procedures,
+        "procedures": list(results.procedures),
         "histories": maps.histories,
         "history_examined": maps.histories > 1,
         "severity": severity,
@@ -270,9 +270,9 @@ def _confidence_costs(maps: Classes) -> list[Answer]:
 def _by_procedure(results: Results, severity: int | None, confidence: float | None) -> list[Answer]:
     """The window of each procedure by itself, for results with samples."""
     windows = []
-    for number, name in enumerate(results.coords["procedure"]) if confidence is not None else ():
+    for number, name in enumerate(results.procedures) if confidence is not None else ():
         maps = classes(one_procedure(results, number), severity, confidence)
-        windows.append({"procedure": text(name), **(_map(maps, 0) if maps.third is None else _counts(maps.state))})
+        windows.append({"procedure": name, **(_map(maps, 0) if maps.third is None else _counts(maps.state))})
     return windows
 
 
@@ -307,7 +307,7 @@ def _hindrance(maps: Classes, inside: Cell, cell: Cell) -> Answer:
     return {
         "why": why,
         "responses": response_text(bits).split("+") if bits else [],
-        "safe_in": [name for name, safe in zip(maps.procedures, maps.is_safe_in, strict=True) if safe[cell]],
+        "safe_in": [name for name, safe in zip(maps.results.procedures, maps.is_safe_in, strict=True) if safe[cell]],
         "reason": reason(maps, inside, cell),
     }
 
@@ -355,7 +355,7 @@ def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
     # the neighbour at another setting of the axis along which nothing is carried
     is_beside = beyond[1] != inside[1] if along == maps.x else beyond[2] != inside[2]
     safe_on = [bool(is_safe[beyond]) for is_safe in maps.is_safe_in]
-    for procedure, bits, is_safe in zip(maps.procedures, maps.bits_in, safe_on, strict=True):
+    for procedure, bits, is_safe in zip(maps.results.procedures, maps.bits_in, safe_on, strict=True):
         if is_safe or procedure == "same":
             continue
         there, here = (_chain(bits, cell, along == maps.x) for cell in (beyond, inside))

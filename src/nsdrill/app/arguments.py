@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 
-from nsdrill.errors import InputError, Refusal, StudyError
+from nsdrill.errors import InputError, Refusal, StudyError, option
 from nsdrill.models.leaves import as_value, words_of
 from nsdrill.study.keys import SAMPLE_LEAF, Leaf, axes_of_all, did_you_mean, shown
 from nsdrill.study.load import load_study, parse_study
@@ -73,15 +73,20 @@ def name_in(path: object, name: str = "results") -> str:
     raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
 
 
-def check_other_file(study: object, path: str) -> None:
-    """InputError where ``path`` is the file of the study, which the output would
-    replace."""
-    try:
-        same = isinstance(study, str | os.PathLike) and os.path.samefile(study, path)
-    except (OSError, ValueError):
-        return
-    if same:
-        raise InputError(f"{path}: this is the study. Choose another path for the results.")
+def output_in(path: object, *inputs: object, **meant: bool) -> str | None:
+    """The name of the file to write, or None; a Refusal of what is ``meant`` of a file
+    where none is written, InputError where it is that of one of the ``inputs``."""
+    if path is None:
+        for name, on in meant.items():
+            if on:
+                raise Refusal(name, f"without {option('path')}", "with the name of a file")
+        return None
+    output = name_in(path, "path")
+    for one in inputs:
+        with suppress(OSError, ValueError):
+            if isinstance(one, str | os.PathLike) and os.path.samefile(one, output):
+                raise InputError(f"{output}: this is the study. Choose another path for the results.")
+    return output
 
 
 def values_in(at: object, study: Study | None, **apart: object) -> dict[str, float]:
@@ -107,7 +112,7 @@ def values_in(at: object, study: Study | None, **apart: object) -> dict[str, flo
     return values
 
 
-def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
+def _value(value: object, leaf: Leaf, argument: str, key: str = "") -> float:
     """A value of an axis in SI, which remembers the unit of a text; a Refusal outside
     the range of its key."""
     try:
@@ -124,12 +129,11 @@ def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
                 value = float(value)
         number = _float(value)
         if number is None or not leaf.low <= number <= leaf.high:
-            is_other_type = number is None and not isinstance(value, str | bool | list | dict | None)
-            found = (
-                f"a value of the type {type(value).__name__}"
-                if is_other_type
-                else shown(value if number is None else number)
-            )
+            found = f"a value of the type {type(value).__name__}"
+            if number is not None:
+                found = shown(number)
+            elif isinstance(value, str | bool | list | dict | None):
+                found = shown(value)
             raise QuantityError(found, leaf.allowed())
         if isinstance(value, WithUnit):
             return value
@@ -149,10 +153,15 @@ def seconds_in(name: str, value: object) -> float:
     return number
 
 
-def _float(value: Any) -> float | None:
+def _scalar(value: object) -> object:
+    """``value``, of an array without dimensions its element."""
+    item: Callable[[], object] | None = getattr(value, "item", None)
+    return item() if item is not None and getattr(value, "ndim", None) == 0 else value
+
+
+def _float(value: object) -> float | None:
     """A number of Python, numpy or xarray as a float; None for anything else."""
-    if getattr(value, "ndim", None) == 0:
-        value = value.item()
+    value = _scalar(value)
     if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
         try:
             return float(value)
@@ -166,12 +175,11 @@ def is_whole(value: object) -> TypeGuard[int]:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
-def number_in(name: str, value: Any) -> int | None:
+def number_in(name: str, value: object) -> int | None:
     """An integer argument, or None."""
+    value = _scalar(value)
     if value is None:
         return None
-    if getattr(value, "ndim", None) == 0:
-        value = value.item()
     if not is_whole(value):
         raise InputError(f"{name}: found {value!r}; allowed: a whole number, from 0.")
     return int(value)

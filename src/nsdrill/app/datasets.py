@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
+from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 
 import numpy as np
 
@@ -76,7 +76,7 @@ def _with_variables_only(data: Dataset, names: Iterable[str]) -> Dataset:
     return kept
 
 
-def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
+def data_in(data: object, names: Iterable[str] | None) -> Results | Trace:
     """The results or trace in a Dataset or file; of results only the variables
     ``names``, if given."""
     if not is_dataset(data):
@@ -130,7 +130,7 @@ def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str
     return read_results(name_in(source), None if more is None else (*names, *more))
 
 
-def results_in(data: Any, name: str, names: Iterable[str]) -> Results:
+def results_in(data: object, name: str, names: Iterable[str]) -> Results:
     """The results in a Dataset or file, which must have the variables ``names``; of a
     file only these are read. ``name`` is that of the argument in messages."""
     found = data_in(data, None if is_dataset(data) else names)
@@ -165,7 +165,7 @@ def missing_variable_errors(name: str) -> Iterator[None]:
         raise InputError(f"{name}: found results without {error.args[0]}; allowed: results that have it.") from error
 
 
-def branches_in(data: Any) -> Dataset | None:
+def branches_in(data: object) -> Dataset | None:
     """The Dataset of branches where ``data`` is one, or the name of a file of branches;
     else None."""
     if is_dataset(data):
@@ -174,7 +174,7 @@ def branches_in(data: Any) -> Dataset | None:
     return open_branches(path) if is_branches(path) else None
 
 
-def outline_in(data: Any) -> Results | Trace:
+def outline_in(data: object) -> Results | Trace:
     """As :func:`data_in`, but the variables of results are zeros, which take no memory;
     for the names and the shape."""
     if not is_dataset(data):

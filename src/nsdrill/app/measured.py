@@ -92,25 +92,7 @@ class Column:
 def read_measured(path: str | os.PathLike[str], study: Study, options: Reading | None = None) -> Measured:
     """The measurements in the CSV file ``path``, for comparison with runs of ``study``;
     FileError, with the line, where a cell or a column is invalid."""
-    options = options or Reading()
-    lines = _rows(path)
-    number, heads, units, body = _heads(path, lines)
-    names = _Names.of(study)
-    timed = any(_name(head, options) == TIME for head, _ in heads)
-    columns, notes = _columns(path, number, heads, units, names, options, timed)
-    table, at = _numbers(path, body, columns, names, options, timed, notes)
-    if timed:
-        return _over_time(path, table, at, names, options, notes)
-    given = {column.name for column in columns}
-    settings = {names.settings[name]: table[name] for name in table if name in names.settings}
-    values = {name: table[name] for name in names.results if name in given}
-    if not values:
-        raise FileError(f"{path}, line {number}: found no measured value; allowed: {names.some_results()}.")
-    _in_range(path, settings, at, names)
-    errors = {name: table[name + ERROR] for name in values if name + ERROR in given}
-    if any(np.any(~(error[np.isfinite(values[name])] > 0)) for name, error in errors.items()):
-        raise FileError(f"{path}: found an error of 0 or less, or none beside a value; allowed: one above 0.")
-    return _measured(path, settings, values, errors, [f"line {line}" for line in at], names, options, notes)
+    return _Table(path, _Names.of(study), options or Reading()).measured()
 
 
 @dataclass(frozen=True)
@@ -159,6 +141,217 @@ class _Names:
         return f"a feature that a run has, as {', '.join(list(self.results)[:6])}"
 
 
+class _Table:
+    """A table of measurements: its ``path``, the line of its headings, the (name, unit) of
+    each column and the rows below, whether it is over time (``timed``), the line numbers of
+    the rows that are used (``at``), and ``notes`` on what was not."""
+
+    def __init__(self, path: str | os.PathLike[str], names: _Names, options: Reading) -> None:
+        self.path, self.names, self.options = path, names, options
+        self.line, self.heads, self.body = _heads(path, _rows(path))
+        self.where = f"{path}, line {self.line}"
+        self.timed = any(self.name(head) == TIME for head, _ in self.heads)
+        self.notes: list[str] = []
+        self.at: list[int] = []
+
+    def name(self, head: str) -> str:
+        """The name in nsdrill of the column with this heading."""
+        name = self.options.rename.get(head, head).strip().lower()
+        return re.sub(r"[\s\-]+", "_", name)
+
+    def measured(self) -> Measured:
+        """The measurements in the table."""
+        columns, names = self.columns(), self.names
+        table = self.numbers(columns)
+        if self.timed:
+            return self.over_time(table)
+        given = {column.name for column in columns}
+        settings = {names.settings[name]: table[name] for name in table if name in names.settings}
+        values = {name: table[name] for name in names.results if name in given}
+        if not values:
+            raise FileError(f"{self.where}: found no measured value; allowed: {names.some_results()}.")
+        self.check_settings(settings)
+        errors = {name: table[name + ERROR] for name in values if name + ERROR in given}
+        if any(np.any(~(error[np.isfinite(values[name])] > 0)) for name, error in errors.items()):
+            raise FileError(f"{self.path}: found an error of 0 or less, or none beside a value; allowed: one above 0.")
+        return self.with_errors(settings, values, errors, [f"line {line}" for line in self.at])
+
+    def columns(self) -> list[Column]:
+        """The columns that are used."""
+        options = self.options
+        in_file = {head for head, _ in self.heads}
+        for name, listed_heads in (("rename", options.rename), ("ignore", options.ignore)):
+            if unknown := [head for head in listed_heads if head not in in_file and head != "*"]:
+                found = f"{self.where}: {option(name)}: found no column {unknown[0]!r}"
+                raise FileError(f"{found}; allowed: those of the file, {', '.join(in_file)}.")
+        columns: list[Column] = []
+        ignored = []
+        for place, (head, unit) in enumerate(self.heads):
+            name = self.name(head)
+            if head in options.ignore:
+                ignored.append(head)
+                continue
+            si = self.names.units(name, self.timed)
+            if si is None:
+                if "*" in options.ignore:
+                    ignored.append(head)
+                    continue
+                raise FileError(_unknown(self.where, head, name, self.names, self.timed))
+            if any(column.name == name for column in columns):
+                raise FileError(f"{self.where}: found two columns of {name}; allowed: one of each.")
+            columns.append(Column(place, head, name, _scale(self.where, head, unit, si, name in self.names.results)))
+        if ignored:
+            self.notes.append(f"ignored: {', '.join(head for head in ignored if head) or 'columns without a name'}")
+        return columns
+
+    def numbers(self, columns: list[Column]) -> dict[str, Array]:
+        """The columns in SI, by name; ``at`` has the line numbers of their rows."""
+        rows: list[list[float]] = []
+        skipped = missing = 0
+        for line, row in self.body:
+            values: list[float] = []
+            for column in columns:
+                cell = row[column.place] if column.place < len(row) else ""
+                value = _number(cell)
+                if cell.lower() in NULLS:
+                    value = math.nan
+                if value is None:
+                    hint = " Write a decimal point and no thousands separators." if "," in cell else ""
+                    raise FileError(
+                        f"{self.path}, line {line}: {column.head}: found {cell!r}; allowed: a number.{hint}"
+                    )
+                values.append(value * column.scale)
+            lacking = {column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)}
+            if lacking:
+                if not self.options.gaps:
+                    head = columns[[math.isnan(value) for value in values].index(True)].head
+                    raise FileError(
+                        f"{self.path}, line {line}: {head}: found a gap; allowed: a number. {option('skip_gaps')} "
+                        f"passes over rows with "
+                        "gaps, and of operating points over the values that are not there."
+                    )
+                measured = {column.name for column in columns} & self.names.results.keys()
+                if self.timed or lacking - self.names.results.keys() or measured <= lacking:
+                    skipped += 1
+                    continue
+                missing += 1
+            rows.append(values)
+            self.at.append(line)
+        if skipped:
+            self.notes.append(f"{skipped} of {len(self.body)} rows have gaps and are left out")
+        if missing:
+            self.notes.append(f"in {missing} of {len(self.body)} rows some values are not measured")
+        if not rows:
+            raise FileError(
+                f"{self.path}: found no row of numbers{' without gaps' if skipped else ''}; allowed: at least one."
+            )
+        table = np.array(rows)
+        return {column.name: table[:, i] for i, column in enumerate(columns)}
+
+    def check_settings(self, settings: dict[str, Array]) -> None:
+        """FileError where a setting lies outside the range of its key."""
+        for key, values in settings.items():
+            leaf = self.names.keys.axes[key]
+            bad = np.flatnonzero(~((values >= leaf.low) & (values <= leaf.high)))
+            if bad.size:
+                value = leaf.text(float(f"{values[bad[0]]:.6g}"))
+                raise FileError(
+                    f"{self.path}, line {self.at[bad[0]]}: {key}: found {value}; allowed: {leaf.range()}. Is "
+                    f"the unit in the head "
+                    "right?"
+                )
+
+    def over_time(self, table: dict[str, Array]) -> Measured:
+        """The features of the stretches in which the settings are constant."""
+        time, names, at = table.pop(TIME), self.names, self.at
+        back = np.flatnonzero(np.diff(time) <= 0)
+        if back.size:
+            line = at[back[0] + 1]
+            raise FileError(
+                f"{self.path}, line {line}: time: found {time[back[0] + 1]:g} s after {time[back[0]]:g} s; "
+                f"allowed: a time that "
+                "goes on."
+            )
+        settings = {names.settings[name]: table[name] for name in table if name in names.settings}
+        signals = {name: table[name] for name in table if name in names.signals and name not in names.settings}
+        if not settings or not signals:
+            lacking = "setting (wob, rotary_speed, depth)" if not settings else f"signal ({', '.join(names.signals)})"
+            raise FileError(f"{self.path}: found no {lacking} beside the time; allowed: at least one.")
+        self.check_settings(settings)
+        step = float(np.median(np.diff(time))) if len(time) > 1 else math.inf
+        coarse = step > SLOWEST
+        kept = self.observed_stretches(time, settings, step)
+        if coarse:
+            self.notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
+        points = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
+        features: dict[str, Array] = {}
+        for name, values in signals.items():
+            parts = [values[a:b] for a, b in kept]
+            means, low, high = (
+                np.array([statistic(part) for part in parts]) for statistic in (np.mean, np.min, np.max)
+            )
+            statistics = {f"{name}{MEAN}": means}
+            if not coarse:
+                statistics |= {f"{name}_min": low, f"{name}_max": high}
+                statistics |= {f"{name}{CHANGE}_min": low - means, f"{name}{CHANGE}_max": high - means}
+            features |= {full: one for full, one in statistics.items() if full in names.results}
+        if not features:
+            raise FileError(
+                f"{self.path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
+            )
+        where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
+        return self.with_errors(points, features, {}, where)
+
+    def observed_stretches(self, time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
+        """The first row, and the row after the last, of what is used of each stretch that is
+        long enough."""
+        options, short = self.options, 0
+        kept: list[tuple[int, int]] = []
+        for start, stop in _stretches(time, settings, step):
+            start = int(np.searchsorted(time, time[start] + options.settle)) if stop > start else start
+            if stop - start < 3 or time[stop - 1] - time[start] < options.shortest - options.settle:
+                short += 1
+                continue
+            kept.append((start, stop))
+        if not kept:
+            raise FileError(
+                f"{self.path}: found no stretch of at least {options.shortest:g} s in which the settings "
+                f"stay within {100 * SAME:g} % of their mean; allowed: at least one. {option('shortest')} "
+                f"takes shorter ones."
+            )
+        self.notes.append(
+            f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
+            + (f"; {short} shorter than {options.shortest:g} s are left out" if short else "")
+        )
+        return kept
+
+    def with_errors(
+        self, settings: dict[str, Array], values: dict[str, Array], errors: dict[str, Array], where: list[str]
+    ) -> Measured:
+        """The measurements, with the ``errors`` of the options and those assumed of the others."""
+        if unknown := [name for name in self.options.errors if name not in values]:
+            raise Refusal("errors", f"{unknown[0]}, which is not measured", f"{', '.join(values)}")
+        assumed = []
+        for name, column in values.items():
+            if name in self.options.errors:
+                errors[name] = _errors_from_option(name, self.options.errors[name], self.names.results[name], column)
+            elif name not in errors:
+                largest = float(np.nanmax(np.abs(column)))
+                is_severity = name.endswith("_severity")
+                errors[name] = (
+                    np.full(column.shape, GRADE) if is_severity else np.hypot(RELATIVE * column, ABSOLUTE * largest)
+                )
+                errors[name] = np.maximum(errors[name], 1e-12)
+                assumed.append(name)
+        if assumed:
+            self.notes.append(
+                f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and "
+                f"{100 * ABSOLUTE:g} % of the "
+                f"greatest, of severities {GRADE}; {option('errors')} or a column NAME_error gives it"
+            )
+        return Measured(str(self.path), settings, values, errors, tuple(where), tuple(self.notes))
+
+
 def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
     """The rows of the file with their line numbers, without empty rows and comments."""
     try:
@@ -181,9 +374,8 @@ def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
 
 def _heads(
     path: str | os.PathLike[str], rows: list[tuple[int, list[str]]]
-) -> tuple[int, list[tuple[str, str | None]], bool, list[tuple[int, list[str]]]]:
-    """The line of the headings, the (name, unit) of each column, whether the units are
-    in a separate row, and the remaining rows."""
+) -> tuple[int, list[tuple[str, str | None]], list[tuple[int, list[str]]]]:
+    """The line of the headings, the (name, unit) of each column, and the rows below."""
     if len(rows) < 2:
         raise FileError(f"{path}: found no table; allowed: a head of names with units and at least one row of numbers.")
     number, head = rows[0]
@@ -204,52 +396,8 @@ def _heads(
     if all(unit is None for _, unit in heads) and not any(_number(cell) is not None for cell in second):
         units = [cell.strip("[]() ") for cell in second]
         units += [""] * (len(heads) - len(units))
-        return (number, [(name, unit) for (name, _), unit in zip(heads, units, strict=False)], True, rows[2:])
-    return number, heads, False, rows[1:]
-
-
-def _name(head: str, options: Reading) -> str:
-    name = options.rename.get(head, head).strip().lower()
-    return re.sub(r"[\s\-]+", "_", name)
-
-
-def _columns(
-    path: str | os.PathLike[str],
-    line: int,
-    heads: list[tuple[str, str | None]],
-    own_row: bool,
-    names: _Names,
-    options: Reading,
-    timed: bool,
-) -> tuple[list[Column], list[str]]:
-    where = f"{path}, line {line}"
-    notes: list[str] = []
-    in_file = {head for head, _ in heads}
-    for name, listed_heads in (("rename", options.rename), ("ignore", options.ignore)):
-        if unknown := [head for head in listed_heads if head not in in_file and head != "*"]:
-            listed = ", ".join(in_file)
-            raise FileError(
-                f"{where}: {option(name)}: found no column {unknown[0]!r}; allowed: those of the file, {listed}."
-            )
-    columns: list[Column] = []
-    ignored = []
-    for place, (head, unit) in enumerate(heads):
-        name = _name(head, options)
-        if head in options.ignore:
-            ignored.append(head)
-            continue
-        si = names.units(name, timed)
-        if si is None:
-            if "*" in options.ignore:
-                ignored.append(head)
-                continue
-            raise FileError(_unknown(where, head, name, names, timed))
-        if any(column.name == name for column in columns):
-            raise FileError(f"{where}: found two columns of {name}; allowed: one of each.")
-        columns.append(Column(place, head, name, _scale(where, head, unit, si, name in names.results)))
-    if ignored:
-        notes.append(f"ignored: {', '.join(head for head in ignored if head) or 'columns without a name'}")
-    return columns, notes
+        return (number, [(name, unit) for (name, _), unit in zip(heads, units, strict=False)], rows[2:])
+    return number, heads, rows[1:]
 
 
 def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> str:
@@ -299,7 +447,7 @@ def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) ->
         return factors[text]
     if not text:
         raise FileError(
-            f"{where}: {head}: found no unit; allowed: {head} [{_example(si)}] or another unit of "
+            f"{where}: {head}: found no unit; allowed: {head} [{SHOWN.get(si, (si, si))[1]}] or another unit of "
             f"{kind_of(si)} in "
             "brackets."
         )
@@ -309,157 +457,12 @@ def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) ->
         raise FileError(f"{where}: {head}: {error}") from error
 
 
-def _example(si: str) -> str:
-    return SHOWN.get(si, (si, si))[1]
-
-
 def _number(cell: str) -> float | None:
     try:
         value = float(cell) if cell.isascii() and "_" not in cell else math.nan
     except ValueError:
         return None
     return value if math.isfinite(value) else None
-
-
-def _numbers(
-    path: str | os.PathLike[str],
-    body: list[tuple[int, list[str]]],
-    columns: list[Column],
-    names: _Names,
-    options: Reading,
-    timed: bool,
-    notes: list[str],
-) -> tuple[dict[str, Array], list[int]]:
-    """The columns in SI, by name, and the line numbers of their rows."""
-    rows: list[list[float]] = []
-    lines: list[int] = []
-    skipped = missing = 0
-    for line, row in body:
-        values: list[float] = []
-        for column in columns:
-            cell = row[column.place] if column.place < len(row) else ""
-            value = _number(cell)
-            if cell.lower() in NULLS:
-                value = math.nan
-            if value is None:
-                hint = " Write a decimal point and no thousands separators." if "," in cell else ""
-                raise FileError(f"{path}, line {line}: {column.head}: found {cell!r}; allowed: a number.{hint}")
-            values.append(value * column.scale)
-        lacking = {column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)}
-        if lacking:
-            if not options.gaps:
-                head = columns[[math.isnan(value) for value in values].index(True)].head
-                raise FileError(
-                    f"{path}, line {line}: {head}: found a gap; allowed: a number. {option('skip_gaps')} "
-                    f"passes over rows with "
-                    "gaps, and of operating points over the values that are not there."
-                )
-            measured = {column.name for column in columns} & names.results.keys()
-            if timed or lacking - names.results.keys() or measured <= lacking:
-                skipped += 1
-                continue
-            missing += 1
-        rows.append(values)
-        lines.append(line)
-    if skipped:
-        notes.append(f"{skipped} of {len(body)} rows have gaps and are left out")
-    if missing:
-        notes.append(f"in {missing} of {len(body)} rows some values are not measured")
-    if not rows:
-        raise FileError(f"{path}: found no row of numbers{' without gaps' if skipped else ''}; allowed: at least one.")
-    table = np.array(rows)
-    return {column.name: table[:, i] for i, column in enumerate(columns)}, lines
-
-
-def _in_range(path: str | os.PathLike[str], settings: dict[str, Array], at: list[int], names: _Names) -> None:
-    """FileError where a setting lies outside the range of its key."""
-    for key, values in settings.items():
-        leaf = names.keys.axes[key]
-        bad = np.flatnonzero(~((values >= leaf.low) & (values <= leaf.high)))
-        if bad.size:
-            value = leaf.text(float(f"{values[bad[0]]:.6g}"))
-            raise FileError(
-                f"{path}, line {at[bad[0]]}: {key}: found {value}; allowed: {leaf.range()}. Is "
-                f"the unit in the head "
-                "right?"
-            )
-
-
-def _over_time(
-    path: str | os.PathLike[str],
-    table: dict[str, Array],
-    at: list[int],
-    names: _Names,
-    options: Reading,
-    notes: list[str],
-) -> Measured:
-    """The features of the stretches in which the settings are constant."""
-    time = table.pop(TIME)
-    back = np.flatnonzero(np.diff(time) <= 0)
-    if back.size:
-        line = at[back[0] + 1]
-        raise FileError(
-            f"{path}, line {line}: time: found {time[back[0] + 1]:g} s after {time[back[0]]:g} s; "
-            f"allowed: a time that "
-            "goes on."
-        )
-    settings = {names.settings[name]: table[name] for name in table if name in names.settings}
-    signals = {name: table[name] for name in table if name in names.signals and name not in names.settings}
-    if not settings or not signals:
-        lacking = "setting (wob, rotary_speed, depth)" if not settings else f"signal ({', '.join(names.signals)})"
-        raise FileError(f"{path}: found no {lacking} beside the time; allowed: at least one.")
-    _in_range(path, settings, at, names)
-    step = float(np.median(np.diff(time))) if len(time) > 1 else math.inf
-    coarse = step > SLOWEST
-    kept = _observed_stretches(path, time, settings, step, options, notes)
-    if coarse:
-        notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
-    points = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
-    features: dict[str, Array] = {}
-    for name, values in signals.items():
-        parts = [values[a:b] for a, b in kept]
-        means, low, high = (np.array([statistic(part) for part in parts]) for statistic in (np.mean, np.min, np.max))
-        statistics = {f"{name}{MEAN}": means}
-        if not coarse:
-            statistics |= {f"{name}_min": low, f"{name}_max": high}
-            statistics |= {f"{name}{CHANGE}_min": low - means, f"{name}{CHANGE}_max": high - means}
-        features |= {full: one for full, one in statistics.items() if full in names.results}
-    if not features:
-        raise FileError(
-            f"{path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
-        )
-    where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
-    return _measured(path, points, features, {}, where, names, options, notes)
-
-
-def _observed_stretches(
-    path: str | os.PathLike[str],
-    time: Array,
-    settings: dict[str, Array],
-    step: float,
-    options: Reading,
-    notes: list[str],
-) -> list[tuple[int, int]]:
-    """The first row, and the row after the last, of what is used of each stretch that is
-    long enough."""
-    kept, short = [], 0
-    for start, stop in _stretches(time, settings, step):
-        start = int(np.searchsorted(time, time[start] + options.settle)) if stop > start else start
-        if stop - start < 3 or time[stop - 1] - time[start] < options.shortest - options.settle:
-            short += 1
-            continue
-        kept.append((start, stop))
-    if not kept:
-        raise FileError(
-            f"{path}: found no stretch of at least {options.shortest:g} s in which the settings "
-            f"stay within {100 * SAME:g} % of their mean; allowed: at least one. {option('shortest')} "
-            f"takes shorter ones."
-        )
-    notes.append(
-        f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
-        + (f"; {short} shorter than {options.shortest:g} s are left out" if short else "")
-    )
-    return kept
 
 
 def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
@@ -480,39 +483,6 @@ def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tup
         if row < len(table):
             total = total + table[row]
     return stretches
-
-
-def _measured(
-    path: str | os.PathLike[str],
-    settings: dict[str, Array],
-    values: dict[str, Array],
-    errors: dict[str, Array],
-    where: list[str],
-    names: _Names,
-    options: Reading,
-    notes: list[str],
-) -> Measured:
-    if unknown := [name for name in options.errors if name not in values]:
-        raise Refusal("errors", f"{unknown[0]}, which is not measured", f"{', '.join(values)}")
-    assumed = []
-    for name, column in values.items():
-        if name in options.errors:
-            errors[name] = _errors_from_option(name, options.errors[name], names.results[name], column)
-        elif name not in errors:
-            largest = float(np.nanmax(np.abs(column)))
-            is_severity = name.endswith("_severity")
-            errors[name] = (
-                np.full(column.shape, GRADE) if is_severity else np.hypot(RELATIVE * column, ABSOLUTE * largest)
-            )
-            errors[name] = np.maximum(errors[name], 1e-12)
-            assumed.append(name)
-    if assumed:
-        notes.append(
-            f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and "
-            f"{100 * ABSOLUTE:g} % of the "
-            f"greatest, of severities {GRADE}; {option('errors')} or a column NAME_error gives it"
-        )
-    return Measured(str(path), settings, values, errors, tuple(where), tuple(notes))
 
 
 def _errors_from_option(name: str, text: str | float, si: str, values: Array) -> Array:

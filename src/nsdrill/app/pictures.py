@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
-from nsdrill.app import datasets
-from nsdrill.app import window as windows
+from nsdrill.app import answers, datasets
 from nsdrill.app.check import ends_of, operation_of
 from nsdrill.app.measured import Reading, read_measured
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, resolved_study
@@ -41,7 +40,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
-    from nsdrill.models.numbers import CriticalSpeeds
     from nsdrill.plot.kinds.charts import Numbers
 
     Drawable: TypeAlias = Dataset | Results | Trace
@@ -110,7 +108,7 @@ def draw_data(
     """The picture ``kind`` of a Dataset or file, at the ``values`` (SI) of some axes; the
     other arguments are those of :func:`nsdrill.plot.draw`, the ``looks`` of
     :func:`nsdrill.plot.look.look_of`."""
-    windows.check_choices(severity, confidence)
+    answers.check_choices(severity, confidence)
     look = look_of(**looks)
     drawn, behind = _drawn(data, kind, values, start, panel, severity, over)
     options = {"over": behind, "states": states, "severity": severity, "confidence": confidence}
@@ -155,10 +153,10 @@ def _sweep_to_draw(
     """The results with what a picture is drawn of."""
     if severity is None:
         found = datasets.with_variables(datasets.data_in(data, needed(outline, kind, values, start, panel)), "plot", ())
-        return windows.with_passed_over(found) if kind == "window" else found
+        return answers.with_passed_over(found) if kind == "window" else found
     if kind != "window":
         raise Refusal("severity", f"with kind={kind!r}", "with kind='window'")
-    return windows.results_for_window(data, severity)
+    return answers.results_for_window(data, severity)
 
 
 def overlaid(figure: Figure, path: str, data: Drawable, units: str) -> tuple[int, int]:
@@ -263,7 +261,7 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
     try:
         if name == "buckling":
             return charts.buckling_along(dimension_of(key), x, points)
-        return _without_frozen(study, charts.critical_speeds(dimension_of(key), x, points))
+        return charts.critical_speeds(dimension_of(key), x, points)
     except ValueError as error:  # of a depth that does not reach below the collars
         raise InputError(f"{option('along')} {key}: {error}.") from error
 
@@ -295,21 +293,9 @@ def _values(study: Study, key: str, operation: Operation) -> np.ndarray:
     return np.linspace(low, high, VALUES)
 
 
-def _points(parameters: Any, operation: Operation, key: str, x: np.ndarray) -> Sequence[tuple[Any, Operation]]:
+def _points(parameters: object, operation: Operation, key: str, x: np.ndarray) -> Sequence[tuple[object, Operation]]:
     if key in OPERATION:
         return [(parameters, replace(operation, **{key: float(value)})) for value in x]
     if key.startswith("initial."):
         raise Refusal("along", f"{key}, on which no chart depends", "a number of the string or the hole")
     return [(with_values(parameters, {key: float(value)}), operation) for value in x]
-
-
-def _without_frozen(study: Study, chart: CriticalSpeeds) -> CriticalSpeeds:
-    """``chart`` without the critical speeds of frozen motions."""
-    modes, none = study.parameters.modes, chart.lateral[:0]
-    if modes.lateral == "frozen":
-        chart = replace(chart, lateral=none)
-    if modes.torsional == "frozen":
-        chart = replace(chart, torsional=none)
-    if modes.axial == "frozen":
-        chart = replace(chart, axial=none, axial_on_rock=none)
-    return chart

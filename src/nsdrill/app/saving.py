@@ -44,7 +44,7 @@ def table(
     for each sample.
 
     ``peaks``, ``section`` and ``states`` add a column per peak, return to the section
-    and state: ``axial_peaks_0 [m]``, ``final_state_lag [rad]``. Numbers are written with
+    and state: ``final_state_lag [rad]``. Numbers are written with
     enough digits to restore the same bits, in SI; in field units, which are in the
     headings, where ``units`` is "field". A missing one is ``nan``. Rows are made one at a
     time, so memory does not grow with the table.
@@ -125,7 +125,7 @@ def _in_field_units(rows: Iterator[list[Cell]]) -> Iterator[list[Cell]]:
 
 
 def _field_unit(head: str) -> str | None:
-    """The field unit of the column with this heading, such as ``axial_peaks_0 [m]``;
+    """The field unit of the column with this heading, such as ``depth [m]``;
     None where the column is the same in field units, as all without a unit are."""
     match = _HEADING.fullmatch(head)
     if match is None or match["units"] is None:

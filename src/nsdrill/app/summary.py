@@ -72,7 +72,7 @@ def _summarize_results(results: Results) -> Answer:
             for name in results.axes
             if name in {**results.held, **dict.fromkeys(results.swept)}
         },
-        "procedures": [str(p) for p in results.coords["procedure"]],
+        "procedures": list(results.procedures),
         "points": int(status.size),
         "status": _counts("status", status),
         **_labels(results),
@@ -105,7 +105,7 @@ def _summarize_results(results: Results) -> Answer:
 def _labels(results: Results) -> Answer:
     """The counts of the labels of each procedure."""
     status, names = results["status"], model_in(results.attrs).severities
-    ok, procedures = status == OK, [str(name) for name in results.coords["procedure"]]
+    ok, procedures = status == OK, results.procedures
 
     def counts(name: str, where: np.ndarray) -> dict[str, dict[str, int]]:
         if name not in results.variables:
@@ -239,7 +239,7 @@ def intervals(results: Results) -> list[Answer]:
     axis = results.swept[0]
     values = results.coords[axis]
     rows = []
-    for i, procedure in enumerate(results.coords["procedure"]):
+    for i, procedure in enumerate(results.procedures):
         response = results["response"][i].ravel()
         status = results["status"][i].ravel()
         status = np.where(status == INFERRED, OK, status)

@@ -234,7 +234,7 @@ def _parameter(name: str, argument: Argument, default: object) -> click.Paramete
         return click.Argument(
             [name], type=_type(kind), nargs=-1 if several else 1, required=required, metavar=None if several else option
         )
-    more: dict[str, Any] = {"help": argument.help or argument.says, "metavar": argument.metavar}
+    more: Given = {"help": argument.help or argument.says, "metavar": argument.metavar}
     match kind:
         case Flag():
             return click.Option([*option.split(), name], is_flag=True, help=more["help"])

@@ -10,26 +10,17 @@ import click
 from nsdrill.cli.building import Given, command_of, print_answer, requested_values, say
 from nsdrill.errors import printable
 from nsdrill.late import deferred
-from nsdrill.operations import answers, runs
-from nsdrill.operations.arguments import (
-    Json,
-    Other,
-    Overwrite,
-    Picture,
-    PictureOfFit,
-    Reported,
-    ResultsLike,
-    Severity,
-    StudyPath,
-    Units,
-)
+from nsdrill.operations import answers
+from nsdrill.operations import fit as fits
+from nsdrill.operations.arguments import Json, Other, Overwrite, Picture, Reported, ResultsLike, Severity, Units
+from nsdrill.operations.fit import PictureOfFit, StudyPath
 
 with deferred():
     from nsdrill import data as forms
     from nsdrill.analysis import sensitivity as indices
     from nsdrill.analysis import window as regions
+    from nsdrill.app import answers as found_in
     from nsdrill.app import pictures
-    from nsdrill.app import window as windows
     from nsdrill.text import diff as comparison
     from nsdrill.text import uncertain
     from nsdrill.text import window as text
@@ -76,15 +67,15 @@ def window(
     if picture is not None:
         pictures.claim_picture(picture, overwrite)
     severity, confidence = given.get("severity"), given.get("confidence")
-    names = [results] if other is None else [results, other]
-    data = [windows.results_for_window(name, severity, confidence) for name in names]
+    names = [os.fspath(one) for one in (results, other) if one is not None]
+    data = [found_in.results_for_window(name, severity, confidence) for name in names]
     found: Answer
     if other is None:
         found = regions.find_window(data[0], severity, confidence)
         title = printable(f"{results}: operating window. {found['title']}".rstrip())
         lines = [title, *text.lines(found, units)]
     else:
-        found = windows.contrast(data[0], data[1], severity, confidence, [os.path.basename(name) for name in names])
+        found = found_in.contrast(data[0], data[1], severity, confidence, [os.path.basename(name) for name in names])
         titles = [f"{file}: {one['title']}" for file, one in zip(names, found["windows"], strict=True)]
         lines = [printable(line) for line in comparison.contrast_lines(found, units, titles)]
     print_answer(found, lines, units, json)
@@ -120,7 +111,7 @@ def sensitivity(
     assert units is not None
     if picture is not None:
         pictures.claim_picture(picture, overwrite)
-    data = windows.results_for_sensitivity(results, severity, requested_values(given))
+    data = found_in.results_for_sensitivity(results, severity, requested_values(given))
     summary = indices.sensitivity(data, severity)
     title = printable(f"{results}: sensitivity. {summary['title']}".rstrip())
     print_answer(summary, [title, *uncertain.sensitivity_lines(summary, units)], units, json)
@@ -138,7 +129,7 @@ Progress = Annotated[Reported, "No progress; the summary, warnings and errors on
 
 
 @command_of(
-    runs.fit,
+    fits.fit,
     examples=(
         "fit study.yaml --data field.csv",
         "fit study.yaml --data field.csv -o adjusted.yaml --picture fit.png --units field",
@@ -160,7 +151,7 @@ def fit(
     With -o, every round is kept in FILE.part until the study is written. After an
     interruption --resume gives the same study as an uninterrupted fit.
     """
-    note, units = runs.fit(**given).note, given["units"]
+    note, units = fits.fit(**given).note, given["units"]
     if json:
         click.echo(forms.json_text(uncertain.fit_in_units(note, units), indent=2))
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import webbrowser
 from collections.abc import Callable
@@ -18,7 +19,6 @@ from nsdrill.operations import answers, pictures
 from nsdrill.operations.argument import Argument, Whole, arguments_of
 from nsdrill.operations.arguments import (
     OUTPUT,
-    SPEED_OF_FILM,
     AnyData,
     Begin,
     Confidence,
@@ -34,14 +34,15 @@ from nsdrill.operations.arguments import (
     Switch,
     Units,
 )
+from nsdrill.operations.pictures import SPEED_OF_FILM
 
 with deferred():
     from nsdrill import data as forms
     from nsdrill import files, store
     from nsdrill.analysis import probability
+    from nsdrill.app import answers as found_in
     from nsdrill.app import datasets, experiment, summary
     from nsdrill.app import pictures as drawing
-    from nsdrill.app import window as windows
     from nsdrill.text import runs as runs_text
     from nsdrill.text import show as show_text
     from nsdrill.text import window as window_text
@@ -264,12 +265,13 @@ def report(
     if not output.lower().endswith((".html", ".htm")):
         raise InputError(f"{output}: found another ending; allowed: .html.")
     store.claim_file(output, overwrite)
-    branches = [file for file in results if datasets.is_branches(file)]
+    names = [os.fspath(one) for one in results]
+    branches = [file for file in names if datasets.is_branches(file)]
     # drawn over the sweeps along the same number
     over = branches[0] if len(branches) == 1 else None
-    opened = [_session(file, units, None if file in branches else over) for file in results]
+    opened = [_session(file, units, None if file in branches else over) for file in names]
     parts = [pages.Part(one, _summaries(one, units, severity, confidence)) for one in opened]
-    words = ["nsdrill", "report", *results, "-o", output]
+    words = ["nsdrill", "report", *names, "-o", output]
     words += ["--motions", str(motions)] if motions != 4 else []
     words += ["--units", units] if units != "si" else []
     words += ["--severity", str(severity)] if severity is not None else []
@@ -300,9 +302,9 @@ def _summaries(
         raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
     if confidence is not None:
         probability.check_samples(session.results, f"{session.path}: {option('confidence')}")
-    windows.check_severity(session.results, severity, session.path)
+    found_in.check_severity(session.results, severity, session.path)
     summaries = [("Numbers", list(show_text.lines(session.path, summary.summarize(session.results), units)))]
     with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
-        window = windows.window(session.results, severity, confidence)
+        window = found_in.window(session.results, severity, confidence)
         summaries.append(("Operating window", list(window_text.number_lines(window, units))))
     return summaries

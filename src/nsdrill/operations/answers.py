@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.late import deferred
 from nsdrill.operations.arguments import (
@@ -28,11 +28,9 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import store
     from nsdrill.analysis import hysteresis as directions
-    from nsdrill.app import arguments, datasets, summary, unfinished
+    from nsdrill.app import answers, arguments, datasets, summary, unfinished
     from nsdrill.app import attractors as attractors_of
     from nsdrill.app import check as checking
-    from nsdrill.app import diff as differences
-    from nsdrill.app import window as windows
     from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
 
@@ -112,7 +110,7 @@ def _summary(data: AnyData, name: str) -> Answer:
         return summary.summarize(datasets.data_in(data, summary.needed(name if is_sweep else None)))
 
 
-def window(results: ResultsLike, severity: Severity = None, confidence: Confidence = None) -> dict[str, Any]:
+def window(results: ResultsLike, severity: Severity = None, confidence: Confidence = None) -> Answer:
     """Find the safe operating window: the points that are safe for every history.
 
     Returns
@@ -132,7 +130,7 @@ def window(results: ResultsLike, severity: Severity = None, confidence: Confiden
     >>> 0 <= found["safe"] <= found["points"]
     True
     """
-    return windows.window(results, severity, confidence)
+    return answers.window(results, severity, confidence)
 
 
 def probability(results: ResultsLike, severity: Severity = None) -> Dataset:
@@ -158,7 +156,7 @@ def probability(results: ResultsLike, severity: Severity = None) -> Dataset:
     >>> found.probability.dims
     ('outcome', 'rotary_speed')
     """
-    return windows.probability(results, severity)
+    return answers.probability(results, severity)
 
 
 def sensitivity(
@@ -169,7 +167,7 @@ def sensitivity(
     wob: Annotated[Weight, "The points at this weight on bit."] = None,
     rotary_speed: Annotated[Speed, "The points at this rotary speed."] = None,
     at: At = None,
-) -> dict[str, Any]:
+) -> Answer:
     """Find which uncertain number matters: Sobol indices of results with samples.
 
     Returns
@@ -191,10 +189,10 @@ def sensitivity(
     (16, 2)
     """
     chosen = arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
-    return windows.sensitivity(results, severity, chosen)
+    return answers.sensitivity(results, severity, chosen)
 
 
-def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
+def hysteresis(results: ResultsLike) -> list[Answer]:
     """Find where the two directions of an up-down sweep differ.
 
     Returns
@@ -216,7 +214,7 @@ def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
     return directions.hysteresis(datasets.sweep_in(results, "hysteresis", directions.NEEDED))
 
 
-def attractors(results: ResultsLike) -> list[dict[str, Any]]:
+def attractors(results: ResultsLike) -> list[Answer]:
     """Describe the attractors of each operating point of results with several starts.
 
     Returns
@@ -244,7 +242,7 @@ def attractors(results: ResultsLike) -> list[dict[str, Any]]:
     return attractors_of.attractors(results)
 
 
-def diff(a: One, b: Two) -> dict[str, Any]:
+def diff(a: One, b: Two) -> Answer:
     """Compare two results or traces.
 
     Returns
@@ -264,5 +262,4 @@ def diff(a: One, b: Two) -> dict[str, Any]:
     >>> nsdrill.diff("out.h5", "out.h5")["same_numbers"]
     True
     """
-    one, two = (datasets.data_in(x, None) if datasets.is_dataset(x) else arguments.name_in(x) for x in (a, b))
-    return differences.diff(one, two)
+    return answers.diff(a, b)

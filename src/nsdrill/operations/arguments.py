@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from nsdrill.late import deferred
-from nsdrill.operations.argument import Argument, Choice, Ends, File, Flag, Number, Percent, Text, Texts, Whole, Words
+from nsdrill.operations.argument import Argument, Choice, File, Flag, Percent, Text, Texts, Whole
 from nsdrill.operations.argument import Units as System
 
 with deferred():
-    from nsdrill.app import pictures
     from nsdrill.models import registry
     from nsdrill.study import keys, write
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes as AxesOfMatplotlib
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
+    from nsdrill.progress import Progress
     from nsdrill.study.keys import Leaf
     from nsdrill.study.study import Study
 
@@ -48,11 +49,6 @@ def points() -> Iterator[str]:
 
 def models() -> Iterable[str]:
     return registry.NAMES
-
-
-def kinds() -> Iterable[str]:
-    """The kinds of picture."""
-    return ("list", *pictures.all_kinds())
 
 
 def examples() -> Iterable[str]:
@@ -88,17 +84,6 @@ Settings = Annotated[
         "Change a key of the study, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
     ),
 ]
-SettingsOfAStudy = Annotated[
-    "Mapping[str, object] | Sequence[str] | None",
-    Argument(
-        'With a study: keys to change, a mapping by dotted keys, or texts "key=value".',
-        "mapping or sequence of str",
-        "--set",
-        "KEY=VALUE",
-        Texts(changes),
-        "With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
-    ),
-]
 Thresholds = Annotated[
     "Mapping[str, object] | Sequence[str] | None",
     Argument(
@@ -112,17 +97,22 @@ Thresholds = Annotated[
     ),
 ]
 ResultsLike = Annotated[
-    Any,  # a Dataset, whose type mypy does not know, or a PathLike
+    "Dataset | PathLike",
     Argument("Results of a sweep: a Dataset, or the name of a file.", RESULTS, "RESULTS", kind=File()),
 ]
 ManyResults = Annotated[
-    "Sequence[Any]", Argument("Two or more.", f"sequence of {RESULTS}", "RESULTS", kind=File(several=True))
+    "Sequence[Dataset | PathLike]",
+    Argument("Two or more.", f"sequence of {RESULTS}", "RESULTS", kind=File(several=True)),
 ]
 Other = Annotated["str | None", Argument("", option="[OTHER]", kind=File())]
-AnyData = Annotated[Any, Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())]
-ATrace = Annotated[Any, Argument("Of :func:`simulate` or :func:`replay`.", RESULTS, "FILE", kind=File())]
-One = Annotated[Any, Argument("What is compared.", RESULTS, "A", kind=File())]
-Two = Annotated[Any, Argument("What it is compared with.", RESULTS, "B", kind=File())]
+AnyData = Annotated[
+    "Dataset | PathLike", Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())
+]
+ATrace = Annotated[
+    "Dataset | PathLike", Argument("Of :func:`simulate` or :func:`replay`.", RESULTS, "FILE", kind=File())
+]
+One = Annotated["Dataset | PathLike", Argument("What is compared.", RESULTS, "A", kind=File())]
+Two = Annotated["Dataset | PathLike", Argument("What it is compared with.", RESULTS, "B", kind=File())]
 A_FILE = Argument("The name of a file.", FILE, "FILE", kind=File())
 AnyFile = Annotated["PathLike", A_FILE]
 NameOfFile = Annotated[str, A_FILE]
@@ -153,33 +143,6 @@ PointOfOrbit = Annotated[
         "N",
         Whole(),
         "With --orbit: number of the point, as nsdrill show prints it.",
-    ),
-]
-Over = Annotated[
-    Any,
-    Argument(
-        "A sweep below the ``ramp`` of a trace or below branches, or branches over a map.",
-        RESULTS,
-        "--over",
-        "FILE.h5",
-        File(),
-        "With branches, or with a ramp and --kind ramp: sweep whose peaks are drawn below. With a "
-        "map over two axes: file of branches whose curves are drawn over it.",
-    ),
-]
-BranchesOver = Annotated[
-    "PathLike | None",
-    Argument("With results: draw these branches over their peaks.", FILE, "--over", "BRANCHES.h5", File()),
-]
-Measurements = Annotated[
-    "PathLike",
-    Argument(
-        "A CSV file with a name and a unit over every column, over operating points or over time.",
-        FILE,
-        "--data",
-        "FIELD.csv",
-        File(),
-        "Measurements: CSV with a name and a unit over every column, over operating points or over time.",
     ),
 ]
 Overlay = Annotated[
@@ -223,17 +186,6 @@ TracePath = Annotated[
     str,
     Argument("Trace file to write (HDF5).", option="-o --output", metavar="FILE", kind=File(writes=True, hdf5=True)),
 ]
-StudyPath = Annotated[
-    "PathLike | None",
-    Argument(
-        "The adjusted study to write.",
-        FILE,
-        "-o --output",
-        "FILE",
-        File(writes=True),
-        "Study to write, with the samples that the data leave as its section `uncertain`.",
-    ),
-]
 OUTPUT = Argument("", option="-o --output", metavar="FILE", kind=File(writes=True))
 Output = Annotated[str, OUTPUT]
 Stream = Annotated[
@@ -243,10 +195,6 @@ Picture = Annotated[
     "str | None",  # -o as in earlier versions
     Argument("", option="--picture -o --output", metavar="FILE", kind=File(writes=True)),
 ]
-PictureOfFit = Annotated[
-    "str | None",
-    Argument("Picture to write: .png, .pdf or .svg.", option="--picture", metavar="FILE", kind=File(writes=True)),
-]
 SavePath = Annotated[
     "PathLike",
     Argument(
@@ -255,11 +203,7 @@ SavePath = Annotated[
         FILE,
     ),
 ]
-FilmPath = Annotated[
-    "PathLike",
-    Argument("Ends in ``.gif`` or ``.mp4``; without ffmpeg, which MP4 requires, a GIF is written instead.", FILE),
-]
-Saved = Annotated[Any, Argument("What is written.", "Dataset or matplotlib.figure.Figure")]
+Saved = Annotated["Dataset | Figure", Argument("What is written.", "Dataset or matplotlib.figure.Figure")]
 Overwrite = Annotated[
     bool,
     Argument(
@@ -389,7 +333,7 @@ Large = Annotated[
     ),
 ]
 Reported = Annotated[
-    "bool | Callable[[Any], object]",
+    "bool | Callable[[Progress], object]",
     Argument(
         "True for a bar on stderr in terminals and notebooks, or a line every 10 s elsewhere; False for none; or a "
         "function that is called with a :class:`Progress` a few times a second. An exception from it ends the run, "
@@ -411,121 +355,9 @@ Lines = Annotated[
     ),
 ]
 
-# --- fit
 
-Rename = Annotated[
-    "Mapping[str, str] | None",
-    Argument(
-        "The names of nsdrill by heads of the file.",
-        "mapping",
-        "--rename",
-        "HEAD=NAME",
-        Texts(pairs=True),
-        "Name of a column: HEAD in the file is NAME of nsdrill.",
-    ),
-]
-Ignore = Annotated[
-    "Sequence[str]",
-    Argument(
-        'Heads to pass over; ``"*"`` for all that are not known.',
-        "sequence of str",
-        "--ignore",
-        "HEAD",
-        Texts(),
-        "Ignore this column; '*' ignores all unknown ones.",
-    ),
-]
-Errors = Annotated[
-    "Mapping[str, str | float] | None",
-    Argument(
-        'Standard deviations by name: ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or in SI as numbers.',
-        "mapping",
-        "--error",
-        "NAME=Q",
-        Texts(pairs=True),
-        "Standard deviation of a measured value with its unit, or in percent of it. Default: 5 percent.",
-    ),
-]
-SkipGaps = Annotated[
-    bool, Argument("Leave out rows with gaps, which are refused otherwise.", "bool", "--skip-gaps", kind=Flag())
-]
-Shortest = Annotated[
-    "Quantity",
-    Argument(
-        "Over time: shortest stretch of constant settings that counts. Default: 120 s.",
-        "float [s] or str",
-        "--shortest",
-        "Q",
-    ),
-]
-Settle = Annotated[
-    "Quantity",
-    Argument("Over time: unused beginning of each stretch. Default: 60 s.", "float [s] or str", "--settle", "Q"),
-]
-Batch = Annotated[
-    int,
-    Argument(
-        "Samples per round; each is run at every operating point of the data.",
-        "int",
-        "--batch",
-        "N",
-        Whole(16, 100_000),
-    ),
-]
-MostRounds = Annotated[int, Argument("Largest number of rounds.", "int", "--rounds", "N", Whole(2, 100))]
-Samples = Annotated[int, Argument("Samples in the written study.", "int", "--samples", "N", Whole(2, 10_000))]
+# --- units
 
-# --- pictures
-
-KindOfPicture = Annotated[
-    "str | None",
-    Argument(
-        "The kind of picture, by default one that fits the data; the error for another one lists all that fit.",
-        "str",
-        "--kind",
-        "KIND",
-        Text(kinds),
-        "What to draw; --list prints the kinds that fit FILE. Default: the first of them.",
-    ),
-]
-KindOfChart = Annotated[
-    "str | None",
-    Argument(
-        '``"critical-speeds"`` against depth, or ``along`` another axis; ``"buckling"`` loads against the inclination '
-        'of the hole, or ``along`` an axis; ``"drive-card"``, the share of a torsional wave that each drive reflects; '
-        '``"drive-tuning"``, the decrease of friction with speed that a soft-torque drive stabilises, over its gain '
-        "and frequency.",
-        "str",
-        "--kind",
-        "KIND",
-        Text(kinds),
-        "What to draw; --list prints the kinds that fit FILE. Default: the first of them.",
-    ),
-]
-Along = Annotated[
-    "str | None",
-    Argument(
-        "The key of an axis that the study sweeps.",
-        "str",
-        "--along",
-        "KEY",
-        help="With a study and --kind critical-speeds or buckling: a swept axis to draw along.",
-    ),
-]
-Panel = Annotated[
-    "str | None",
-    Argument(
-        "One panel of the picture alone, by its name or a clear part of it; the error for another one lists them.",
-        "str",
-        "--panel",
-        "NAME",
-        help="Draw one panel alone, by its name or a part of it: --panel radius.",
-    ),
-]
-Axes = Annotated[
-    "AxesOfMatplotlib | None",
-    Argument("Axes into which one panel is drawn; their title is unchanged.", "matplotlib.axes.Axes"),
-]
 Units = Annotated[
     "str | None",
     Argument(
@@ -545,98 +377,12 @@ UnitsOfTable = Annotated[
         kind=System(),
     ),
 ]
-States = Annotated[
-    "Sequence[str] | None",
-    Argument(
-        "The two states of a basin drawn from an ensemble.",
-        "sequence of str",
-        "--states",
-        "A,B",
-        Words(),
-        "Two states over which to draw the basin of an ensemble, such as z,vz.",
-    ),
-]
-XLim = Annotated[
-    "tuple[Quantity, Quantity] | None",
-    Argument(
-        "Ends of the x axis, in SI or with units.",
-        "pair of float or str",
-        "--xlim",
-        "Q Q",
-        Ends(),
-        "Ends of the x axis: --xlim 3rad/s 6rad/s.",
-    ),
-]
-YLim = Annotated[
-    "tuple[Quantity, Quantity] | None",
-    Argument(
-        "Ends of the y axis, in SI or with units.",
-        "pair of float or str",
-        "--ylim",
-        "Q Q",
-        Ends(),
-        "Ends of the y axis: --ylim 0mm 80mm.",
-    ),
-]
-Time = Annotated[
-    "tuple[Quantity | None, Quantity | None] | None",
-    Argument("The part of a trace that is drawn [s], from None: its beginning, to None: its end.", "pair"),
-]
 Begin = Annotated["str | None", Argument("With a trace: first time to draw.", option="--from", metavar="Q")]
 End = Annotated["str | None", Argument("With a trace: last time to draw.", option="--to", metavar="Q")]
-Width = Annotated[
-    "Quantity | None",
-    Argument("Width of the picture; 3.3in is a column of a journal. Default: 7in.", "float [m] or str", "--width", "Q"),
-]
-Height = Annotated[
-    "Quantity | None",
-    Argument("Height of the picture. Default: depends on the kind.", "float [m] or str", "--height", "Q"),
-]
-FontSize = Annotated[
-    "float | str | None",
-    Argument(
-        "Size of the type in points. Default: 8.",
-        "float",
-        "--font-size",
-        "POINTS",
-        help="Size of the type. Default: 8.",
-    ),
-]
-Title = Annotated[
-    "str | bool | None",
-    Argument(
-        "A text in place of the usual title, or False for none.",
-        "str or bool",
-        "--title",
-        "TEXT",
-        help="Title. Default: that of the study, and the operating point.",
-    ),
-]
 NoTitle = Annotated[
     bool,
     Argument("No title, and no headings of panels: for a picture with a caption.", option="--no-title", kind=Flag()),
 ]
-Style = Annotated[
-    "PathLike | Mapping[str, object] | None",
-    Argument(
-        "A style file of matplotlib, one of its styles, or a mapping of its settings. Changes of matplotlib's "
-        "``rcParams`` apply as well.",
-        "str, Path or mapping",
-        "--style",
-        "FILE",
-        help="Style file of matplotlib (.mplstyle), or the name of one of its styles.",
-    ),
-]
-SPEED_OF_FILM = Argument(
-    "Speed of the film, 1 for real time, 0.5 for half as fast.",
-    "float",
-    "--speed",
-    "FACTOR",
-    Number(),
-    "With --animate: speed of the film, 1 for real time (default), 0.5 for half as fast.",
-)
-SpeedOfFilm = Annotated[float, SPEED_OF_FILM]
-Pixels = Annotated[int, Argument("Pixels of the frame in a notebook.", "int")]
 
 # --- answers
 

@@ -3,45 +3,31 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from nsdrill.errors import Refusal, RunWarning, printable
 from nsdrill.late import deferred
+from nsdrill.operations.argument import Argument, Ends, File, Number, Text, Texts, Words
 from nsdrill.operations.arguments import (
-    Along,
+    FILE,
+    RESULTS,
     AnyData,
     AnyFile,
     At,
     ATrace,
-    Axes,
-    BranchesOver,
     Confidence,
     Depth,
-    FilmPath,
-    FontSize,
-    Height,
-    KindOfChart,
-    KindOfPicture,
-    Over,
     Overwrite,
-    Panel,
-    Pixels,
-    SettingsOfAStudy,
+    PathLike,
+    Quantity,
     Severity,
     Speed,
-    SpeedOfFilm,
     Start,
-    States,
     StudyLike,
-    Style,
-    Time,
-    Title,
     Units,
     Weight,
-    Width,
-    XLim,
-    YLim,
+    changes,
 )
 
 with deferred():
@@ -52,10 +38,185 @@ with deferred():
     from nsdrill.web import session
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes as AxesOfMatplotlib
     from matplotlib.figure import Figure
+    from xarray import Dataset
 
     from nsdrill.app.pictures import Film
     from nsdrill.web.explorer import Explorer, View
+
+
+def kinds() -> Iterable[str]:
+    """The kinds of picture."""
+    return ("list", *drawing.all_kinds())
+
+
+KindOfPicture = Annotated[
+    "str | None",
+    Argument(
+        "The kind of picture, by default one that fits the data; the error for another one lists all that fit.",
+        "str",
+        "--kind",
+        "KIND",
+        Text(kinds),
+        "What to draw; --list prints the kinds that fit FILE. Default: the first of them.",
+    ),
+]
+KindOfChart = Annotated[
+    "str | None",
+    Argument(
+        '``"critical-speeds"`` against depth, or ``along`` another axis; ``"buckling"`` loads against the inclination '
+        'of the hole, or ``along`` an axis; ``"drive-card"``, the share of a torsional wave that each drive reflects; '
+        '``"drive-tuning"``, the decrease of friction with speed that a soft-torque drive stabilises, over its gain '
+        "and frequency.",
+        "str",
+        "--kind",
+        "KIND",
+        Text(kinds),
+        "What to draw; --list prints the kinds that fit FILE. Default: the first of them.",
+    ),
+]
+Along = Annotated[
+    "str | None",
+    Argument(
+        "The key of an axis that the study sweeps.",
+        "str",
+        "--along",
+        "KEY",
+        help="With a study and --kind critical-speeds or buckling: a swept axis to draw along.",
+    ),
+]
+Panel = Annotated[
+    "str | None",
+    Argument(
+        "One panel of the picture alone, by its name or a clear part of it; the error for another one lists them.",
+        "str",
+        "--panel",
+        "NAME",
+        help="Draw one panel alone, by its name or a part of it: --panel radius.",
+    ),
+]
+Axes = Annotated[
+    "AxesOfMatplotlib | None",
+    Argument("Axes into which one panel is drawn; their title is unchanged.", "matplotlib.axes.Axes"),
+]
+States = Annotated[
+    "Sequence[str] | None",
+    Argument(
+        "The two states of a basin drawn from an ensemble.",
+        "sequence of str",
+        "--states",
+        "A,B",
+        Words(),
+        "Two states over which to draw the basin of an ensemble, such as z,vz.",
+    ),
+]
+XLim = Annotated[
+    "tuple[Quantity, Quantity] | None",
+    Argument(
+        "Ends of the x axis, in SI or with units.",
+        "pair of float or str",
+        "--xlim",
+        "Q Q",
+        Ends(),
+        "Ends of the x axis: --xlim 3rad/s 6rad/s.",
+    ),
+]
+YLim = Annotated[
+    "tuple[Quantity, Quantity] | None",
+    Argument(
+        "Ends of the y axis, in SI or with units.",
+        "pair of float or str",
+        "--ylim",
+        "Q Q",
+        Ends(),
+        "Ends of the y axis: --ylim 0mm 80mm.",
+    ),
+]
+Time = Annotated[
+    "tuple[Quantity | None, Quantity | None] | None",
+    Argument("The part of a trace that is drawn [s], from None: its beginning, to None: its end.", "pair"),
+]
+Width = Annotated[
+    "Quantity | None",
+    Argument("Width of the picture; 3.3in is a column of a journal. Default: 7in.", "float [m] or str", "--width", "Q"),
+]
+Height = Annotated[
+    "Quantity | None",
+    Argument("Height of the picture. Default: depends on the kind.", "float [m] or str", "--height", "Q"),
+]
+FontSize = Annotated[
+    "float | str | None",
+    Argument(
+        "Size of the type in points. Default: 8.",
+        "float",
+        "--font-size",
+        "POINTS",
+        help="Size of the type. Default: 8.",
+    ),
+]
+Title = Annotated[
+    "str | bool | None",
+    Argument(
+        "A text in place of the usual title, or False for none.",
+        "str or bool",
+        "--title",
+        "TEXT",
+        help="Title. Default: that of the study, and the operating point.",
+    ),
+]
+Style = Annotated[
+    "PathLike | Mapping[str, object] | None",
+    Argument(
+        "A style file of matplotlib, one of its styles, or a mapping of its settings. Changes of matplotlib's "
+        "``rcParams`` apply as well.",
+        "str, Path or mapping",
+        "--style",
+        "FILE",
+        help="Style file of matplotlib (.mplstyle), or the name of one of its styles.",
+    ),
+]
+SPEED_OF_FILM = Argument(
+    "Speed of the film, 1 for real time, 0.5 for half as fast.",
+    "float",
+    "--speed",
+    "FACTOR",
+    Number(),
+    "With --animate: speed of the film, 1 for real time (default), 0.5 for half as fast.",
+)
+SpeedOfFilm = Annotated[float, SPEED_OF_FILM]
+Pixels = Annotated[int, Argument("Pixels of the frame in a notebook.", "int")]
+Over = Annotated[
+    "Dataset | PathLike | None",
+    Argument(
+        "A sweep below the ``ramp`` of a trace or below branches, or branches over a map.",
+        RESULTS,
+        "--over",
+        "FILE.h5",
+        File(),
+        "With branches, or with a ramp and --kind ramp: sweep whose peaks are drawn below. With a "
+        "map over two axes: file of branches whose curves are drawn over it.",
+    ),
+]
+BranchesOver = Annotated[
+    "PathLike | None",
+    Argument("With results: draw these branches over their peaks.", FILE, "--over", "BRANCHES.h5", File()),
+]
+FilmPath = Annotated[
+    "PathLike",
+    Argument("Ends in ``.gif`` or ``.mp4``; without ffmpeg, which MP4 requires, a GIF is written instead.", FILE),
+]
+SettingsOfAStudy = Annotated[
+    "Mapping[str, object] | Sequence[str] | None",
+    Argument(
+        'With a study: keys to change, a mapping by dotted keys, or texts "key=value".',
+        "mapping or sequence of str",
+        "--set",
+        "KEY=VALUE",
+        Texts(changes),
+        "With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
+    ),
+]
 
 
 def plot(

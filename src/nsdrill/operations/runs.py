@@ -3,55 +3,40 @@
 from __future__ import annotations
 
 import sys
-import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from nsdrill.errors import Refusal, RunWarning, StudyError, option
+from nsdrill.errors import Refusal, StudyError, option
 from nsdrill.late import deferred
-from nsdrill.operations import files
 from nsdrill.operations.arguments import (
     At,
-    Batch,
     BranchesPath,
     Depth,
     Duration,
     Engine,
-    Errors,
     HDF5Path,
-    Ignore,
     Large,
     Lines,
-    Measurements,
-    MostRounds,
     Orbit,
     Overwrite,
     PathLike,
-    PictureOfFit,
     PointOfOrbit,
     Procedure,
-    Rename,
     Reported,
     ResultsLike,
     ResultsPath,
     Resume,
     RetryFailed,
     Sample,
-    Samples,
     Scheduler,
     Seeds,
     Settings,
-    Settle,
-    Shortest,
-    SkipGaps,
     Speed,
     Start,
     StudyLike,
-    StudyPath,
     Thresholds,
-    Units,
     Weight,
     Workers,
 )
@@ -59,24 +44,12 @@ from nsdrill.operations.arguments import (
 with deferred():
     from nsdrill import progress as reports
     from nsdrill import store
-    from nsdrill.app import (
-        arguments,
-        cluster,
-        continuing,
-        datasets,
-        measured,
-        pictures,
-        summary,
-        trajectory,
-        unfinished,
-    )
-    from nsdrill.app import fit as fitting
+    from nsdrill.app import arguments, cluster, continuing, datasets, summary, trajectory
     from nsdrill.app import run as running
     from nsdrill.models import registry
 
 if TYPE_CHECKING:
     from nsdrill.app.continuing import ContinuationResult
-    from nsdrill.app.fit import Fit
     from nsdrill.app.run import RunResult
     from nsdrill.app.trajectory import Trajectory
     from nsdrill.data import Results
@@ -147,18 +120,16 @@ def run(
     loaded = arguments.study_in(study, set)
     running.checked_workers(workers)
     executing = cluster.executor_of(engine, scheduler, workers)
-    _check_path(path, resume=resume, retry_failed=retry_failed, overwrite=overwrite)
+    output = arguments.output_in(path, study, resume=resume, retry_failed=retry_failed, overwrite=overwrite)
     running.check_sweep(loaded)
-    if path is not None:
-        path = arguments.name_in(path, "path")
-        arguments.check_other_file(study, path)
-        store.check_target(path)  # before a cluster is started
+    if output is not None:
+        store.check_target(output)  # before a cluster is started
     with executing as (executor, count), reports.reporting(progress) as watch:
-        if path is None:
+        if output is None:
             return running.run_in_memory(loaded, workers=count, watch=watch, executor=executor, large=large)
         return running.run_study(
             loaded,
-            path,
+            output,
             workers=count,
             resume=resume,
             retry_failed=retry_failed,
@@ -167,14 +138,6 @@ def run(
             executor=executor,
             large=large,
         )
-
-
-def _check_path(path: object, **meant: bool) -> None:
-    """A Refusal where no file is written and something is said about one."""
-    if path is None:
-        for name, on in meant.items():
-            if on:
-                raise Refusal(name, f"without {option('path')}", "with the name of a file")
 
 
 def continue_branches(
@@ -212,14 +175,11 @@ def continue_branches(
     ['equilibrium', 'limit_cycle']
     """
     loaded = arguments.study_in(study, set)
-    _check_path(path, resume=resume, overwrite=overwrite)
-    if path is not None:
-        path = arguments.name_in(path, "path")
-        arguments.check_other_file(study, path)
+    output = arguments.output_in(path, study, resume=resume, overwrite=overwrite)
     with _saying(progress) as say:
         return continuing.continue_study(
             loaded,
-            path,
+            output,
             seeds=None if seeds is None else arguments.name_in(seeds, "seeds"),
             workers=workers,
             overwrite=overwrite,
@@ -406,10 +366,10 @@ def classify(
     True
     """
     texts = arguments.texts_in(changes, "changes")
-    _check_path(path, overwrite=overwrite)
+    output = arguments.output_in(path, overwrite=overwrite)
     try:
         if datasets.is_dataset(results):
-            if path is not None:
+            if output is not None:
                 raise Refusal("path", "with a Dataset", "with the name of a file; nsdrill.save writes a Dataset")
             variables = registry.model_in(results.attrs).variables
             measured = [
@@ -418,102 +378,8 @@ def classify(
             data = datasets.results_in(results, "classify", ("status", "response", *measured))
             return Labelled(summary.relabelled(data, texts), {})
         name = arguments.name_in(results)
-        if path is not None:
-            path = arguments.name_in(path, "path")
-            store.claim_file(path, overwrite)
-        return Labelled(path or name, summary.reclassify(name, texts, path, overwrite=overwrite or path is None))
+        if output is not None:
+            store.claim_file(output, overwrite)
+        return Labelled(output or name, summary.reclassify(name, texts, output, overwrite=overwrite or output is None))
     except StudyError as error:
         raise StudyError(option("changes"), error.faults) from None
-
-
-def fit(
-    study: StudyLike,
-    data: Measurements,
-    path: StudyPath = None,
-    *,
-    picture: PictureOfFit = None,
-    rename: Rename = None,
-    ignore: Ignore = (),
-    errors: Errors = None,
-    skip_gaps: SkipGaps = False,
-    shortest: Shortest = "120 s",
-    settle: Settle = "60 s",
-    batch: Batch = 128,
-    rounds: MostRounds = 8,
-    samples: Samples = 128,
-    workers: Workers = None,
-    set: Settings = None,
-    units: Units = None,
-    resume: Annotated[
-        Resume, "Continue the interrupted fit of the same output: only missing runs are made; rounds may differ."
-    ] = False,
-    large: Large = False,
-    overwrite: Overwrite = False,
-    progress: Reported = True,
-) -> Fit:
-    """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to
-    measurements.
-
-    With ``path`` every round is saved next to it: after a KeyboardInterrupt, or a power cut,
-    the same call with ``resume=True`` makes the missing runs, with the same bits as an
-    uninterrupted fit.
-
-    Returns
-    -------
-    Fit
-
-    Raises
-    ------
-    InputError
-        Where the study has no unknown, or something in the file cannot be used.
-
-    Examples
-    --------
-    >>> found = nsdrill.fit("uncertain.yaml", "field.csv", batch=16, progress=False)
-    >>> list(found.samples)
-    ['bit.friction.static']
-    """
-    loaded = arguments.study_in(study, set)
-    units = units or loaded.units
-    _check_counts(batch, rounds, samples)
-    _check_path(path, resume=resume, overwrite=overwrite and picture is None)
-    if picture is not None:
-        pictures.claim_picture(picture, overwrite)
-    times = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)
-    reading = measured.Reading(dict(rename or {}), tuple(ignore), dict(errors or {}), skip_gaps, *times)
-    table = measured.read_measured(arguments.name_in(data, "data"), loaded, reading)
-    for text in fitting.far_from_the_sweep(loaded, table, units):
-        warnings.warn(text, RunWarning, stacklevel=3)
-    calls = unfinished.Rounds()
-    if path is not None:
-        path = arguments.name_in(path, "path")
-        arguments.check_other_file(study, path)
-        arguments.check_other_file(data, path)
-        calls = unfinished.Rounds.beside(path, loaded, table, batch, overwrite=overwrite, resume=resume)
-    if resume and not calls.runs:
-        warnings.warn("There is no interrupted fit to resume: a new one starts.", RunWarning, stacklevel=3)
-    with calls.guarding():
-        with reports.reporting(progress) as watch:
-            found = fitting.fit(
-                loaded,
-                table,
-                batch=batch,
-                rounds=rounds,
-                samples=samples,
-                workers=workers,
-                watch=watch,
-                kept=calls,
-                large=large,
-            )
-        if picture is not None:  # before the study: then the rounds beside it are deleted
-            files.save(found.picture(units), picture, overwrite=overwrite)
-        if path is not None:
-            store.write_text(path, found.study, calls.recovery_text, overwrite=overwrite or resume)
-            calls.discard()
-    return found
-
-
-def _check_counts(batch: int, rounds: int, samples: int) -> None:
-    for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
-        if not arguments.is_whole(number) or number < least:
-            raise Refusal(name, repr(number), f"a whole number, {least} or more")

@@ -101,7 +101,7 @@ def operating_point(values: Mapping[str, float | None], units: str) -> str:
         if (value := values.get(name)) is not None:
             texts.append(quantity(name, units).value(float(value)))
     for name, value in values.items():
-        if name not in AXES:
+        if name not in AXES and value is not None:
             shown = quantity(name, units)
             texts.append(f"{shown.words.lower()} {shown.value(as_value(name, value))}")
     return ", ".join(texts)

@@ -20,7 +20,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from nsdrill.analysis.hysteresis import disagreement
-from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome, text
+from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
@@ -162,7 +162,7 @@ class Planes(Plane):
 
     @property
     def procedures(self) -> tuple[str, ...]:
-        return tuple(text(name) for name in self.results.coords["procedure"])
+        return self.results.procedures
 
     @property
     def has_words(self) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from nsdrill.analysis.probability import outcome, text
+from nsdrill.analysis.probability import outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
@@ -133,7 +133,7 @@ class Line:
 
     @property
     def procedures(self) -> tuple[str, ...]:
-        return tuple(text(name) for name in self.results.coords["procedure"])
+        return self.results.procedures
 
     def __getitem__(self, name: str) -> Array:
         return np.asarray(self.results.variables[name])[self.place]

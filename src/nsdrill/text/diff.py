@@ -7,8 +7,8 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 
 from nsdrill.analysis.maps import least_share
+from nsdrill.app.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
-from nsdrill.app.window import contrast
 from nsdrill.data import Answer
 from nsdrill.errors import InputError
 from nsdrill.plot.answer import WAYS, Formatter, answer, chosen_map, in_order, percent, response_words, warnings

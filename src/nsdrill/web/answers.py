@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nsdrill.app.answers import contrast, sensitivity, with_passed_over
+from nsdrill.app.answers import window as window_of
 from nsdrill.app.experiment import own_numbers, study_of
-from nsdrill.app.window import contrast, sensitivity, with_passed_over
-from nsdrill.app.window import window as window_of
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
@@ -247,9 +247,9 @@ def _sweep(session: Session, results: Results) -> Rows:
         span = f"{values[0]:.6g} to {values[-1]:.6g}" if len(values) > 1 else f"{values[0]:.6g}"
         count = f", {len(values)} values" if len(values) > 1 else ""
         rows.append((axis["words"], f"{span} {axis['unit']}".strip() + count))
-    procedures = [str(name) for name in results.coords["procedure"]]
+    procedures = results.procedures
     carried = "carried " + " and ".join(procedures)
-    rows.append(("State", "the same at every start" if procedures == ["same"] else carried))
+    rows.append(("State", "the same at every start" if procedures == ("same",) else carried))
     if member := member_dimension(results):
         count = f"{len(results.coords[member])} of every operating point"
         rows.append((f"{member.capitalize()}s", count))

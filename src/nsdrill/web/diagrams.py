@@ -9,7 +9,7 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.maps import axes_of
-from nsdrill.analysis.probability import outcome, text
+from nsdrill.analysis.probability import outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
@@ -34,7 +34,7 @@ def choices(results: Results, units: str) -> Answer:
     return {
         "axes": [axis_data(results, name, units) for name in results.swept],
         "map_axes": map_axes(results),
-        "procedures": [text(name) for name in results.coords["procedure"]],
+        "procedures": list(results.procedures),
         "members": {"name": member_dimension(results), "count": len(results.coords[name])}
         if (name := member_dimension(results))
         else None,
@@ -191,7 +191,7 @@ def plane(
         "x": axis_data(results, x, units),
         "y": axis_data(results, y, units),
         "colour": quantity_data(colour, units),
-        "procedures": [text(name) for name in results.coords["procedure"]],
+        "procedures": list(results.procedures),
         "place": place,
         "x_edges": edges(x_values) / quantity(x, units).scale,
         "y_edges": edges(y_values) / quantity(y, units).scale,

@@ -196,7 +196,7 @@ def _add_diagrams(page: Page, session: Session, results: Results) -> None:
         page.add("<p>A single operating point.</p>")
     elif len(names) > 1 and len(results.coords[names[1]]) > MAX_DIAGRAMS:
         page.add(hint)
-        procedures = [str(name) for name in results.coords["procedure"]]
+        procedures = results.procedures
         x, y, *others = map_axes(results)
         for held, where in _held_values(results, others, session.units):
             request = {"colour": "response", "x": x, "y": y, "held": held}

@@ -57,15 +57,20 @@ def critical_speeds(axis: str, x: np.ndarray, points: Sequence[Point]) -> Critic
         torsional.append(torsional_waves(parameters, operation.depth, WAVES))
         axial.append(axial_waves(parameters, operation.depth, WAVES))
         on_rock.append(axial_waves(parameters, operation.depth, WAVES, on_rock=True))
-    lobes = points[0][0].bit.lobes
+    lobes, modes = points[0][0].bit.lobes, points[0][0].modes
+
+    def of_motion(speeds: list[np.ndarray], mode: str) -> np.ndarray:
+        """The speeds [modes, values], none of a frozen motion."""
+        return np.transpose(speeds)[: 0 if mode == "frozen" else None]
+
     return CriticalSpeeds(
         axis,
         x,
         lobes,
-        np.transpose(lateral),
-        np.transpose(torsional),
-        np.transpose(axial) / lobes,
-        np.transpose(on_rock) / lobes,
+        of_motion(lateral, modes.lateral),
+        of_motion(torsional, modes.torsional),
+        of_motion(axial, modes.axial) / lobes,
+        of_motion(on_rock, modes.axial) / lobes,
     )
 
 

@@ -14,7 +14,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 
-from nsdrill.analysis.probability import text
 from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
@@ -36,7 +35,7 @@ def draw_section(data: Results | Trace, units: str = "si") -> Figure:
 
 def draw_point(results: Results, units: str = "si") -> Figure:
     """The section of one operating point, a row of planes for each procedure."""
-    names = [text(name) for name in results.coords["procedure"]]
+    names = results.procedures
     figure = new_figure(page_width(), 0.4 + 2.2 * _rows(results.attrs) * len(names))
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
     for row, name in enumerate(names):

@@ -1,0 +1,212 @@
+"""The fit of a study to measurements, with its arguments."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated
+
+from nsdrill.errors import Refusal, RunWarning
+from nsdrill.late import deferred
+from nsdrill.operations.argument import Argument, File, Flag, Texts, Whole
+from nsdrill.operations.arguments import (
+    FILE,
+    Large,
+    Overwrite,
+    PathLike,
+    Quantity,
+    Reported,
+    Resume,
+    Settings,
+    StudyLike,
+    Units,
+    Workers,
+)
+
+with deferred():
+    from nsdrill import progress as reports
+    from nsdrill import store
+    from nsdrill.app import arguments, measured, pictures, unfinished
+    from nsdrill.app import fit as fitting
+
+if TYPE_CHECKING:
+    from nsdrill.app.fit import Fit
+
+
+Rename = Annotated[
+    "Mapping[str, str] | None",
+    Argument(
+        "The names of nsdrill by heads of the file.",
+        "mapping",
+        "--rename",
+        "HEAD=NAME",
+        Texts(pairs=True),
+        "Name of a column: HEAD in the file is NAME of nsdrill.",
+    ),
+]
+Ignore = Annotated[
+    "Sequence[str]",
+    Argument(
+        'Heads to pass over; ``"*"`` for all that are not known.',
+        "sequence of str",
+        "--ignore",
+        "HEAD",
+        Texts(),
+        "Ignore this column; '*' ignores all unknown ones.",
+    ),
+]
+Errors = Annotated[
+    "Mapping[str, str | float] | None",
+    Argument(
+        'Standard deviations by name: ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or in SI as numbers.',
+        "mapping",
+        "--error",
+        "NAME=Q",
+        Texts(pairs=True),
+        "Standard deviation of a measured value with its unit, or in percent of it. Default: 5 percent.",
+    ),
+]
+SkipGaps = Annotated[
+    bool, Argument("Leave out rows with gaps, which are refused otherwise.", "bool", "--skip-gaps", kind=Flag())
+]
+Shortest = Annotated[
+    "Quantity",
+    Argument(
+        "Over time: shortest stretch of constant settings that counts. Default: 120 s.",
+        "float [s] or str",
+        "--shortest",
+        "Q",
+    ),
+]
+Settle = Annotated[
+    "Quantity",
+    Argument("Over time: unused beginning of each stretch. Default: 60 s.", "float [s] or str", "--settle", "Q"),
+]
+Batch = Annotated[
+    int,
+    Argument(
+        "Samples per round; each is run at every operating point of the data.",
+        "int",
+        "--batch",
+        "N",
+        Whole(16, 100_000),
+    ),
+]
+MostRounds = Annotated[int, Argument("Largest number of rounds.", "int", "--rounds", "N", Whole(2, 100))]
+Samples = Annotated[int, Argument("Samples in the written study.", "int", "--samples", "N", Whole(2, 10_000))]
+Measurements = Annotated[
+    "PathLike",
+    Argument(
+        "A CSV file with a name and a unit over every column, over operating points or over time.",
+        FILE,
+        "--data",
+        "FIELD.csv",
+        File(),
+        "Measurements: CSV with a name and a unit over every column, over operating points or over time.",
+    ),
+]
+StudyPath = Annotated[
+    "PathLike | None",
+    Argument(
+        "The adjusted study to write.",
+        FILE,
+        "-o --output",
+        "FILE",
+        File(writes=True),
+        "Study to write, with the samples that the data leave as its section `uncertain`.",
+    ),
+]
+PictureOfFit = Annotated[
+    "str | None",
+    Argument("Picture to write: .png, .pdf or .svg.", option="--picture", metavar="FILE", kind=File(writes=True)),
+]
+
+
+def fit(
+    study: StudyLike,
+    data: Measurements,
+    path: StudyPath = None,
+    *,
+    picture: PictureOfFit = None,
+    rename: Rename = None,
+    ignore: Ignore = (),
+    errors: Errors = None,
+    skip_gaps: SkipGaps = False,
+    shortest: Shortest = "120 s",
+    settle: Settle = "60 s",
+    batch: Batch = 128,
+    rounds: MostRounds = 8,
+    samples: Samples = 128,
+    workers: Workers = None,
+    set: Settings = None,
+    units: Units = None,
+    resume: Annotated[
+        Resume, "Continue the interrupted fit of the same output: only missing runs are made; rounds may differ."
+    ] = False,
+    large: Large = False,
+    overwrite: Overwrite = False,
+    progress: Reported = True,
+) -> Fit:
+    """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to
+    measurements.
+
+    With ``path`` every round is saved next to it: after a KeyboardInterrupt, or a power cut,
+    the same call with ``resume=True`` makes the missing runs, with the same bits as an
+    uninterrupted fit.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        Where the study has no unknown, or something in the file cannot be used.
+
+    Examples
+    --------
+    >>> found = nsdrill.fit("uncertain.yaml", "field.csv", batch=16, progress=False)
+    >>> list(found.samples)
+    ['bit.friction.static']
+    """
+    loaded = arguments.study_in(study, set)
+    units = units or loaded.units
+    _check_counts(batch, rounds, samples)
+    output = arguments.output_in(path, study, data, resume=resume, overwrite=overwrite and picture is None)
+    if picture is not None:
+        pictures.claim_picture(picture, overwrite)
+    times = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)
+    reading = measured.Reading(dict(rename or {}), tuple(ignore), dict(errors or {}), skip_gaps, *times)
+    table = measured.read_measured(arguments.name_in(data, "data"), loaded, reading)
+    for text in fitting.far_from_the_sweep(loaded, table, units):
+        warnings.warn(text, RunWarning, stacklevel=3)
+    calls = unfinished.Rounds()
+    if output is not None:
+        calls = unfinished.Rounds.beside(output, loaded, table, batch, overwrite=overwrite, resume=resume)
+    if resume and not calls.runs:
+        warnings.warn("There is no interrupted fit to resume: a new one starts.", RunWarning, stacklevel=3)
+    with calls.guarding():
+        with reports.reporting(progress) as watch:
+            found = fitting.fit(
+                loaded,
+                table,
+                batch=batch,
+                rounds=rounds,
+                samples=samples,
+                workers=workers,
+                watch=watch,
+                kept=calls,
+                large=large,
+            )
+        if picture is not None:  # before the study: then the rounds beside it are deleted
+            pictures.save_picture(found.picture(units), picture, overwrite)
+        if output is not None:
+            store.write_text(output, found.study, calls.recovery_text, overwrite=overwrite or resume)
+            calls.discard()
+    return found
+
+
+def _check_counts(batch: int, rounds: int, samples: int) -> None:
+    for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
+        if not arguments.is_whole(number) or number < least:
+            raise Refusal(name, repr(number), f"a whole number, {least} or more")
