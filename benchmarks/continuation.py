@@ -18,9 +18,9 @@ from scipy.integrate import solve_ivp
 import nsdrill
 from nsdrill.app.seeding import continuation_setup
 from nsdrill.orbit.flow import DIFFERENCE_STEP, Legs, advance
-from nsdrill.orbit.linear import rotated
 from nsdrill.orbit.newton import corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic
+from nsdrill.orbit.shooting import rotated
 
 SPEED, ROUNDS = 3.5, 5
 STUDY = {

@@ -32,7 +32,7 @@ from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
 from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, UNITS_LEAF, Leaf, keys_named
 from nsdrill.study.schema import PROCEDURE, REFINE, along
 from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
-from nsdrill.units import USUAL
+from nsdrill.unit_table import USUAL
 from nsdrill.variables import MODEL, Variable
 
 HERE = Path(__file__).parent

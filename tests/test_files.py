@@ -221,7 +221,7 @@ def interrupted_at(moment: int, work: Callable[[], object]) -> bool:
     return left <= 0
 
 
-OURS = ("nsdrill/files.py", "store/log.py", "store/log_header.py")
+OURS = ("nsdrill/files.py", "store/log.py", "store/log_format.py")
 last: BaseException | None = None
 
 

@@ -18,4 +18,4 @@ def test_every_name_is_there_and_none_is_that_of_a_module(room):
 
 def test_another_name_is_an_error_that_tells_the_room():
     with pytest.raises(AttributeError, match=r"'nsdrill\.store' has no attribute 'stored'"):
-        late("nsdrill.store", {"rewrite_log": "nsdrill.store.rewrite"})("stored")
+        late("nsdrill.store", {"rewrite_log": "nsdrill.store.log"})("stored")

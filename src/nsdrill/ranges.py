@@ -14,14 +14,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import field, fields
 from functools import lru_cache
 from numbers import Integral, Real
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 T = TypeVar("T")
 LATER = {"later": 1}  # of a field that the first versions did not have, whose default changes nothing
 
 
 def parameter(
-    default: Any,
+    default: object,
     units: str = "",
     source: str = "",
     confidence: str = "",
@@ -85,7 +88,7 @@ def computed(units: str, meaning: str = "") -> Any:
     return field(metadata={"units": units, "meaning": meaning})
 
 
-def meanings_of(cls: Any) -> dict[str, tuple[str, str]]:
+def meanings_of(cls: type[DataclassInstance]) -> dict[str, tuple[str, str]]:
     """Units and meaning of the :func:`computed` fields of a dataclass that have one."""
     about = {item.name: (item.metadata["units"], item.metadata["meaning"]) for item in fields(cls)}
     return {name: (units, meaning) for name, (units, meaning) in about.items() if meaning}
@@ -96,13 +99,13 @@ def section(kind: type, meaning: str) -> Any:
     return field(default_factory=kind, metadata={"meaning": meaning})
 
 
-def given(default: Any, source: str, confidence: str, **others: str) -> dict[str, Any]:
+def given(default: object, source: str, confidence: str, **others: str) -> dict[str, object]:
     """Another default of a number, with its source and confidence; ``others`` are its
     units, its meaning or what is usual, where these differ too."""
     return {"default": default, "source": source, "confidence": confidence, **others}
 
 
-def like(section: Any, name: str, **others: Any) -> Any:
+def like(section: type[DataclassInstance], name: str, **others: object) -> Any:
     """A field with unit and range of that of another ``section``, and with its default
     unless the ``others`` (:func:`given`) have one."""
     original = next(item for item in fields(section) if item.name == name)
@@ -110,7 +113,7 @@ def like(section: Any, name: str, **others: Any) -> Any:
     return field(default=metadata.pop("default", original.default), metadata=metadata)
 
 
-def defaults(**numbers: dict[str, Any]) -> Callable[[type[T]], type[T]]:
+def defaults(**numbers: dict[str, object]) -> Callable[[type[T]], type[T]]:
     """A decorator below that of a dataclass, which has the fields of its base with
     other defaults (:func:`given`) of some."""
 
@@ -186,5 +189,5 @@ def bound_text(value: float) -> str:
 
 
 @lru_cache
-def _hints(cls: type) -> dict[str, Any]:
+def _hints(cls: type) -> dict[str, object]:
     return typing.get_type_hints(cls)

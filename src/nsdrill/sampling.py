@@ -17,11 +17,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[Any]]
+Array = np.ndarray
 Numbers = Mapping[str, Any]  # {kind: numbers}
 
 KINDS = ("uniform", "normal", "lognormal", "triangular", "values")
@@ -119,7 +119,15 @@ def correlated(u: Array, matrix: Array) -> Array:
     return np.asarray(ndtr(ndtri(u) @ np.linalg.cholesky(matrix).T))
 
 
-def distribution(numbers: Numbers) -> Any:
+class Frozen(Protocol):
+    """What is asked of a frozen distribution of :mod:`scipy.stats`."""
+
+    def cdf(self, x: float) -> float: ...
+    def sf(self, x: float) -> float: ...
+    def ppf(self, q: Array) -> Array: ...
+
+
+def distribution(numbers: Numbers) -> Frozen:
     """The distribution of one unknown, not truncated, as a frozen distribution of
     :mod:`scipy.stats`; for a list of values the uniform one over their indices."""
     from scipy import stats

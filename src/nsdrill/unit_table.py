@@ -1,5 +1,6 @@
 """The units in which a quantity may be written: a table of definitions with exact
-factors."""
+factors; and by the SI units of a quantity its usual units, its kind, and its units in
+files."""
 
 from __future__ import annotations
 
@@ -106,3 +107,90 @@ def _read(definitions: str) -> dict[str, tuple[Fraction, str]]:
 TABLE = _read(_DEFINITIONS)
 """The definition of each unit name: (factor, compound unit). A dimension in brackets is
 a base unit."""
+
+USUAL: dict[str, tuple[str, ...]] = {
+    "m": ("m", "mm", "in", "ft"),
+    "N": ("kN", "N", "klbf", "lbf", "tonne_force"),
+    "rad/s": ("rad/s", "rpm"),
+    "rad": ("rad", "deg"),
+    "s": ("s", "min", "h"),
+    "m/s": ("m/s", "mm/s", "ft/s"),
+    "m/s^2": ("m/s^2", "gravity", "ft/s^2"),
+    "kg/m^3": ("kg/m^3", "g/cm^3", "ppg"),
+    "Pa": ("Pa", "MPa", "GPa", "psi"),
+    "N/m": ("N/m", "kN/m", "MN/m", "lbf/in"),
+    "N/m^1.5": ("N/m^1.5", "kN/m^1.5", "MN/m^1.5"),
+    "N s/m": ("N*s/m", "kN*s/m", "lbf*s/ft"),
+    "N s^2/m^2": ("N*s^2/m^2", "kN*s^2/m^2", "lbf*s^2/ft^2"),
+    "N m s/rad": ("N*m*s/rad", "kN*m*s/rad", "ft*lbf*s/rad"),
+    "N m": ("N*m", "kN*m", "ft*lbf"),
+    "1/s": ("1/s",),
+    "s/m": ("s/m", "s/ft"),
+    "s/rad": ("s/rad", "s/deg"),
+    "s^2/rad^2": ("s^2/rad^2", "s^2/deg^2"),
+    "N m/rad": ("N*m/rad", "kN*m/rad", "ft*lbf/rad"),
+    "kg m^2": ("kg*m^2",),
+    "Hz": ("Hz",),
+    "kg": ("kg", "lb"),
+    "m^3/s": ("m^3/s", "l/min", "gal/min"),
+    "Pa s": ("Pa*s", "mPa*s"),
+    "A": ("A", "kA"),
+    "H": ("H", "mH"),
+    "ohm": ("ohm", "mohm"),
+    "V s/rad": ("V*s/rad",),
+}
+"""Units to suggest and to display in, by the SI units of the quantity; SI engineering
+units first."""
+
+KINDS = {
+    "m": "length",
+    "N": "force",
+    "rad/s": "speed of rotation",
+    "rad": "angle",
+    "s": "time",
+    "m/s": "speed",
+    "m/s^2": "acceleration",
+    "kg/m^3": "density",
+    "Pa": "pressure",
+    "N/m": "stiffness",
+    "N m": "torque",
+    "kg": "mass",
+    "Hz": "frequency",
+    "m^3/s": "flow",
+}
+"""The kind of a quantity, in words, by its SI units."""
+
+CF = {
+    "": "1",
+    "percent": "percent",
+    "m": "m",
+    "N": "N",
+    "rad/s": "rad s-1",
+    "rad": "rad",
+    "s": "s",
+    "m/s": "m s-1",
+    "m/s^2": "m s-2",
+    "kg/m^3": "kg m-3",
+    "Pa": "Pa",
+    "N/m": "N m-1",
+    "N/m^1.5": "N m-1.5",
+    "N s/m": "N s m-1",
+    "N m s/rad": "N m s rad-1",
+    "N m": "N m",
+    "1/s": "s-1",
+    "s/m": "s m-1",
+    "s/rad": "s rad-1",
+    "N s^2/m^2": "N s2 m-2",
+    "N m/rad": "N m rad-1",
+    "kg m^2": "kg m2",
+    "Hz": "Hz",
+    "s^2/rad^2": "s2 rad-2",
+    "kg": "kg",
+    "m^3/s": "m3 s-1",
+    "Pa s": "Pa s",
+    "A": "A",
+    "H": "H",
+    "ohm": "ohm",
+    "V s/rad": "V s rad-1",
+}
+"""Units in the attributes of files, by the SI units of a key."""

@@ -9,7 +9,10 @@ plots, and for the file-format page of the documentation.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 AXES = ("depth", "wob", "rotary_speed")
 POINT = ("procedure", *AXES)
@@ -20,7 +23,7 @@ MODEL = "christoforou_yigit"  # of a study without the key ``model``
 PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED = range(6)
 
 
-def has_failed(status: Any) -> Any:
+def has_failed(status: NDArray[Any]) -> NDArray[Any]:
     """Which runs failed; an array of booleans from an array of statuses."""
     return (status != PENDING) & (status != OK) & (status != INFERRED)
 

@@ -12,7 +12,7 @@ import nsdrill
 from nsdrill.analysis.fitting import Measured
 from nsdrill.app.unfinished import Part, Rounds, summary
 from nsdrill.errors import FileError, InputError
-from nsdrill.store.log_header import MAGIC as LOG_MAGIC
+from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 
 from .helpers import finish, start
 

@@ -15,7 +15,7 @@ from nsdrill.app.run import check_sweep, header_of
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.data import Results
 from nsdrill.plot import needed
-from nsdrill.store import MemoryLog, recorded
+from nsdrill.store import MemoryLog
 from nsdrill.store.results import coordinates
 from nsdrill.study import Study, change_thresholds, parse_study, short_text, template_text
 from nsdrill.study.keys import keys_named
@@ -94,7 +94,7 @@ def outline(study: Study) -> Results:
     plan, kept = experiment.plan, experiment.kept
     log = MemoryLog(header_of(experiment), plan.points, kept)
     zeros = np.broadcast_to(np.int8(0), plan.grid)
-    return Results(coordinates(log), {v.name: zeros for v in recorded(kept)}, log.header["attrs"])
+    return Results(coordinates(log), {v.name: zeros for v in kept.variables}, log.header["attrs"])
 
 
 def test_examples_fit_their_studies(page, root, monkeypatch):

@@ -21,7 +21,7 @@ from nsdrill.models.leaves import values_at
 from nsdrill.study import load_study, template_text
 from nsdrill.study.keys import keys_named
 from nsdrill.study.read import parse
-from nsdrill.units import USUAL
+from nsdrill.unit_table import USUAL
 
 from .common import Broken, arguments, check_json, command, time_limit
 

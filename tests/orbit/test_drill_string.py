@@ -13,9 +13,10 @@ from nsdrill.analysis.bifurcations import DOUBLING, FOLD, HOPF
 from nsdrill.app.continuing import grazes_of
 from nsdrill.app.seeding import continuation_setup
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.orbit.explore import Explorer, Orders, Seed
+from nsdrill.orbit.explore import Explorer
 from nsdrill.orbit.flow import Flow, Legs
-from nsdrill.orbit.linear import rotated
+from nsdrill.orbit.seeds import Orders, Seed
+from nsdrill.orbit.shooting import rotated
 
 AT = {"operation": {"depth": "5000 m", "wob": "22.24 kN"}}
 SMOOTH = {**AT, "bit": {"surface_amplitude": "0 mm"}}

@@ -23,10 +23,10 @@ from nsdrill.observe.contacts import make_touches, touch_rows
 from nsdrill.orbit import special
 from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.flow import Equations, Flow, Legs, advance
-from nsdrill.orbit.labels import Graze, kink_predicate
-from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.newton import Evaluation, Point
 from nsdrill.orbit.periodic import Periodic
+from nsdrill.orbit.special import Graze, kink_predicate
+from nsdrill.orbit.special import test_functions_of as functions_of
 
 from .flows import at
 

@@ -12,11 +12,10 @@ from nsdrill.app.seeding import continuation_setup
 from nsdrill.orbit import special
 from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.flow import advance
-from nsdrill.orbit.labels import stability_of
-from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.newton import Evaluation, Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic
-from nsdrill.orbit.special import UNRESOLVED, Stability
+from nsdrill.orbit.special import UNRESOLVED, Stability, stability_of
+from nsdrill.orbit.special import test_functions_of as functions_of
 
 DAMPING, COUPLING, RATE = 0.0024, 0.0047, 0.5
 STABILITY = stability_of(0)

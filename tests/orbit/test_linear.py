@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nsdrill.orbit.linear import DENSE, sign_of_determinant, solve
+from nsdrill.orbit.newton import DENSE, sign_of_determinant, solve
 from nsdrill.orbit.shooting import shooting_jacobian
 
 

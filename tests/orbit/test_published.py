@@ -9,8 +9,8 @@ from scipy.special import mathieu_a
 from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, PERIODIC
 from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.flow import Legs, advance
-from nsdrill.orbit.labels import test_functions_of as functions_of
 from nsdrill.orbit.periodic import Cycle, Periodic
+from nsdrill.orbit.special import test_functions_of as functions_of
 
 from .flows import at, duffing, flow_of, lorenz, mathieu, roessler, van_der_pol
 

@@ -10,16 +10,8 @@ from model_tables import TRACE_VARIABLES
 
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
-from nsdrill.store import (
-    collect,
-    from_dataset,
-    open_results,
-    read_results,
-    read_trace,
-    to_dataset,
-    write_results,
-    write_trace,
-)
+from nsdrill.store import collect, from_dataset, open_results, read_results, read_trace, to_dataset, write_results
+from nsdrill.store.results import write_trace
 
 from .samples import make_log
 from .test_layout import CASES, alike, grid

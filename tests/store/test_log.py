@@ -20,8 +20,8 @@ import pytest
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.models.kept import Kept
 from nsdrill.models.registry import described
-from nsdrill.store import RunLog, log_header, pending_records, read_partial
-from nsdrill.store.records import pack_slots, slot_dtype
+from nsdrill.store import RunLog, log_format, pending_records, read_partial
+from nsdrill.store.log_format import pack_slots, slot_dtype
 
 from .samples import POINTS, header, made
 
@@ -262,12 +262,12 @@ def test_a_log_of_format_2_goes_on(part):
         "header": {"coords": coords, "attrs": {"title": "old"}},
         "n_points": POINTS,
         "kept": asdict(Kept(PEAKS)),
-        "fields": log_header._fields(Kept(PEAKS)),
+        "fields": log_format._fields(Kept(PEAKS)),
     }
     text = json.dumps(fields).encode()
-    head = struct.pack("<16sIIQ", log_header.MAGIC, 2, zlib.crc32(text), len(text)) + text
+    head = struct.pack("<16sIIQ", log_format.MAGIC, 2, zlib.crc32(text), len(text)) + text
     slots = pack_slots(np.arange(POINTS), records, zlib.crc32(text))
-    part.write_bytes(head.ljust(log_header.first_slot(len(head)), b"\0") + slots.tobytes())
+    part.write_bytes(head.ljust(log_format.first_slot(len(head)), b"\0") + slots.tobytes())
     with RunLog.open(part) as log:
         assert log.read(0, POINTS).tobytes() == records.tobytes()
         for name, values in coords.items():

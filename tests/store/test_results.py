@@ -25,7 +25,6 @@ from nsdrill.store import (
     read_attributes,
     read_point,
     read_results,
-    recorded,
     rewrite_labels,
     write_results,
 )
@@ -64,8 +63,8 @@ def test_xarray_opens_it_as_it_is(path):
     with xr.open_dataset(path, engine="h5netcdf") as data:
         assert dict(data.sizes) == dict(zip((*POINT, "peak", "state"), (*SHAPE, 3, 9), strict=True))
         assert list(data.coords) == [*POINT, "peak", "state"]
-        assert list(data.data_vars) == [variable.name for variable in recorded(Kept(3))]
-        for variable in recorded(Kept(3)):
+        assert list(data.data_vars) == [variable.name for variable in Kept(3).variables]
+        for variable in Kept(3).variables:
             seen = data[variable.name]
             assert seen.dims == variable.dims
             assert seen.dtype == np.dtype(variable.dtype)

@@ -8,7 +8,7 @@ from model_tables import VARIABLES
 
 from nsdrill.models.christoforou_yigit.variables import DRIVEN_STATE_NAMES
 from nsdrill.models.kept import Kept
-from nsdrill.store import MemoryLog, RunLog, collect, columns, pending_records, record_dtype, recorded
+from nsdrill.store import MemoryLog, RunLog, collect, columns, pending_records, record_dtype
 from nsdrill.variables import PENDING, POINT
 
 from .samples import POINTS, SHAPE, header, made
@@ -46,7 +46,7 @@ def test_points_not_written_are_pending(new_log):
         assert np.flatnonzero(log.done()).tolist() == [4, 9]
         pending = log.read(5, 9)
         assert (pending["status"] == PENDING).all()
-        for variable in recorded(Kept(3)):
+        for variable in Kept(3).variables:
             values = pending[variable.name]
             assert np.isnan(values).all() if variable.dtype == "f8" else (values == 0).all()
 

@@ -61,7 +61,7 @@ def test_a_trace_of_an_earlier_version_has_its_operating_point(path, monkeypatch
     wanted = trace(20)
     wanted.attrs |= {"depth": 5000.0, "wob": 22240.0, "rotary_speed": 3.0}
     before = tuple(v for v in TRACE_VARIABLES if v.name not in ("depth", "wob", "drive_speed"))
-    monkeypatch.setattr("nsdrill.store.trace.trace_variables", lambda trace: before)
+    monkeypatch.setattr("nsdrill.store.results.trace_variables", lambda trace: before)
     write_trace(path, wanted)
     monkeypatch.undo()
     found = read_trace(path)

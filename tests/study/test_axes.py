@@ -16,7 +16,8 @@ from nsdrill.store import open_results, read_results
 from nsdrill.study import parse_study, study_from_resolved
 from nsdrill.study.keys import keys_named
 from nsdrill.study.write import study_text
-from nsdrill.units import CF, readable
+from nsdrill.unit_table import CF
+from nsdrill.units import readable
 from nsdrill.variables import MODEL
 
 ROCK = """\

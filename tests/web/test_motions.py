@@ -201,7 +201,7 @@ def test_a_part_file_can_be_explored(shared, tmp_path):
     from nsdrill.app.experiment import prepare
     from nsdrill.app.run import header_of
     from nsdrill.store import RunLog
-    from nsdrill.store.records import pending_records, recorded
+    from nsdrill.store.points import pending_records
 
     study = load_study(shared / "small.yaml")
     done = read_results(shared / "small.h5")
@@ -209,7 +209,7 @@ def test_a_part_file_can_be_explored(shared, tmp_path):
     plan, kept = experiment.plan, experiment.kept
     with RunLog.create(tmp_path / "half.h5.part", header_of(experiment), plan.points, kept) as log:
         records = pending_records(3, kept)
-        for variable in recorded(kept):
+        for variable in kept.variables:
             values = done[variable.name].reshape(plan.points, *done[variable.name].shape[4:])
             records[variable.name] = values[:3]
         log.write(np.arange(3), records)

@@ -15,8 +15,7 @@ import numpy as np
 from nsdrill.errors import InputError, Refusal, StudyError, option
 from nsdrill.models.leaves import as_value, words_of
 from nsdrill.study.keys import SAMPLE_LEAF, Leaf, axes_of_all, did_you_mean, shown
-from nsdrill.study.load import load_study, parse_study
-from nsdrill.study.read import override_texts, yaml_text
+from nsdrill.study.load import load_study, override_texts, parse_study, yaml_text
 from nsdrill.study.study import Study
 from nsdrill.study.write import study_text
 from nsdrill.units import QuantityError, WithUnit, parse_with_unit, to_si

@@ -20,14 +20,14 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import OPERATION
 from nsdrill.observe.thresholds import Record
 from nsdrill.orbit.borders import Condition, borders
-from nsdrill.orbit.branch import ENDINGS
+from nsdrill.orbit.branch import ENDINGS, finer_multipliers
 from nsdrill.orbit.explore import Found
 from nsdrill.orbit.flow import Flow
-from nsdrill.orbit.labels import finer_multipliers, unstable_beside
+from nsdrill.orbit.special import unstable_beside
 from nsdrill.study.study import Study
 from nsdrill.sweep.work import Variant as Compiled
 from nsdrill.sweep.work import compiled_parts
-from nsdrill.units import CF
+from nsdrill.unit_table import CF
 from nsdrill.variables import OK, dimension_of
 
 if TYPE_CHECKING:

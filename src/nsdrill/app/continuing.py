@@ -33,9 +33,10 @@ from nsdrill.data import Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, InputError, Refusal, option
 from nsdrill.models.leaves import OPERATION
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
-from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
+from nsdrill.orbit.explore import Explorer, Found
 from nsdrill.orbit.flow import RTOL, Flow
-from nsdrill.orbit.labels import Graze
+from nsdrill.orbit.seeds import Orders, Seed
+from nsdrill.orbit.special import Graze
 from nsdrill.store import open_branches, part_path, write_branches
 from nsdrill.study.continuation import SECTION
 from nsdrill.study.study import Study

@@ -26,7 +26,6 @@ from nsdrill.store import (
     read_partial,
     read_results,
     read_trace,
-    recorded,
     variables_in,
 )
 from nsdrill.variables import Variable
@@ -116,7 +115,7 @@ def with_missing_features(results: Results) -> Results:
 def variables_of(results: Results) -> tuple[Variable, ...]:
     """The variables that a file of these results should have."""
     model = model_in(results.attrs).name
-    return recorded(kept_of(results.coords, results.more, results.variables, model, results.drawn))
+    return kept_of(results.coords, results.more, results.variables, model, results.drawn).variables
 
 
 def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str] | None = ()) -> Results:

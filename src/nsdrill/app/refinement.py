@@ -13,7 +13,7 @@ from nsdrill.app.experiment import Experiment
 from nsdrill.app.stages import RunStages, remaining
 from nsdrill.data import Array, Attributes
 from nsdrill.store import Sink, Source, columns, pending_records
-from nsdrill.store.sink import Header
+from nsdrill.store.points import Header
 from nsdrill.study.study import Study
 from nsdrill.sweep.refine import Refinement, refine
 from nsdrill.sweep.work import Work

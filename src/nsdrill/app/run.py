@@ -40,7 +40,7 @@ from nsdrill.store import (
     write_results,
 )
 from nsdrill.store.claims import Claim
-from nsdrill.store.sink import Header
+from nsdrill.store.points import Header
 from nsdrill.study.study import IN_WORDS_ONLY, Study, digest
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress

@@ -22,9 +22,10 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
 from nsdrill.quantity import find, sign, unit_in
 from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
+from nsdrill.store.arrays import trace_variables
 from nsdrill.store.layout import in_words
-from nsdrill.store.trace import trace_variables
-from nsdrill.units import CF, from_si, plain_units, rounded_from_si
+from nsdrill.unit_table import CF
+from nsdrill.units import from_si, plain_units, rounded_from_si
 from nsdrill.variables import CHECKS, COORDINATES, COUNTED, INFERRED, OK, POINT, Variable
 
 if TYPE_CHECKING:

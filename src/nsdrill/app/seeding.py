@@ -20,8 +20,9 @@ from nsdrill.data import Array, Results, resolved_study, value_at
 from nsdrill.errors import FileError, InputError, option
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.leaves import OPERATION, Values, as_value, values_at, word_or_number
-from nsdrill.orbit.explore import Seed, Wave
+from nsdrill.orbit.explore import Wave
 from nsdrill.orbit.flow import Flow, Legs, equations_of
+from nsdrill.orbit.seeds import Seed
 from nsdrill.store import read_results
 from nsdrill.study.continuation import Continuation
 from nsdrill.study.study import Study

@@ -25,7 +25,7 @@ from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
 from nsdrill.store import claim_file, part_path
 from nsdrill.store.hdf5 import ZIP
-from nsdrill.store.log_header import MAGIC as LOG_MAGIC
+from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 
 if TYPE_CHECKING:
     from nsdrill.analysis.fitting import Measured, Simulate

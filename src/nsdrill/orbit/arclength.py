@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from nsdrill.orbit.flow import Task, gather
 from nsdrill.orbit.newton import Point, Problem, corrected, orientation_of, parameter_normal, tangent_of
+from nsdrill.orbit.shooting import Orbit
 from nsdrill.orbit.special import (
     LOCATION_TOLERANCE,
     LabelledPoint,
@@ -67,7 +67,7 @@ class Rules:
     max_points: int
     test_functions: TestFunctions = lambda previous, current: []
     stop: Callable[[Point, Point], str] = lambda previous, current: ""
-    has_kink: Callable[[Any, Any], bool] = lambda previous, current: False
+    has_kink: Callable[[Orbit, Orbit], bool] = lambda previous, current: False
     stability: Stability | None = None
     first_step: float = FIRST_STEP
     max_step: float = MAX_STEP

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, OWN
+from nsdrill.data import Array
 from nsdrill.orbit.arclength import Rules, follow
-from nsdrill.orbit.branch import Branch
+from nsdrill.orbit.branch import Branch, problem_of
 from nsdrill.orbit.flow import Flow, Task, advance
-from nsdrill.orbit.labels import problem_of
 from nsdrill.orbit.newton import Evaluation, Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Cycle, Periodic
-from nsdrill.orbit.shooting import Array, Orbit, monodromy_product, shooting_jacobian
+from nsdrill.orbit.shooting import Orbit, monodromy_product, shooting_jacobian
 from nsdrill.orbit.special import LabelledPoint
 
 DUPLICATE_DISTANCE = 1e-4  # between equal special points, over the range

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.models.base import Symmetry
 from nsdrill.orbit.flow import Flow, Legs, Task
-from nsdrill.orbit.linear import rotated, rotation_derivative
 from nsdrill.orbit.newton import Evaluation, Point
-from nsdrill.orbit.shooting import Array, Orbit, Shooting, map_angle
+from nsdrill.orbit.shooting import Orbit, Shooting, map_angle, rotated, rotation_derivative
 
 POINT_COUNTS = (11, 21)  # of a circle; the second where the first fits too badly
 REFINEMENT = 8  # angles per point, where a contact may begin or end between points

@@ -13,9 +13,10 @@ from collections.abc import Callable, Collection, Generator, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsdrill.abi import MARKER, OBSERVER, RATES, Rows, aligned_zeros
 from nsdrill.compiler.functions import compiled
@@ -46,7 +47,6 @@ TANGENT_TOLERANCE_FACTOR = 100.0  # the tolerance of a deviation over that of th
 DIFFERENCE_STEP = 1e-5  # of central differences by a parameter, in its natural scale
 
 
-@dataclass
 class Legs:
     """Pieces of trajectories, as arrays over n of them; what is one number for all is
     made an array:
@@ -59,19 +59,21 @@ class Legs:
     - ``tolerance_factor`` [n], by which the tolerance of the flow is multiplied.
     """
 
-    state: Array
-    phase: Any
-    duration: Any
-    values: Array
-    tangent: Any = False
-    tolerance_factor: Any = 1.0
-    angular: Any = False
-
-    def __post_init__(self) -> None:
-        n = len(self.state)
-        self.values = np.broadcast_to(self.values, (n, self.values.shape[-1]))
-        for name in ("phase", "duration", "tangent", "tolerance_factor", "angular"):
-            setattr(self, name, np.broadcast_to(getattr(self, name), n))
+    def __init__(
+        self,
+        state: Array,
+        phase: ArrayLike,
+        duration: ArrayLike,
+        values: Array,
+        tangent: ArrayLike = False,
+        tolerance_factor: ArrayLike = 1.0,
+        angular: ArrayLike = False,
+    ) -> None:
+        n = len(state)
+        self.state, self.values = state, np.broadcast_to(values, (n, values.shape[-1]))
+        self.phase, self.duration = np.broadcast_to(phase, n), np.broadcast_to(duration, n)
+        self.tangent, self.angular = np.broadcast_to(tangent, n), np.broadcast_to(angular, n)
+        self.tolerance_factor = np.broadcast_to(tolerance_factor, n)
 
     def __len__(self) -> int:
         return len(self.state)
@@ -101,7 +103,8 @@ class Ends:
 
 def joined(parts: list[Legs]) -> Legs:
     """The legs of all ``parts`` in order."""
-    return Legs(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Legs)))
+    names = vars(parts[0])
+    return Legs(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
 @dataclass(frozen=True)
@@ -367,10 +370,10 @@ def gather(
 
 def advance(
     flow: Flow,
-    tasks: Mapping[K, Task[Any]],
+    tasks: Mapping[K, Task[T]],
     poll: Callable[[], None] = lambda: None,
     watch: Callable[[Collection[K]], None] = lambda pending: None,
-) -> dict[K, Any]:
+) -> dict[K, T]:
     """The return values of ``tasks``, by key, as of :func:`gather`, their legs run by
     ``flow``. ``poll`` is called once a round, and may raise to stop."""
     every = gather(tasks, watch)
@@ -380,4 +383,5 @@ def advance(
             poll()
             legs = every.send(flow.run(legs))
     except StopIteration as stop:
-        return dict(stop.value)
+        found: dict[K, T] = stop.value
+        return found

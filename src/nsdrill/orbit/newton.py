@@ -12,18 +12,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.orbit.flow import Task
-from nsdrill.orbit.linear import sign_of_determinant, solve
+from nsdrill.orbit.shooting import Orbit
+
+if TYPE_CHECKING:
+    from scipy.sparse.linalg import SuperLU
 
 MAX_ITERATIONS = 9
 # lengths of steps of Newton's method, in natural scales
 NEWTON_TOLERANCE, STALLED_TOLERANCE, MAX_NEWTON_STEP = 1e-8, 1e-5, 3000.0
 RESIDUAL_NOISE = 1e-7  # due to the steps of the integration, in natural scales
+DENSE = 100  # unknowns up to which OpenBLAS uses one thread
 
 
 @dataclass(frozen=True)
@@ -33,7 +37,7 @@ class Evaluation:
 
     residual: Array
     jacobian: Array
-    solution: Callable[[], Any]
+    solution: Callable[[], Orbit]
 
 
 class Problem(Protocol):
@@ -63,7 +67,7 @@ class Point:
 
     x: Array
     tangent: Array
-    found: Any
+    found: Orbit
     iterations: int
     residual: float
     s: float = 0.0
@@ -163,3 +167,48 @@ def corrected_between(
         if point is not None:
             return s, point
     return None
+
+
+# Linear systems of multiple shooting, solved to the same bits on all processors: OpenBLAS
+# divides a dense factorisation of a hundred unknowns or more among threads. The last bits of
+# the result then depend on the machine, and beside the threads of the flow it takes a hundred
+# times as long. With several segments most of the matrix is zero, and SuperLU, which has no
+# threads, is as fast as OpenBLAS alone.
+
+
+def solve(matrix: Array, rhs: Array) -> Array:
+    """The solution of ``matrix`` [n, n] times x = ``rhs`` [n]. LinAlgError where the
+    matrix is singular."""
+    if len(matrix) < DENSE:
+        return np.asarray(np.linalg.solve(matrix, rhs))
+    return np.asarray(_factors(matrix).solve(rhs))
+
+
+def sign_of_determinant(matrix: Array) -> float:
+    """The sign of the determinant of ``matrix`` [n, n]: 1, -1, or 0 where it is
+    singular."""
+    if len(matrix) < DENSE:
+        return float(np.linalg.slogdet(matrix)[0])
+    try:
+        factors = _factors(matrix)
+    except np.linalg.LinAlgError:
+        return 0.0
+    diagonal = float(np.prod(np.sign(factors.U.diagonal())))
+    return diagonal * _parity(factors.perm_r) * _parity(factors.perm_c)
+
+
+def _factors(matrix: Array) -> SuperLU:
+    from scipy.sparse import csc_matrix
+    from scipy.sparse.linalg import splu
+
+    if not np.isfinite(matrix).all():
+        raise np.linalg.LinAlgError("Not finite")
+    try:
+        return splu(csc_matrix(matrix))
+    except RuntimeError as error:  # exactly singular
+        raise np.linalg.LinAlgError(str(error)) from None
+
+
+def _parity(permutation: Array) -> float:
+    """1 for an even permutation, -1 for an odd one: by its pairs in falling order."""
+    return -1.0 if np.triu(np.greater.outer(permutation, permutation)).sum() % 2 else 1.0

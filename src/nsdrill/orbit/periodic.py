@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.orbit.flow import DIFFERENCE_STEP, Ends, Flow, Legs, Task
-from nsdrill.orbit.linear import rotated, rotation_derivative
 from nsdrill.orbit.newton import Evaluation
-from nsdrill.orbit.shooting import Array, Orbit, Shooting, map_angle, shooting_jacobian
+from nsdrill.orbit.shooting import Orbit, Shooting, map_angle, rotated, rotation_derivative, shooting_jacobian
 
 
 @dataclass(frozen=True)

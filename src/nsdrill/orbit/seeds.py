@@ -9,14 +9,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, PERIODIC
+from nsdrill.data import Array
 from nsdrill.orbit.branch import Key
 from nsdrill.orbit.circle import MAX_TAIL, Circle, fitted_circle, harmonic_tail
 from nsdrill.orbit.flow import Flow, Legs, Task
-from nsdrill.orbit.labels import Graze
-from nsdrill.orbit.linear import rotated
 from nsdrill.orbit.newton import Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Cycle, Periodic, corotating_rates, lobe_starts, sampled_cycle
-from nsdrill.orbit.shooting import Array, Orbit, map_angle
+from nsdrill.orbit.shooting import Orbit, map_angle, rotated
+from nsdrill.orbit.special import Graze
 
 # distances in natural scales:
 RETURN_TOLERANCE = 0.05  # between the ends of one period of a settled motion

@@ -15,8 +15,8 @@ from typing import ClassVar, Self
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.base import Symmetry
 from nsdrill.orbit.flow import Ends, Flow
-from nsdrill.orbit.linear import rotated, rotation_matrices
 
 # folds of a revolution in the map of an equilibrium, where every drive angle is alike
 EQUILIBRIUM_FOLDS = 8
@@ -177,3 +177,30 @@ class Shooting:
 
     def updated(self, x: Array) -> Self:
         return self.with_phase_condition(self.states(x)[0], self.values_at(x))
+
+
+# The rotating frame of the drive, in which motions repeat.
+
+
+def rotated(symmetry: Symmetry, state: Array, angle: float | Array) -> Array:
+    """States (..., states) rotated by ``angle`` [rad], a number or an array over all
+    but the last dimension."""
+    rotated_state = np.array(state, dtype=float)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    for x, y in symmetry.turned:
+        rotated_state[..., x] = cosine * state[..., x] - sine * state[..., y]
+        rotated_state[..., y] = sine * state[..., x] + cosine * state[..., y]
+    return rotated_state
+
+
+def rotation_matrices(symmetry: Symmetry, states: int, angles: Array) -> Array:
+    """The matrices [n, states, states] of :func:`rotated` for ``angles`` [n]."""
+    return np.swapaxes(rotated(symmetry, np.tile(np.eye(states), (len(angles), 1, 1)), angles[:, None]), 1, 2)
+
+
+def rotation_derivative(symmetry: Symmetry, state: Array) -> Array:
+    """The derivative of :func:`rotated` by the angle, at the angle 0."""
+    derivative = np.zeros_like(state)
+    for x, y in symmetry.turned:
+        derivative[..., x], derivative[..., y] = -state[..., y], state[..., x]
+    return derivative

@@ -8,20 +8,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, PERIODIC
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, OWN, PERIODIC
+from nsdrill.data import Array
 from nsdrill.orbit.arclength import NO_CONVERGENCE, HalfBranch, Rules, follow
 from nsdrill.orbit.branch import Branch, Key
 from nsdrill.orbit.circle import Circle, circle_stop
 from nsdrill.orbit.flow import Flow, Task
-from nsdrill.orbit.labels import kink_predicate, stability_of, test_functions_of, with_located_touches
 from nsdrill.orbit.newton import Point, corrected_at_parameter
 from nsdrill.orbit.periodic import Periodic, lobe_starts, segment_starts
 from nsdrill.orbit.seeds import Candidate, Kind, Orders, passes_near, signatures
-from nsdrill.orbit.shooting import Array, Orbit
+from nsdrill.orbit.shooting import Orbit
+from nsdrill.orbit.special import (
+    LabelledPoint,
+    TestFunction,
+    TestFunctions,
+    kink_predicate,
+    special_points,
+    stability_of,
+    test_functions_of,
+)
 
 NEAR_PARENT = 6  # points of a branch that may lie near the branch it emanates from
 MAX_MULTIPLIER = 1e3  # over one fold, of a motion that can still be followed
 MAX_SEGMENTS_PER_LOBE = 8
+FINEST = 41  # points of the circles on which touches are located
+TOUCH_TOLERANCE = 1e-3  # of their arclength there
 MAX_RESTART_CHANGE = 1e-3  # of the state where a branch restarts, relative to its largest
 
 
@@ -176,3 +187,47 @@ def _difference_of_halves(flow: Flow, kind: Kind, point: Point) -> Array:
     free = list(orbit.free)
     starts = orbit.mesh_states[:, free] if motion == CYCLE else lobe_starts(orbit, flow, lobes)
     return np.asarray((starts[len(starts) // 2] - starts[0]) / flow.state_scales(orbit.values)[0][free])
+
+
+def with_located_touches(
+    problem: Circle, marked: list[LabelledPoint], test_functions: TestFunctions
+) -> Task[list[LabelledPoint]]:
+    """The points of one side of a branch, with its touches located on circles of
+    ``FINEST`` points: a coarse circle passes by the wall at another speed than the
+    motion on it. A touch that is not found there keeps its place, and says so."""
+    result = list[LabelledPoint]()
+    for k, entry in enumerate(marked):
+        if entry.label >= OWN:
+            for reach in (1, 2):
+                sides = [marked[max(k - reach, 0)].point, marked[min(k + reach, len(marked) - 1)].point]
+                found = yield from _finer_touch(problem, sides, entry.label, test_functions)
+                if found is not None:
+                    break
+            entry = replace(entry, words="only on a coarse circle") if found is None else found
+        result.append(entry)
+    return sorted(result, key=lambda entry: entry.point.s)
+
+
+def _finer_touch(
+    problem: Circle, sides: list[Point], code: int, test_functions: TestFunctions
+) -> Task[LabelledPoint | None]:
+    """The touch with the label ``code`` between circles at two points, of ``FINEST``
+    points; None where it is not found."""
+    low, high = sorted(sides, key=lambda point: float(point.x[-1]))
+    fine = list[Point]()
+    for side in (low, high):
+        finer, x = problem.with_points(side.x, FINEST)
+        point = yield from corrected_at_parameter(finer, x)
+        fine += [] if point is None else [point]
+    if len(fine) < 2 or not fine[0].x[-1] < fine[1].x[-1]:
+        return None
+
+    def sought(a: Point, b: Point) -> list[TestFunction]:
+        return [test for test in test_functions(a, b) if test.code == code]
+
+    found = yield from special_points(finer, fine[0], fine[1], sought, TOUCH_TOLERANCE)
+    if not found:
+        return None
+    point = found[0].point
+    share = (point.x[-1] - low.x[-1]) / (high.x[-1] - low.x[-1])
+    return replace(found[0], point=replace(point, s=float(low.s + share * (high.s - low.s))))

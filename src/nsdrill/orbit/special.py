@@ -1,17 +1,33 @@
 """Special points between the points of a branch: zeros of test functions, and intervals
-of instability that are narrower than a step."""
+of instability that are narrower than a step. Test functions tell bifurcations from the
+multipliers, grazing from the touches.
+
+Codes and two-letter names are those of AUTO-07p; codes above 100 are nsdrill's own.
+
+| special point     | condition                                                        |
+| ----------------- | ---------------------------------------------------------------- |
+| fold              | the continuation parameter has an extremum                       |
+| period doubling   | the number of real multipliers below -1 changes                  |
+| branch point      | the number of real multipliers above 1 changes without a fold    |
+| torus (or Hopf)   | a complex pair crosses the unit circle; the real numbers stay    |
+
+Signs of determinants alone would take a pair of reciprocal real multipliers for a torus
+bifurcation.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import BIFURCATIONS, BRANCH, CIRCLE, DOUBLING, EQUILIBRIUM, FOLD, HOPF, TORUS
+from nsdrill.data import Array
 from nsdrill.orbit.flow import Task
-from nsdrill.orbit.newton import Array, Point, Problem, corrected_between
+from nsdrill.orbit.newton import Point, Problem, corrected_between
+from nsdrill.orbit.shooting import UNSTABLE_TOLERANCE, Orbit
 
 LOCATION_TOLERANCE = 1e-8  # of the arclength of a special point
 UNRESOLVED = "not located more closely"
@@ -22,6 +38,7 @@ MAX_LOOKS = 6  # points that are computed
 SHARES = (np.arange(32) + 0.5) / 32  # of the way between two points, where the monodromy is interpolated
 STENCIL = 4  # points that it is interpolated from
 MIN_MARGIN = 1e-6  # of a multiplier that is not on the unit circle
+REAL_TOLERANCE = 1e-7  # of the imaginary part of a real multiplier, over its modulus
 
 
 @dataclass(frozen=True)
@@ -54,7 +71,7 @@ class Stability:
     and the ``margins`` [k, m] of monodromies [k, n, n], of which each is positive for an
     unstable direction, the largest first."""
 
-    monodromy: Callable[[Any], Array]
+    monodromy: Callable[[Orbit], Array]
     margins: Callable[[Array], Array]
 
     def of(self, points: list[Point]) -> Array:
@@ -213,3 +230,150 @@ def _excess(nodes: list[Point], first: Point, last: Point, count: int, stability
     margins = stability.margins(krogh_interpolate([node.s for node in near], monodromies, s))
     bounded = np.pad(margins, ((0, 0), (1, 1)), constant_values=((0, 0), (np.inf, -np.inf)))
     return np.asarray(np.maximum(bounded[:, count + 1], -bounded[:, count]))
+
+
+# Test functions: bifurcations from the multipliers, grazing from the touches.
+
+
+@dataclass(frozen=True)
+class Graze:
+    """The codes of the labels where a contact is ``reached`` or ``lost``, None where
+    that is no event. ``counted``: a change of how often it begins in a period is an
+    event too."""
+
+    reached: int | None
+    lost: int | None
+    counted: bool = True
+
+
+def multiplier_counts(orbit: Orbit) -> tuple[int, int, int]:
+    """The numbers of nontrivial multipliers that are real and above 1, real and below
+    -1, and complex and outside the unit circle."""
+    multipliers = orbit.nontrivial
+    is_real = np.abs(multipliers.imag) <= REAL_TOLERANCE * np.maximum(np.abs(multipliers), 1.0)
+    value = multipliers.real
+    above, below = int(np.sum(is_real & (value > 1.0))), int(np.sum(is_real & (value < -1.0)))
+    return above, below, int(np.sum(~is_real & (np.abs(multipliers) > 1.0)))
+
+
+def unstable_beside(entry: LabelledPoint) -> int:
+    """The number of multipliers of a point outside the unit circle, without those that
+    are on it at a bifurcation: that of the more stable side."""
+    multipliers = entry.point.found.nontrivial
+    if entry.label in BIFURCATIONS:
+        is_pair = entry.label in (TORUS, HOPF)
+        real = -1.0 if entry.label == DOUBLING else 1.0
+        distance = np.abs(np.abs(multipliers) - 1.0 if is_pair else multipliers - real)
+        multipliers = np.delete(multipliers, np.argsort(distance)[: 2 if is_pair else 1])
+    return int(np.sum(np.abs(multipliers) > 1.0 + UNSTABLE_TOLERANCE))
+
+
+def _signed_distance(shift: float) -> Callable[[Point], float]:
+    """A function of points with the sign of the determinant of the monodromy less
+    ``shift`` times the identity, without the trivial multipliers, and the modulus of
+    the smallest factor."""
+
+    def value(point: Point) -> float:
+        shifted = point.found.nontrivial - shift
+        moduli = np.maximum(np.abs(shifted), 1e-300)
+        return float(np.sign(np.prod(shifted / moduli).real) * np.min(moduli) if len(shifted) else 1.0)
+
+    return value
+
+
+def _pair_margin(rank: int) -> Callable[[Point], float]:
+    """A function of points: the modulus less 1 of the complex multiplier of this
+    ``rank``, from 0 for the largest."""
+
+    def value(point: Point) -> float:
+        multipliers = point.found.nontrivial
+        pairs = multipliers[np.abs(multipliers.imag) > REAL_TOLERANCE * np.maximum(np.abs(multipliers), 1.0)]
+        moduli = np.sort(np.abs(pairs))[::-1]
+        return float(moduli[rank] - 1.0) if len(moduli) > rank else -1.0
+
+    return value
+
+
+def test_functions_of(grazes: Mapping[int, Graze], motion: str) -> TestFunctions:
+    """The function that gives the test functions of the special points between two
+    points of a branch of a kind of ``motion``. ``grazes`` has the grazing events of the
+    contacts, by place. Of a circle neither the multipliers nor the numbers of touches
+    are exact enough to tell a special point."""
+    is_circle = motion == CIRCLE
+
+    def test_functions(previous: Point, current: Point) -> list[TestFunction]:
+        functions = []
+        before, after = previous.found, current.found
+        is_fold = (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0)
+        if is_fold:
+            functions.append(TestFunction(FOLD, lambda point: float(point.tangent[-1])))
+        if not is_circle:
+            pair = HOPF if motion == EQUILIBRIUM else TORUS
+            functions += _bifurcations(multiplier_counts(before), multiplier_counts(after), is_fold, pair)
+        for contact, graze in grazes.items():
+            counted = graze.counted and not is_circle
+            functions += _grazing(before.touches[contact], after.touches[contact], contact, graze, counted)
+        return functions
+
+    return test_functions
+
+
+def _bifurcations(
+    before: tuple[int, int, int], after: tuple[int, int, int], is_fold: bool, pair: int
+) -> list[TestFunction]:
+    """The test functions of multipliers between two points, from their counts there;
+    ``pair`` is the label where a complex pair crosses the unit circle."""
+    (above1, below1, out1), (above2, below2, out2) = before, after
+    functions = []
+    if (below1 + below2) % 2:
+        functions.append(TestFunction(DOUBLING, _signed_distance(-1.0)))
+    if (above1 + above2) % 2 and not is_fold:
+        functions.append(TestFunction(BRANCH, _signed_distance(1.0)))
+    if out1 != out2 and above1 == above2 and below1 == below2:
+        functions.append(TestFunction(pair, _pair_margin(min(out1, out2))))
+    return functions
+
+
+def _grazing(before: np.ndarray, after: np.ndarray, contact: int, graze: Graze, counted: bool) -> list[TestFunction]:
+    """The test function of grazing of one contact between two points, from its touches
+    there; none where they have no such event between them."""
+    (low1, high1, n1), (low2, high2, n2) = before, after
+    never1, never2, always1, always2 = high1 <= 0.0, high2 <= 0.0, low1 > 0.0, low2 > 0.0
+    if never1 != never2 and graze.reached is not None:
+        return [TestFunction(graze.reached, lambda point: float(point.found.touches[contact, 1]))]
+    if always1 != always2 and graze.lost is not None:
+        return [TestFunction(graze.lost, lambda point: float(point.found.touches[contact, 0]))]
+    code = graze.reached if graze.reached is not None else graze.lost
+    if not counted or n1 == n2 or never1 or never2 or always1 or always2 or code is None:
+        return []
+    level, words = 0.5 * (n1 + n2), f"{int(n1)} to {int(n2)} touches a period"
+    return [TestFunction(code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words, True)]
+
+
+def kink_predicate(contacts: int) -> Callable[[Orbit, Orbit], bool]:
+    """The function that says whether a kink lies between two motions: whether any of
+    the first ``contacts`` begins another number of times in a period, or is closed, or
+    open, at all times in only one of them."""
+
+    def has_kink(before: Orbit, after: Orbit) -> bool:
+        first, second = before.touches[:contacts], after.touches[:contacts]
+        return bool(np.any(first[:, 2] != second[:, 2]) or np.any((first[:, :2] > 0.0) != (second[:, :2] > 0.0)))
+
+    return has_kink
+
+
+def stability_of(trivial: int) -> Stability:
+    """The stability of motions with this number of ``trivial`` multipliers: the margins
+    are the logarithms of the moduli of the others."""
+
+    def margins(monodromies: np.ndarray) -> np.ndarray:
+        multipliers = np.linalg.eigvals(monodromies)
+        order = np.argsort(np.abs(multipliers - 1.0), axis=-1)[:, trivial:]
+        moduli = np.abs(np.take_along_axis(multipliers, order, axis=-1))
+        return np.asarray(np.log(np.maximum(-np.sort(-moduli, axis=-1), 1e-300)))
+
+    def monodromy(orbit: Orbit) -> Array:
+        assert orbit.monodromy is not None  # as it is of a circle
+        return orbit.monodromy
+
+    return Stability(monodromy, margins)

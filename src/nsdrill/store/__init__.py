@@ -14,27 +14,33 @@ from nsdrill.late import late
 if TYPE_CHECKING:
     from nsdrill.files import write_text
     from nsdrill.store.claims import check_target, claim, claim_file
-    from nsdrill.store.dataset import from_dataset, open_results, to_dataset
+    from nsdrill.store.dataset import from_dataset, open_branches, open_results, to_dataset, write_branches
     from nsdrill.store.hdf5 import to_netcdf
-    from nsdrill.store.log import RunLog, part_path
-    from nsdrill.store.memory import MemoryLog
-    from nsdrill.store.read import (
-        collect,
+    from nsdrill.store.log import RunLog, part_path, rewrite_log
+    from nsdrill.store.points import (
+        MemoryLog,
+        Sink,
+        Source,
+        columns,
         kept_of,
+        pending_records,
+        points_in_block,
+        record_dtype,
+    )
+    from nsdrill.store.results import (
+        collect,
         kind_of,
         log_from_results,
         read_attributes,
         read_partial,
         read_point,
         read_results,
+        read_trace,
         rewrite_labels,
         variables_in,
+        write_results,
+        write_trace,
     )
-    from nsdrill.store.records import pending_records, record_dtype, recorded
-    from nsdrill.store.results import columns, open_branches, points_in_block, write_branches, write_results
-    from nsdrill.store.rewrite import rewrite_log
-    from nsdrill.store.sink import Sink, Source
-    from nsdrill.store.trace import read_trace, write_trace
 
 __all__ = [
     "MemoryLog",
@@ -61,7 +67,6 @@ __all__ = [
     "read_results",
     "read_trace",
     "record_dtype",
-    "recorded",
     "rewrite_labels",
     "rewrite_log",
     "to_dataset",
@@ -76,39 +81,38 @@ __all__ = [
 __getattr__ = late(
     __name__,
     {
-        "MemoryLog": "nsdrill.store.memory",
+        "MemoryLog": "nsdrill.store.points",
         "RunLog": "nsdrill.store.log",
-        "Sink": "nsdrill.store.sink",
-        "Source": "nsdrill.store.sink",
+        "Sink": "nsdrill.store.points",
+        "Source": "nsdrill.store.points",
         "check_target": "nsdrill.store.claims",
         "claim": "nsdrill.store.claims",
         "claim_file": "nsdrill.store.claims",
-        "collect": "nsdrill.store.read",
-        "columns": "nsdrill.store.results",
+        "collect": "nsdrill.store.results",
+        "columns": "nsdrill.store.points",
         "from_dataset": "nsdrill.store.dataset",
-        "kept_of": "nsdrill.store.read",
-        "kind_of": "nsdrill.store.read",
-        "log_from_results": "nsdrill.store.read",
-        "open_branches": "nsdrill.store.results",
+        "kept_of": "nsdrill.store.points",
+        "kind_of": "nsdrill.store.results",
+        "log_from_results": "nsdrill.store.results",
+        "open_branches": "nsdrill.store.dataset",
         "open_results": "nsdrill.store.dataset",
         "part_path": "nsdrill.store.log",
-        "pending_records": "nsdrill.store.records",
-        "points_in_block": "nsdrill.store.results",
-        "read_attributes": "nsdrill.store.read",
-        "read_partial": "nsdrill.store.read",
-        "read_point": "nsdrill.store.read",
-        "read_results": "nsdrill.store.read",
-        "read_trace": "nsdrill.store.trace",
-        "record_dtype": "nsdrill.store.records",
-        "recorded": "nsdrill.store.records",
-        "rewrite_log": "nsdrill.store.rewrite",
-        "rewrite_labels": "nsdrill.store.read",
+        "pending_records": "nsdrill.store.points",
+        "points_in_block": "nsdrill.store.points",
+        "read_attributes": "nsdrill.store.results",
+        "read_partial": "nsdrill.store.results",
+        "read_point": "nsdrill.store.results",
+        "read_results": "nsdrill.store.results",
+        "read_trace": "nsdrill.store.results",
+        "record_dtype": "nsdrill.store.points",
+        "rewrite_labels": "nsdrill.store.results",
+        "rewrite_log": "nsdrill.store.log",
         "to_dataset": "nsdrill.store.dataset",
         "to_netcdf": "nsdrill.store.hdf5",
-        "variables_in": "nsdrill.store.read",
-        "write_branches": "nsdrill.store.results",
+        "variables_in": "nsdrill.store.results",
+        "write_branches": "nsdrill.store.dataset",
         "write_results": "nsdrill.store.results",
         "write_text": "nsdrill.files",
-        "write_trace": "nsdrill.store.trace",
+        "write_trace": "nsdrill.store.results",
     },
 )

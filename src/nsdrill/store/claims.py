@@ -11,7 +11,7 @@ from typing import Literal
 from nsdrill.errors import FileError, option
 from nsdrill.files import reason, sweep_away
 from nsdrill.store.log import RunLog, part_path
-from nsdrill.store.log_header import MAGIC
+from nsdrill.store.log_format import MAGIC
 
 Claim = Literal["new", "resume", "finished"]
 

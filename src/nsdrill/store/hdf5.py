@@ -16,20 +16,19 @@ import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import BinaryIO
 
+import h5py
 import numpy as np
-
-if TYPE_CHECKING:
-    from h5py import Dataset, File
-    from numpy.typing import ArrayLike
+from h5py import Dataset, File
+from numpy.typing import ArrayLike
 
 from nsdrill.data import Attributes
 from nsdrill.errors import FileError, option
 from nsdrill.files import MAKE_ROOM, reason, replacing
 from nsdrill.store.layout import plain_attribute, stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
-from nsdrill.store.log_header import MAGIC as LOG_MAGIC
+from nsdrill.store.log_format import MAGIC as LOG_MAGIC
 from nsdrill.variables import FORMAT_VERSION, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
@@ -65,8 +64,6 @@ def writing(
     in the order of writing. The chunk cache, 8 MiB per variable, is off, as every chunk
     is written once and in full.
     """
-    import h5py
-
     options = {} if copy_of else {"track_order": True}
     with replacing(path, remedy, overwrite=overwrite) as raw:
         temporary = Path(raw.name)
@@ -86,8 +83,6 @@ def add_array(file: File, name: str, dims: Sequence[str], values: ArrayLike, att
     """Write ``values`` along the dimensions ``dims``, text as UTF-8. Along a dimension of
     its own name it becomes a dimension scale; else the scales of its dimensions
     exist."""
-    import h5py
-
     array = np.asarray(values)
     if array.dtype.kind in "OU":
         dataset = file.create_dataset(name, data=array.astype(object), dtype=h5py.string_dtype())
@@ -124,11 +119,9 @@ def _attach_scales(file: File, dataset: Dataset, dims: Sequence[str]) -> None:
         dataset.dims[axis].attach_scale(file[name])
 
 
-def _storage(shape: tuple[int, ...], kind: np.dtype, chunk: tuple[int, ...]) -> dict[str, Any]:
+def _storage(shape: tuple[int, ...], kind: np.dtype, chunk: tuple[int, ...]) -> dict[str, object]:
     """Storage options of a dataset: in the object header where it is small, else in
     compressed chunks, with checksums in both cases."""
-    import h5py
-
     if np.prod(shape) * kind.itemsize <= _COMPACT_BYTES:
         properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         properties.set_layout(h5py.h5d.COMPACT)
@@ -180,8 +173,6 @@ def opened(path: str | os.PathLike[str], kind: str = "") -> Iterator[File]:
     """The HDF5 file ``path``, checked and open for reading; every error becomes a
     FileError, as does another ``kind`` of file, where one is given. A file that stays as
     it is is checked once."""
-    import h5py
-
     state = _state(path)
     if state not in _checked:
         check_readable(path)

@@ -11,24 +11,20 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, printable
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import IN_TRACE, NAMES
-from nsdrill.units import CF
+from nsdrill.unit_table import CF
 from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, Axis, Unknown, Variable, dimension_of
 
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
-Stored = tuple[tuple[str, ...], "ArrayLike", Attributes]  # dimensions, values and attributes of an array
+Stored = tuple[tuple[str, ...], ArrayLike, Attributes]  # dimensions, values and attributes of an array
 
 
 def file_order(lengths: Mapping[str, int], attrs: Attributes) -> tuple[str, ...]:
@@ -204,7 +200,7 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
     """Root attributes of a file or a Dataset as plain Python values; arrays stay arrays.
     FileError, about ``where``, if an attribute of nsdrill has the wrong type. Attributes
     of other programs are taken where they are text or numbers."""
-    plain = {name: plain_attribute(attrs, name) for name in attrs}
+    plain: Attributes = {name: plain_attribute(attrs, name) for name in attrs}
     for name, value in plain.items():
         if (expected := _expected_type(name, value)) is not None:
             raise FileError(f"{where}: the attribute {name} should be {expected}. Make the file again.")
@@ -219,7 +215,7 @@ def plain_attributes(where: str | os.PathLike[str], attrs: Attributes) -> Attrib
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
-def plain_attribute(attrs: Attributes, name: str) -> Any:
+def plain_attribute(attrs: Attributes, name: str) -> str | int | float | Array | None:
     """The attribute ``name`` as plain text, one number or a short array of numbers; None
     where there is none or where it is anything else. An array with one element becomes a
     number, as xarray writes numbers as such arrays."""
@@ -235,12 +231,12 @@ def plain_attribute(attrs: Attributes, name: str) -> Any:
     return None
 
 
-def _expected_type(name: str, value: Any) -> str | None:
+def _expected_type(name: str, value: object) -> str | None:
     """What the attribute should be, in words, where it is something else; else None."""
     if name in _JSON:
         words = "a JSON list" if _JSON[name] is list else "a JSON object"
         try:
-            return None if isinstance(json.loads(value), _JSON[name]) else words
+            return None if isinstance(value, str) and isinstance(json.loads(value), _JSON[name]) else words
         except (ValueError, TypeError, RecursionError):
             return words
     if name in _TEXT or (name.endswith("_version") and name != "format_version"):

@@ -14,24 +14,29 @@ from __future__ import annotations
 import errno
 import io
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, NsdrillError, again, option
 from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
 from nsdrill.models.kept import Kept
-from nsdrill.store.log_header import first_slot, pack_header, read_header
-from nsdrill.store.records import check_write, intact, pack_slots, pending_records, raw_bytes, slot_dtype
-from nsdrill.store.sink import Header, Sink, check_header
+from nsdrill.store.log_format import (
+    LogHead,
+    first_slot,
+    intact,
+    pack_header,
+    pack_slots,
+    raw_bytes,
+    read_header,
+    slot_dtype,
+)
+from nsdrill.store.points import Header, Sink, check_header, check_write, pending_records, points_in_block
 from nsdrill.variables import PENDING
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
 
 # of one read or write, so that memory does not grow with the sweep
 _BLOCK_BYTES = 4 << 20
@@ -51,24 +56,12 @@ class RunLog(Sink):
     that it does not outlive an interrupt in an interactive session.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        file: io.FileIO,
-        header: Header,
-        n_points: int,
-        kept: Kept,
-        offset: int,
-        salt: int,
-        *,
-        writable: bool,
-    ) -> None:
-        super().__init__(header, n_points, kept)
+    def __init__(self, path: Path, file: io.FileIO, head: LogHead, *, writable: bool) -> None:
+        super().__init__(head.header, head.n_points, head.kept)
         self.path = path
         self._file = file
         self._fd = file.fileno()
-        self._offset = offset
-        self._salt = salt
+        self._offset, self._salt = head.offset, head.salt
         self._writable = writable
         self._slot = slot_dtype(self.kept)
         self._block = max(1, _BLOCK_BYTES // self._slot.itemsize)
@@ -135,9 +128,8 @@ class RunLog(Sink):
                 end += len(piece)
             os.ftruncate(fd, first_slot(end) + points)
             os.fsync(fd)
-            return temporary, cls(
-                temporary.path, temporary.file, header, n_points, kept, first_slot(end), salt, writable=True
-            )
+            begun = LogHead(header, n_points, kept, first_slot(end), salt)
+            return temporary, cls(temporary.path, temporary.file, begun, writable=True)
         except BaseException:
             if temporary is not None:
                 temporary.remove()
@@ -160,9 +152,7 @@ class RunLog(Sink):
                 raise FileError(f"{path}: the run log cannot be opened: {reason(error)}.") from error
             if writable:
                 lock(file, path)
-            fields, offset, salt = read_header(file.fileno(), path)
-            kept = Kept(**fields["kept"])
-            log = cls(path, file, fields["header"], fields["n_points"], kept, offset, salt, writable=writable)
+            log = cls(path, file, read_header(file.fileno(), path), writable=writable)
             if writable:
                 # A truncated log has lost slots only; with a complete header they run
                 # again.
@@ -322,3 +312,40 @@ def _consecutive_slices(places: Array, longest: int) -> Iterator[slice]:
     for start, stop in zip([0, *breaks], [*breaks, len(places)], strict=True):
         for begin in range(start, stop, longest):
             yield slice(begin, min(begin + longest, stop))
+
+
+def rewrite_log(
+    log: RunLog, attrs: Attributes, rerun: Array, change: Callable[[Array], None] = lambda records: None
+) -> RunLog:
+    """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which
+    the points ``rerun`` (bool [n_points]) are pending; ``change`` edits the records of
+    the other points in place.
+
+    Return the new log and close ``log``. NsdrillError, with ``log`` unchanged, if the
+    disk rejects the write. A kill leaves the old log or the new one."""
+    try:
+        temporary, new = RunLog.begin(log.path, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept)
+        try:
+            step = points_in_block(log.kept)
+            for start in range(0, log.n_points, step):
+                records = log.read(start, min(start + step, log.n_points))
+                kept = np.flatnonzero((records["status"] != PENDING) & ~rerun[start : start + step])
+                records = records[kept]
+                change(records)
+                new.write(start + kept, records)
+            new.sync()
+            temporary.replace()
+            new.path = log.path
+            sync_folder(log.path.parent)
+            log.close()
+            return new
+        except BaseException:
+            temporary.remove()
+            raise
+    except FileError:
+        raise
+    except (OSError, NsdrillError) as error:  # of the new log, which is gone
+        raise NsdrillError(
+            f"{log.path}: could not be rewritten: {reason(error.__cause__ or error)}. Nothing was "
+            f"changed. Make room first."
+        ) from error

@@ -1,32 +1,42 @@
-"""The results file, written from a run log in one pass, in order, with bounded
-memory; and the file of branches."""
+"""The results file: written from a run log in one pass, in order, with bounded memory;
+read, all of it or one point, as is what an unfinished run has; and its labels replaced.
+Beside it the file of a trace, one trajectory sampled in time."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Literal, TypeVar
 
 import numpy as np
+from h5py import File
 
-from nsdrill.data import Array
+from nsdrill.data import Array, Attributes, Results, Trace
 from nsdrill.errors import FileError
-from nsdrill.files import MAKE_ROOM, reason
 from nsdrill.models.kept import Kept
+from nsdrill.models.registry import BY_NAME
 from nsdrill.store import hdf5
-from nsdrill.store.layout import file_order, plain_attributes, root_attributes, stored_coordinates, to_file
-from nsdrill.store.records import record_dtype, recorded
-from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import POINT, Unknown
-
-if TYPE_CHECKING:
-    from xarray import Dataset
-
+from nsdrill.store.arrays import PathLike, Points, check_axes, trace_in, trace_variables
+from nsdrill.store.layout import (
+    coordinate_attributes,
+    file_order,
+    plain_attribute,
+    plain_attributes,
+    root_attributes,
+    stored_coordinates,
+    to_file,
+)
+from nsdrill.store.log import RunLog
+from nsdrill.store.log_format import MAGIC
+from nsdrill.store.points import Source, columns, grid_shape, pending_records, points_in_block, record_dtype
+from nsdrill.variables import FORMAT_VERSION, INFERRED, PENDING, POINT, Unknown, Variable
 
 T = TypeVar("T")
-_BLOCK_BYTES = 4 << 20
-_BLOCK_POINTS = 4096
+
+
+_CHUNK = 65536  # samples: 512 KiB of one variable
 
 
 def write_results(path: str | os.PathLike[str], log: Source) -> None:
@@ -51,7 +61,7 @@ def write_results(path: str | os.PathLike[str], log: Source) -> None:
             v.name: hdf5.add_variable(
                 file, v, (*order, *v.dims[len(POINT) :]), _in_order(block, kept, order) + kind[v.name].shape, others
             )
-            for v in recorded(kept)
+            for v in kept.variables
         }
         for place, start, stop in blocks(shape, block):
             records, here = log.read(start, stop), tuple(s.stop - s.start for s in place)
@@ -78,26 +88,6 @@ def coordinates(log: Source) -> dict[str, Array]:
 def unknown_samples(log: Source) -> dict[Unknown, Array]:
     """The samples [samples] of each uncertain number of the results in ``log``."""
     return {unknown: np.asarray(log.header["coords"][unknown.name], dtype=float) for unknown in log.kept.unknowns}
-
-
-def points_in_block(kept: Kept) -> int:
-    """The number of points to hold in memory at once."""
-    return max(1, min(_BLOCK_POINTS, _BLOCK_BYTES // record_dtype(kept).itemsize))
-
-
-def columns(log: Source, names: Iterable[str], start: int = 0, stop: int | None = None) -> dict[str, Array]:
-    """The variables ``names`` of the points from ``start`` to ``stop`` [points, ...].
-    Only some records are in memory at a time, as one takes 640 kB where it has many
-    returns to the Poincare section."""
-    stop = log.n_points if stop is None else stop
-    kind = record_dtype(log.kept)
-    arrays = {name: np.empty((stop - start, *kind[name].shape), kind[name].base) for name in names}
-    step = points_in_block(log.kept)
-    for first in range(start, stop if arrays else start, step):
-        records = log.read(first, min(first + step, stop))
-        for name, values in arrays.items():
-            values[first - start : first - start + step] = records[name]
-    return arrays
 
 
 def block_shape(shape: tuple[int, ...], points: int) -> tuple[int, ...]:
@@ -130,67 +120,167 @@ def blocks(shape: tuple[int, ...], block: tuple[int, ...]) -> Iterator[tuple[tup
         start = stop
 
 
-# The file of branches: the points of all branches in one dimension, branch after
-# branch, as a contiguous ragged array of the CF conventions.
+def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
+    """The results file ``path`` in memory, or only its variables ``names``. FileError
+    if it cannot be read."""
+    wanted = None if names is None else set(names)
+    if unknown := sorted(name for name in wanted or () if name not in BY_NAME):
+        raise FileError(f"{path}: no variable is called {', '.join(unknown)}.")
+    with hdf5.opened(path, "results") as file:
+        return _points(path, file).results(wanted)
 
 
-KIND = "branches"
-_REQUIRED = (
-    "motion",
-    "lobes",
-    "parent",
-    "parent_point",
-    "closed",
-    "end_reason",
-    "row_size",
-    "branch_of_point",
-    "state",
-    "period",
-    "multiplier_real",
-    "multiplier_imag",
-    "unstable",
-    "label",
-    "arclength",
-)
+def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
+    """The points so far of the run log ``path``, or only their variables ``names``;
+    also while the run is in progress. Pending points have status 0 and NaN."""
+    with RunLog.open(path, writable=False) as log:
+        results = collect(log, names)
+    check_axes(path, results.coords)
+    return replace(results, attrs=plain_attributes(path, results.attrs))
 
 
-def write_branches(
-    path: str | os.PathLike[str],
-    data: Dataset,
-    remedy: Callable[[], str] = lambda: MAKE_ROOM,
+def collect(log: Source, names: Iterable[str] | None = None) -> Results:
+    """The results in a log, or only their variables ``names``, in memory, with the same
+    arrays as in its results file."""
+    shape = grid_shape(log.header, log.kept)
+    wanted = None if names is None else set(names)
+    flat = columns(log, [v.name for v in log.kept.variables if wanted is None or v.name in wanted])
+    variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
+    attrs = {**log.header["attrs"], "format_version": FORMAT_VERSION}
+    return Results(coordinates(log), variables, attrs, log.kept.axes, unknown_samples(log))
+
+
+def variables_in(path: PathLike) -> tuple[Variable, ...]:
+    """The variables of the results file or run log ``path``."""
+    if kind_of(path) == "partial":
+        with RunLog.open(path, writable=False) as log:
+            return log.kept.variables
+    with hdf5.opened(path, "results") as file:
+        return _points(path, file).present
+
+
+def read_attributes(path: PathLike) -> Attributes:
+    """Root attributes of a results or trace file."""
+    with hdf5.opened(path) as file:
+        return plain_attributes(path, file.attrs)
+
+
+def read_point(path: PathLike, *index: int) -> dict[str, Array]:
+    """One point of a results file: its coordinates and every variable, as numpy scalars
+    and 1-D arrays.
+
+    The indices count procedures, depths, WOBs, rotary speeds, and starts where there
+    are several, from 0; FileError if they lie outside.
+    """
+    with hdf5.opened(path, "results") as file:
+        points = _points(path, file)
+        shape, grid = points.shape, points.kept.grid
+        if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
+            raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
+        point: dict[str, Array] = {name: points.coords[name][i] for name, i in zip(grid, index, strict=True)}
+        here = tuple(slice(i, i + 1) for i in index)
+        return point | {v.name: points.values(v, here)[(0,) * len(grid)] for v in points.present}
+
+
+def log_from_results(path: PathLike, part: PathLike) -> RunLog:
+    """Recreate the run log ``part`` from the finished file ``path``, to run its failed
+    points again."""
+    with hdf5.opened(path, "results") as file:
+        points = _points(path, file)
+        kept, shape = points.kept, points.shape
+        coords = {name: points.coords[name] for name in kept.grid}
+        coords |= {one.name: values for one, values in points.samples.items()}
+        log = None
+        try:
+            log = RunLog.create(part, {"coords": coords, "attrs": points.attrs}, int(np.prod(shape)), kept)
+            for place, start, stop in blocks(shape, block_shape(shape, points_in_block(kept))):
+                # variables that the version of the file did not write stay NaN
+                records = pending_records(stop - start, kept)
+                for variable in points.present:
+                    values = points.values(variable, place)
+                    records[variable.name] = values.reshape(stop - start, *values.shape[len(shape) :])
+                # A log holds runs only, so inferred points become pending.
+                ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
+                log.write(start + ran, records[ran])
+            log.sync()
+            return log
+        except BaseException:
+            if log is not None:
+                log.discard()
+            raise
+
+
+def rewrite_labels(
+    path: PathLike,
+    labels: Mapping[str, Array],
+    history: str,
+    attrs: Attributes | None = None,
+    output: PathLike | None = None,
     *,
     overwrite: bool = True,
 ) -> None:
-    """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError, with
-    ``remedy``, if the disk refuses."""
-    with hdf5.writing(path, remedy, overwrite=overwrite) as file:
-        hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
-        for name in data.dims:
-            # without a coordinate xarray counts
-            hdf5.add_array(file, str(name), (name,), data[name].values, data[name].attrs)
-        for name in [*data.coords, *data.data_vars]:
-            if name not in data.dims:
-                fill = {"_FillValue": np.nan} if data[name].dtype.kind == "f" else {}
-                hdf5.add_array(file, name, data[name].dims, data[name].values, {**data[name].attrs, **fill})
+    """Replace the ``labels``, arrays on the grid, of the results file ``path``, and add
+    the line ``history`` to its history; with ``output`` in a copy of that name.
+
+    ``attrs`` replaces root attributes. A copy is edited and renamed at the end, so a
+    kill damages nothing. ValueError for unknown labels or other shapes.
+    """
+    with hdf5.opened(path, "results") as file:
+        points = _points(path, file)
+        stored = {v.name: points.dims(v) for v in points.present if v.room == "label"}
+    if unknown := sorted(set(labels) - set(stored)):
+        raise ValueError(f"not labels: {', '.join(unknown)}; labels are {', '.join(stored)}")
+    for name, values in labels.items():
+        if np.shape(values) != points.shape:
+            raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
+    old_history = str(points.attrs.get("history", ""))
+    with hdf5.writing(output or path, overwrite=overwrite, copy_of=path) as file:
+        for name, values in labels.items():
+            file[name][...] = to_file(np.asarray(values, file[name].dtype), points.kept.grid, stored[name])
+        # HDF5 does not reuse the space of replaced text, so unchanged attributes
+        # are not written.
+        changed = {name: value for name, value in (attrs or {}).items() if points.attrs.get(name) != value}
+        hdf5.put_attributes(file, {**changed, "history": f"{old_history}\n{history}" if old_history else history})
 
 
-def open_branches(path: str | os.PathLike[str]) -> Dataset:
-    """The Dataset of the branches in ``path``, in memory; FileError if it cannot be
-    read as one."""
-    import xarray
-
-    with hdf5.opened(path, KIND) as file:
-        attrs = plain_attributes(path, file.attrs)
+def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"]:
+    """The kind of the file ``path``; ``partial`` is the run log of an unfinished run.
+    FileError if it is not a file of nsdrill."""
     try:
-        with xarray.open_dataset(path, engine="h5netcdf", decode_cf=False) as dataset:
-            data = dataset.load()
-    except Exception as error:  # of metadata that only xarray reads
-        raise hdf5.damaged(path, reason(error)) from error
-    if lacking := [name for name in _REQUIRED if name not in data]:
-        raise FileError(f"{path}: the variable {lacking[0]} is missing. {hdf5.EDITED}")
-    sizes = data["row_size"].values
-    if data.sizes.get("point") != int(sizes.sum()) or np.any(sizes < 0):
-        raise FileError(f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}")
-    for name in [*data.variables]:
-        data[name].attrs.pop("_FillValue", None)
-    return data.assign_attrs(attrs)
+        if os.path.isfile(path):  # opening a pipe would block
+            with open(path, "rb") as file:
+                if file.read(len(MAGIC)) == MAGIC:
+                    return "partial"
+    except (OSError, ValueError):
+        pass  # reported by hdf5.opened below
+    with hdf5.opened(path) as file:
+        kind = plain_attribute(file.attrs, "nsdrill_kind")
+    for known in ("results", "trace", "branches"):
+        if kind == known:
+            return known
+    raise hdf5.damaged(path, f"its kind is {kind!r}")
+
+
+def _points(path: PathLike, file: File) -> Points:
+    return Points.of(path, hdf5.arrays_in(file), plain_attributes(path, file.attrs), hdf5.EDITED, whole=True)
+
+
+def write_trace(path: PathLike, trace: Trace, *, overwrite: bool = True) -> None:
+    """Write ``trace`` to ``path``, in one step; NsdrillError if the disk refuses."""
+    samples = len(trace.time)
+    chunk = (min(_CHUNK, samples),)
+    stored = trace_variables(trace)
+    for variable in stored:
+        if np.shape(trace.variables.get(variable.name, 0.0)) != (samples,):
+            raise ValueError(f"the trace needs {variable.name}, an array of {samples} samples")
+    with hdf5.writing(path, overwrite=overwrite) as file:
+        hdf5.put_attributes(file, root_attributes("trace", trace.attrs))
+        hdf5.add_array(file, "time", ("time",), np.asarray(trace.time, "<f8"), coordinate_attributes("time"))
+        for variable in stored:
+            hdf5.add_variable(file, variable, variable.dims, chunk)[...] = trace.variables[variable.name]
+
+
+def read_trace(path: str | os.PathLike[str]) -> Trace:
+    """The trace file ``path`` in memory; FileError if it cannot be read."""
+    with hdf5.opened(path, "trace") as file:
+        return trace_in(path, hdf5.arrays_in(file), plain_attributes(path, file.attrs), hdf5.EDITED)

@@ -21,7 +21,7 @@ from nsdrill.study.forms import Reading
 from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
 from nsdrill.study.study import axis_values, refined_axes, size
-from nsdrill.units import USUAL
+from nsdrill.unit_table import USUAL
 from nsdrill.variables import AXES, long_key, short_key
 
 MAX_POINTS = 10**8

@@ -6,6 +6,7 @@ Also how one value is read. Nothing here knows YAML or line numbers.
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
 import typing
@@ -25,7 +26,8 @@ from nsdrill.models.sections import MEANINGS as OF_MODELS
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import bound_text, range_text
-from nsdrill.units import USUAL, QuantityError, quoted
+from nsdrill.unit_table import USUAL
+from nsdrill.units import QuantityError, quoted
 from nsdrill.variables import MODEL, SAMPLE, short_key
 
 MANY = 12  # choices that no message lists
@@ -79,7 +81,7 @@ MEANINGS: dict[str, str] = {
 }
 
 
-Schema = dict[str, Any]  # a part of a JSON Schema
+Schema = Mapping[str, object]  # a part of a JSON Schema
 Value: TypeAlias = Any  # of a key, as its kind says
 Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"  # what YAML has
 
@@ -450,8 +452,6 @@ OTHER_WORDS = {"speed": "rotary_speed", "rpm": "rotary_speed", "lyapunov": "expo
 def did_you_mean(name: str, candidates: typing.Iterable[str], section: str = "") -> str | None:
     """ "Did you mean ...?" for the nearest candidate in ``section``, None where nothing is
     near."""
-    import difflib
-
     known = list(candidates)
     usual = [key for key in known if key == OTHER_WORDS.get(name)]
     near = usual or difflib.get_close_matches(name[:80], known, n=1)

@@ -1,12 +1,15 @@
 """From YAML to a :class:`Study`: parse, override, read each value, check what constrains
-several, fill in the defaults, build.
+several, fill in the defaults, build. A Python mapping becomes the YAML that says the
+same. Overrides, ``--set key=value``, are put in before anything is validated, so that
+they meet the same checks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import reduce
+from io import StringIO
 from operator import getitem
 from pathlib import Path
 
@@ -17,12 +20,12 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import MODEL_LEAF, Value, keys_named, shown
-from nsdrill.study.read import Document, apply_overrides, parse, read_text
+from nsdrill.study.keys import AROUND, MODEL_LEAF, Plain, Value, axes_of_all, keys_named, shown
+from nsdrill.study.read import DEEPEST, Document, KeyPath, Place, dotted, odd_character, parse, read_text
 from nsdrill.study.schema import study_form
 from nsdrill.study.study import Study, build, study_from_resolved
 from nsdrill.study.uncertain import draws, take_uncertain
-from nsdrill.variables import AXES
+from nsdrill.variables import AXES, short_key
 
 _MAX_FAULTS = 100  # told of one file; nobody reads more
 
@@ -81,7 +84,7 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
     resolved = {"classify": _merged(asdict(thresholds), given.get("classify", {}))}
     if faults := [*faults, *at.faults, *Checker(at, resolved).order("classify")]:
         raise StudyError(option("set"), faults)
-    made: Thresholds = build(Thresholds, resolved["classify"])
+    made = build(Thresholds, resolved["classify"])
     return made
 
 
@@ -165,3 +168,173 @@ def _in_file_order(faults: list[Fault]) -> list[Fault]:
     unique = list(dict.fromkeys(faults))
     unique.sort(key=lambda fault: (fault.line is None, fault.line or 0, fault.column or 0))
     return unique[:_MAX_FAULTS]
+
+
+def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
+    """Applies each ``key=value``, the value as YAML, in order; what cannot be applied
+    becomes a fault."""
+    if document.data is None:
+        document.data = {}
+    _use_short_keys(document)
+    for text in overrides:
+        key, equals, value = text.partition("=")
+        path = path_of(key.strip())
+        if not equals or not all(path) or odd_character(key):
+            document.faults.append(
+                Fault(
+                    "",
+                    f"{option('set')} {text[:80]}",
+                    f"{option('set', 'key=value')}, as in {option('set', 'operation.wob=30kN')}",
+                )
+            )
+            continue
+        label = option("set", text[:80])
+        try:
+            parsed = parse(value, label)
+        except StudyError as error:
+            found = f"{error.faults[0].found} ({label})"
+            document.faults.append(Fault(dotted(path), found, "a value in YAML"))
+            continue
+        document.faults.extend(parsed.faults)
+        _put(document, path, parsed.data if value.strip() else None, Place(override=label))
+        _use_short_keys(document)
+
+
+def _use_short_keys(document: Document) -> None:
+    """Among the axes and the unknowns ``operation.wob`` and ``wob`` are one key: the
+    short one from here on."""
+    for around in (("sweep",), ("uncertain",), ("uncertain", "table")):
+        found = document.value(around)
+        if not isinstance(found, dict):
+            continue
+        for key in [key for key in found if short_key(key) != key]:
+            if short_key(key) in found:
+                words = f"the key a second time, as {short_key(key)}"
+                document.faults.append(document.fault((*around, key), words, "each key once", of_key=True))
+            for places in (document.values, document.keys):
+                for path in [path for path in places if path[: len(around) + 1] == (*around, key)]:
+                    places[(*around, short_key(key), *path[len(around) + 1 :])] = places.pop(path)
+        short = {short_key(key): value for key, value in found.items()}
+        if around == ("sweep",) and isinstance(short.get("along"), str):
+            short["along"] = short_key(short["along"])
+        document.value(around[:-1])[around[-1]] = short
+
+
+def path_of(key: str) -> KeyPath:
+    """The place of a dotted key; an axis of the sweep, or an unknown, is one part,
+    however many dots it has."""
+    first, *rest = key.split(".")
+    if first in AXES:  # of the operating point, in short
+        first, rest = "operation", [first, *rest]
+    before: KeyPath = (first,)
+    if first == "uncertain" and rest[:1] == ["table"]:
+        before, rest = (first, "table"), rest[1:]
+    for length in range(len(rest), 1, -1):
+        name = short_key(".".join(rest[:length]))
+        if first in AROUND and name in axes_of_all():
+            return (*before, name, *rest[length:])
+    if before == ("uncertain",) and len(rest) > 1 and rest[0] not in axes_of_all():
+        return (*before, ".".join(rest))  # no such key, which is said of the whole of it
+    return (*before, *rest)
+
+
+def _put(document: Document, path: KeyPath, value: Plain, place: Place) -> None:
+    """Set a value; sections on the way to it that are not there, or empty, are made."""
+    inside = document.data
+    for depth, part in enumerate(path[:-1], start=1):
+        if not isinstance(inside, dict):
+            break
+        if inside.get(part) is None:
+            inside[part] = {}
+            document.values[path[:depth]] = document.keys[path[:depth]] = place
+        inside = inside[part]
+    if not isinstance(inside, dict):
+        given = f" ({place.override})" if place.override else ""
+        found = f"{shown(inside)}, which has no keys to set{given}"
+        document.faults.append(Fault(dotted(path[:-1]), found, f"a mapping, or {option('set')} of the whole value"))
+        return
+    for places in (document.values, document.keys):
+        for old in [known for known in places if known[: len(path)] == path]:
+            del places[old]
+        places[path] = place
+    inside[path[-1]] = value
+
+
+TAKEN = "text, numbers, True, False, None, and lists and mappings of these"
+
+
+def yaml_text(mapping: Mapping[str, object], name: str) -> str:
+    """The study ``mapping`` as YAML; its keys may be nested or dotted, as
+    ``well.friction.static``, or both. StudyError about the study ``name`` where a key
+    is given twice or a value is none that a study has."""
+    document = Document({})
+    try:
+        _take_mapping(mapping, (), document)
+    except RecursionError:
+        document.faults.append(Fault("", "a list or mapping that holds itself", TAKEN))
+    if document.faults:
+        raise StudyError(name, document.faults)
+    return _dumped(document.data)
+
+
+def override_texts(changes: Mapping[str, object], name: str) -> list[str]:
+    """``changes`` by dotted keys as texts ``key=value``, the values in YAML."""
+    faults: list[Fault] = []
+    texts = []
+    for key, value in changes.items():
+        plain = _plain_value(value, (str(key),), faults)
+        if not isinstance(key, str) or not key.strip() or "=" in key:
+            faults.append(Fault("", f"{key!r} as a key", "dotted keys, as in {'operation.wob': '30 kN'}"))
+        elif not faults:
+            on_one_line = _dumped({"v": plain}, lines=False).removeprefix("{v: ").removesuffix("}\n")
+            texts.append(f"{key}={on_one_line}")
+    if faults:
+        raise StudyError(name, faults)
+    return texts
+
+
+def _take_mapping(mapping: Mapping[str, object], above: KeyPath, document: Document) -> None:
+    """Put the values of a mapping, nested or dotted, where they belong."""
+    for key, value in mapping.items():
+        if not isinstance(key, str) or not all(key.split(".")):
+            found, allowed = f"{key!r} as a key", "names, nested or dotted, as 'operation.wob'"
+            document.faults.append(Fault(dotted(above), found, allowed))
+            continue
+        path = path_of(".".join(map(str, (*above, key))))
+        if len(path) > DEEPEST:
+            found = f"more than {DEEPEST} levels"
+            document.faults.append(Fault(dotted(path), found, "the five levels of a study"))
+        elif isinstance(value, Mapping) and value:
+            _take_mapping(value, path, document)
+        elif document.has(path) or not isinstance(document.value(path[:-1]) or {}, dict):
+            document.faults.append(Fault(dotted(path), "the key a second time", "each key once, nested or dotted"))
+        else:
+            _put(document, path, _plain_value(value, path, document.faults), Place())
+
+
+def _plain_value(value: object, path: KeyPath, faults: list[Fault]) -> Plain:
+    """``value`` as YAML has it; what numpy made becomes Python's own."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, str):
+        return str(value)
+    if value is None or isinstance(value, bool | int | float):
+        return value
+    if isinstance(value, list | tuple):
+        return [_plain_value(item, path, faults) for item in value]
+    if isinstance(value, Mapping):
+        return {str(name): _plain_value(item, (*path, str(name)), faults) for name, item in value.items()}
+    faults.append(Fault(dotted(path), f"a value of the type {type(value).__name__}", TAKEN))
+    return None
+
+
+def _dumped(nested: Plain, *, lines: bool = True) -> str:
+    from ruamel.yaml import YAML
+
+    yaml = YAML()
+    # None: the innermost lists and mappings on lines of their own
+    yaml.default_flow_style = None if lines else True
+    yaml.width = 120 if lines else 1_000_000
+    out = StringIO()
+    yaml.dump(nested, out)
+    return out.getvalue()

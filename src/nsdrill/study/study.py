@@ -12,7 +12,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import reduce
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 import numpy as np
 
@@ -32,6 +32,10 @@ from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, Value, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
 Procedure = Literal["same", "up", "down", "up-down"]
 
 
@@ -171,7 +175,7 @@ def _made(resolved: Resolved, most: int) -> Study:
     if initial.starts and (drawn or sweep["procedure"] != "same"):
         raise ValueError(f"initial: found {initial.starts} starts, with {sweep['procedure']} or uncertain numbers")
     later = {item.name for item in fields(model.parameters) if item.metadata.get("later")}
-    sections = {
+    sections: dict[str, object] = {
         name: build(cls, known.get(name, {}), lenient=True) if name in later else build(cls, known[name])
         for name, cls in model.sections.items()
     }
@@ -231,7 +235,7 @@ def _axis(leaf: Leaf, keys: Keys, resolved: Resolved) -> Axis:
     return Axis(leaf.key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})")
 
 
-def build(cls: type, data: Resolved, lenient: bool = False) -> Any:
+def build(cls: type[T], data: Resolved, lenient: bool = False) -> T:
     """A tree of dataclasses from nested data with exactly their keys. Where
     ``lenient``, keys that an older version did not know may be missing and have their
     defaults: never those of the physics, but for fields that are marked as later."""
@@ -244,7 +248,7 @@ def build(cls: type, data: Resolved, lenient: bool = False) -> Any:
         if item.name in data:
             made = item.default_factory() if callable(item.default_factory) else None
             value = data[item.name]
-            if is_dataclass(made):
+            if is_dataclass(made) and not isinstance(made, type):
                 value = build(type(made), value, lenient)
             elif record := item.metadata.get("record"):
                 value = tuple(build(record, one) for one in value)

@@ -19,7 +19,7 @@ from nsdrill.plot.style import RESPONSES
 from nsdrill.quantity import find
 from nsdrill.study.keys import Keys, Leaf
 from nsdrill.study.study import Study
-from nsdrill.variables import INFERRED, OK, dimension_of, has_failed
+from nsdrill.variables import INFERRED, OK, dimension_of
 
 _DOT = "\u0307"  # over the letter before it
 
@@ -98,7 +98,7 @@ def label_words(values: Mapping[str, float]) -> list[str]:
     status = int(values.get("status", OK))
     if status == INFERRED:
         return [f"{outcome_words(int(values['response']))} (inferred from its neighbours, not run)"]
-    if has_failed(status) or status != OK:
+    if status != OK:
         return [BY_NAME["status"].words(status).replace("_", " ")]
     texts = [outcome_words(int(values["response"]))]
     for name, value in values.items():

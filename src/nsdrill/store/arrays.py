@@ -1,0 +1,270 @@
+"""Results and traces from arrays by name, with dimensions, values and attributes: the
+datasets of a file or the variables of a Dataset, which are read and checked alike."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nsdrill.data import Array, Attributes, Results, Trace
+from nsdrill.errors import FileError, printable
+from nsdrill.models.description import Description
+from nsdrill.models.kept import Kept
+from nsdrill.models.leaves import words_along
+from nsdrill.models.operation import SCHEDULED, Operation
+from nsdrill.models.registry import model_in
+from nsdrill.store.hdf5 import EDITED
+from nsdrill.store.layout import LARGEST, plain_attribute, to_memory
+from nsdrill.store.points import kept_of
+from nsdrill.units import plain_units
+from nsdrill.variables import AXES, COUNTED, POINT, PROCEDURES, Axis, Unknown, Variable
+
+PathLike = str | os.PathLike[str]
+
+
+class StoredArray(Protocol):
+    """What is asked of a dataset of a file and of a variable of a Dataset."""
+
+    name: str | None
+    attrs: Attributes
+    dims: Sequence[Any]  # names, or the scales of a file
+    dtype: np.dtype
+    shape: tuple[int, ...] | None  # None of an empty dataset
+
+    def __getitem__(self, key: object) -> ArrayLike: ...
+
+
+Arrays = Mapping[str, StoredArray]
+
+
+def dims_of(array: StoredArray) -> tuple[str, ...]:
+    """The dimensions of a dataset of a file, as its scales name them, or of a variable of
+    a Dataset."""
+    return tuple(
+        # A scale whose link was removed has no name.
+        dim if isinstance(dim, str) else ((dim[0] if len(dim) else array).name or "").removeprefix("/")
+        for dim in array.dims
+    )
+
+
+def coordinate(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Array:
+    """The coordinate ``name``: array of float, int or str [n]; 0-D where it does not
+    vary. The words of a choice become their places in the list of all its words."""
+    array, choices = arrays.get(name), words_along(name)
+    if array is None or array.shape is None or dims_of(array) not in ((), (name,)):
+        raise FileError(f"{where}: the coordinate {name} is missing or no list of values. {remedy}")
+    values = np.asarray(array[()])
+    if name in ("procedure", "state") or choices:
+        words = np.array([_text(value) for value in values.ravel()], dtype=str).reshape(values.shape)
+        return _places_of_words(where, name, words) if choices else words
+    whole = name in COUNTED
+    if values.dtype.kind != ("i" if whole else "f") or not np.all(np.abs(values) <= LARGEST):
+        raise FileError(
+            f"{where}: the coordinate {name} should have {'whole' if whole else 'finite'} numbers. {remedy}"
+        )
+    return values
+
+
+def real_values(where: PathLike, array: StoredArray, name: str, remedy: str) -> Array:
+    """The values of a variable of a trace; FileError unless they are finite or NaN."""
+    values = np.asarray(array[()])
+    if values.dtype.kind != "f" or np.any(np.abs(values) > LARGEST):
+        raise FileError(f"{where}: {name} has values that are no finite numbers. {remedy}")
+    return values
+
+
+def _text(value: object) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _places_of_words(where: PathLike, name: str, words: Array) -> Array:
+    choices = words_along(name)
+    if unknown := sorted(set(words.ravel().tolist()) - {*choices}):
+        raise FileError(
+            f"{where}: {name} is {printable(str(unknown[0]))[:40]!r}; it should be of {', '.join(choices)}."
+        )
+    return np.vectorize(choices.index, otypes=[float])(words)
+
+
+@dataclass(frozen=True)
+class Points:
+    """The points of the results in ``arrays``, which ``where`` names in messages, and
+    what is kept of each. ``coords`` are as in memory, ``samples`` [samples] those of each
+    unknown; ``attrs`` are plain. ``remedy`` ends messages."""
+
+    where: PathLike
+    arrays: Arrays
+    attrs: Attributes
+    coords: dict[str, Array]
+    kept: Kept
+    samples: dict[Unknown, Array]
+    remedy: str
+
+    @classmethod
+    def of(cls, where: PathLike, arrays: Arrays, attrs: Attributes, remedy: str, *, whole: bool) -> Points:
+        """The points in ``arrays``; FileError where their coordinates are invalid. Not
+        ``whole`` are those of a selection."""
+        model = model_in(attrs)
+        keys = {name: plain_attribute(array.attrs, "key") for name, array in arrays.items() if name not in POINT}
+        # An unknown is a coordinate along the samples, or a scalar where one sample is
+        # selected. Arithmetic with xarray drops the attributes that name axes and unknowns.
+        unknowns = attrs["unknowns"].split() if "unknowns" in attrs else []
+        unknowns = unknowns or [name for name, key in keys.items() if key and dims_of(arrays[name]) == ("sample",)]
+        axis_names = attrs["axes"].split() if "axes" in attrs else [name for name, key in keys.items() if key]
+        axes = tuple(_axis(where, arrays, name, remedy) for name in axis_names if name not in unknowns)
+        has_samples = "sample" in arrays and dims_of(arrays["sample"]) == ("sample",)
+        several = ("sample",) * has_samples + ("start",) * ("start" in arrays)
+        own = [name for name in ("peak", "crossing", "state") if name in arrays]
+        coords = {
+            name: np.atleast_1d(coordinate(where, arrays, name, remedy))
+            for name in (*POINT, *(axis.name for axis in axes), *several, *own)
+        }
+        if "state" not in coords:  # no variable with states was selected
+            coords["state"] = np.array(_states(model, arrays))
+        check_coordinates(where, coords, model, remedy, whole=whole)
+        samples = {}
+        for name in unknowns if has_samples else ():
+            values = np.asarray(arrays[name][()], dtype=float)
+            if values.shape != coords["sample"].shape:
+                raise FileError(f"{where}: {name} has {values.size} values, and not one of each sample. {remedy}")
+            samples[Unknown(**vars(_axis(where, arrays, name, remedy)))] = values
+        kept = kept_of(coords, axes, arrays, model.name, samples)
+        return cls(where, arrays, attrs, coords, kept, samples, remedy)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The lengths of the dimensions of the grid in memory."""
+        return tuple(len(self.coords[name]) for name in self.kept.grid)
+
+    @property
+    def present(self) -> tuple[Variable, ...]:
+        """The variables that are there. Others are unknown to the version that wrote
+        them, or were not selected."""
+        return tuple(variable for variable in self.kept.variables if variable.name in self.arrays)
+
+    def results(self, names: Container[str] | None = None) -> Results:
+        """The results in memory, or only their variables ``names``."""
+        variables = {v.name: self.values(v) for v in self.present if names is None or v.name in names}
+        return Results(self.coords, variables, self.attrs, self.kept.axes, self.samples)
+
+    def dims(self, variable: Variable) -> tuple[str, ...]:
+        """The dimensions of ``variable``, in their order there; FileError where they, its
+        shape or its type are wrong."""
+        array = self.arrays[variable.name]
+        dims, own = dims_of(array), variable.dims[len(POINT) :]
+        varying = [name for name in self.kept.grid if len(self.coords[name]) > 1]
+        allowed = {*self.kept.grid, *own}
+        lengths = tuple(len(self.coords.get(name, ())) if name in self.arrays else 0 for name in dims)
+        if not {*varying, *own} <= set(dims) <= allowed or array.shape != lengths:
+            found = (
+                ", ".join(f"{name} ({length})" for name, length in zip(dims, array.shape or (), strict=True)) or "none"
+            )
+            wanted = ", ".join(f"{name} ({len(self.coords.get(name, ()))})" for name in (*varying, *own)) or "none"
+            raise FileError(
+                f"{self.where}: {variable.name} has the dimensions {found}; it should have {wanted}. {self.remedy}"
+            )
+        kinds, kind = ("f", "real") if variable.dtype.startswith("f") else ("iu", "whole")
+        if array.dtype.kind not in kinds:
+            raise FileError(
+                f"{self.where}: {variable.name} has the type {array.dtype}; it should have {kind} numbers. "
+                f"{self.remedy}"
+            )
+        return dims
+
+    def values(self, variable: Variable, place: tuple[slice, ...] | None = None) -> Array:
+        """The values of ``variable`` as in memory, or only those at this ``place`` of the
+        grid; FileError where a flag has an undefined value."""
+        dims = self.dims(variable)
+        at = dict(zip(self.kept.grid, place or (), strict=False))
+        index = tuple(at.get(name, slice(None)) for name in dims)
+        values = to_memory(np.asarray(self.arrays[variable.name][index]), dims, self.kept.grid)
+        known = range(sum(variable.flag_masks) + 1) if variable.flag_masks else variable.flag_values
+        if known and values.size and not (values.min() >= known[0] and values.max() <= known[-1]):
+            raise FileError(f"{self.where}: {variable.name} has values that mean nothing. {self.remedy}")
+        return np.asarray(values, variable.dtype)
+
+
+def _states(model: Description, arrays: Arrays) -> tuple[str, ...]:
+    """The states of a string that has the variables of ``arrays``."""
+    needed = {v.only for v in model.variables if v.name in arrays} & {*model.all_states}
+    return next(states for states in model.state_sets if needed <= {*states})
+
+
+def _axis(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Axis:
+    attrs = arrays[name].attrs if name in arrays else {}
+    key, units, long_name = (plain_attribute(attrs, item) for item in ("key", "units", "long_name"))
+    match key, units or ("1" if words_along(name) else None), long_name:
+        case str(of), str(unit), str(words) if of and unit and words:
+            return Axis(of, plain_units(unit), words)
+    raise FileError(f"{where}: the axis {name} is missing or does not say what it is. {remedy}")
+
+
+def check_coordinates(
+    where: PathLike, coords: Mapping[str, Array], model: Description, remedy: str, *, whole: bool
+) -> None:
+    """FileError unless the coordinates, as in memory, are those that nsdrill writes for
+    this model, or, if not ``whole``, a part of them."""
+    procedures, states = coords["procedure"].tolist(), coords["state"].tolist()
+    if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
+        found = ", ".join(map(str, procedures))
+        raise FileError(f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
+    if not model.may_have(tuple(states)):
+        found = ", ".join(map(str, states))
+        raise FileError(f"{where}: the states are {found}; they should be {', '.join(model.state_sets[0])}.")
+    if not whole:
+        return
+    check_axes(where, coords)
+    for name in COUNTED:
+        values = coords.get(name)
+        if values is not None and (not len(values) or not np.array_equal(values, np.arange(len(values)))):
+            raise FileError(f"{where}: the coordinate {name} does not count from 0. {remedy}")
+
+
+def check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
+    """FileError unless the values of every axis ascend within the range of its
+    quantity."""
+    for name in AXES:
+        values = coords[name]
+        try:
+            if not len(values) or not np.all(np.diff(values) > 0.0):
+                raise ValueError(f"{name}: found values that do not ascend")
+            for end in (values[0], values[-1]):
+                Operation(**{name: float(end)})
+        except ValueError as error:
+            raise FileError(f"{where}: the coordinate {error}. {EDITED}") from error
+
+
+def trace_variables(trace: Trace) -> tuple[Variable, ...]:
+    """The variables of a trace, in the order of files: all of its model, without the
+    optional ones that ``trace`` lacks."""
+    return tuple(v for v in model_in(trace.attrs).trace if v.only is None or v.name in trace.variables)
+
+
+def trace_in(where: PathLike, arrays: Arrays, attrs: Attributes, remedy: str) -> Trace:
+    """The trace in the ``arrays`` of a file or a Dataset, which ``where`` names in
+    messages; ``remedy`` ends them."""
+    time = coordinate(where, arrays, "time", remedy)
+    if time.ndim != 1 or not len(time) or not np.all(np.diff(time) > 0.0):
+        raise FileError(f"{where}: the coordinate time does not ascend. {remedy}")
+    variables = {}
+    for variable in model_in(attrs).trace:
+        name = variable.name
+        # Traces of earlier versions are of one operating point, which is in their
+        # attributes.
+        operating = attrs.get(next((axis for axis, scheduled in SCHEDULED.items() if scheduled == name), ""))
+        if name not in arrays and isinstance(operating, float):
+            variables[name] = np.full(time.shape, operating)
+        elif name not in arrays and variable.only is not None:
+            continue
+        elif name not in arrays or arrays[name].shape != time.shape:
+            raise FileError(
+                f"{where}: the variable {name} is missing or has no {len(time)} real numbers over time. {remedy}"
+            )
+        else:
+            variables[name] = real_values(where, arrays[name], name, remedy)
+    return Trace(time, variables, attrs)
