@@ -139,7 +139,7 @@ def words_of(figure: Any) -> list[str]:
 
 
 def returns(*modes: str) -> Results:
-    """A sweep with the section of a frozen_trace at every point."""
+    """A sweep with the section of a trace at every point."""
     results = make_results(rotary_speed=(2.0, 3.0, 4.0))
     for name, values in section_of(make_trace()).items():
         results.variables[name] = values + 0.0 * results["bit_speed_max"][..., None]
@@ -196,7 +196,7 @@ def test_of_a_ramp():
 def test_the_orbit_of_a_string_without_lateral_motion_is_refused(frozen_trace):
     alone = Trace(frozen_trace.time, frozen_trace.variables, frozen_trace.attrs | frozen("lateral"))
     assert "orbit" not in plot.kinds_for(alone)
-    with pytest.raises(InputError, match=r"'orbit', which does not fit a frozen_trace \(the lateral motion is frozen"):
+    with pytest.raises(InputError, match=r"'orbit', which does not fit a trace \(the lateral motion is frozen"):
         plot.draw(alone, "orbit")
 
 
