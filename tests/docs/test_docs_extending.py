@@ -1,6 +1,9 @@
 """The examples on the page for those who extend nsdrill run and give what the page
 says."""
 
+# as the modules have into which the blocks of the page are put, which compile() inherits
+from __future__ import annotations
+
 import ast
 import csv
 import os

@@ -1,17 +1,28 @@
-"""A batch: slots, queue, statuses. What the numbers are is tested with the engine."""
+"""A batch: slots, queue, statuses; the control of the step; the same numbers without
+compilation."""
 
+import json
+import math
+import os
 import pickle
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from machine_code import of_numbers
 from reference import Case
 from sweep.runs import collect, finish, run_from, same_bits, work_for
 
-from kernel.motions import BOUNCING, RUBBING, SMOOTH, start_of
+from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
+from nsdrill.abi import LIMIT, NONFINITE, NOTHING, UNDERFLOW
+from nsdrill.compiler.functions import inlined
 from nsdrill.kernel import batch as batch_module
 from nsdrill.kernel.batch import widened
 from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.steppers import decide
 from nsdrill.sweep.work import compiled_parts
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT
 
@@ -148,3 +159,100 @@ def test_marks_change_a_run_by_no_more_than_its_tolerance():
     other = run_from(work_for(SMOOTH, Simulation(5.0, 1.0, rtol=1e-9)), start)
     assert other["final_state"][0] == pytest.approx(one["final_state"][0], rel=1e-6, abs=1e-9)
     assert abs(int(one["steps"][0]) - int(other["steps"][0])) < 10
+
+
+PROPORTIONAL, PER_ORDER = 0.17, 0.2
+
+
+@inlined
+def of_one_pair(squared_error, step, last_level, growth, least_step, exhausted):
+    """With the numbers of a pair of order 5."""
+    accepted, proposed, level, next_growth, attention = decide(
+        squared_error, step, last_level, growth, least_step, exhausted > 0.0, 0.17, 0.2
+    )
+    return 1.0 if accepted else 0.0, proposed, level, next_growth, float(attention)
+
+
+@pytest.fixture(scope="module")
+def decided():
+    return of_numbers(of_one_pair, 5)
+
+
+@pytest.mark.parametrize(("error", "before"), [(0.9, 0.9), (0.5, 0.01), (0.2, 0.8), (0.02, 0.3)])
+def test_the_next_step_is_that_of_the_two_last_errors(decided, error, before):
+    accepted, step, level, growth, attention = decided(error**2, 0.01, 2 * math.log2(before), 3.0, 1e-9, 0.0)
+    assert accepted
+    assert attention == NOTHING
+    assert step == pytest.approx(0.01 * 0.9 * error**-PROPORTIONAL * before**0.04, rel=1e-12)
+    assert level == pytest.approx(2 * math.log2(error), rel=1e-12)
+    assert growth == 3.0
+
+
+def test_a_rejected_step_is_shrunk_by_its_own_error(decided):
+    accepted, step, level, growth, attention = decided(4.0**2, 0.01, -1.0, 3.0, 1e-9, 0.0)
+    assert not accepted
+    assert step == pytest.approx(0.01 * 0.9 * 4.0**-PER_ORDER, rel=1e-12)
+    assert (level, growth, attention) == (-1.0, 0.0, NOTHING)  # of the last accepted one; no growth after it
+
+
+def test_the_step_changes_within_bounds(decided):
+    """To an eighth and to eight times, and not above itself after a rejection."""
+    assert decided(0.0, 0.01, -10.0, 3.0, 1e-9, 0.0)[1] == pytest.approx(0.08, rel=1e-12)
+    assert decided(0.0, 0.01, -10.0, 0.0, 1e-9, 0.0)[1] == pytest.approx(0.01, rel=1e-12)
+    for error in (1e15, math.inf, math.nan):
+        assert decided(error, 0.01, -10.0, 3.0, 1e-9, 0.0)[1] == pytest.approx(0.01 / 8, rel=1e-12)
+
+
+def test_what_asks_for_attention(decided):
+    for error, least, exhausted, found in (
+        (1e6, 0.01, 0.0, UNDERFLOW),
+        (math.nan, 0.01, 0.0, NONFINITE),
+        (0.5, 1e-9, 1.0, LIMIT),
+        (0.5, 1.0, 0.0, NOTHING),
+    ):
+        assert decided(error, 0.01, -1.0, 3.0, least, exhausted)[4] == found
+
+
+TESTS = str(Path(__file__).parents[1])
+
+
+PLAIN = """
+import json, sys
+sys.path.insert(0, {tests!r})
+from kernel.test_batch import few_steps
+print(json.dumps(few_steps()))
+"""
+
+
+def few_steps() -> list[list[float]]:
+    """State, steps and rejected of 50 ms of three motions: some steps of each."""
+    found = []
+    for case in (SMOOTH, BOUNCING, RUBBING):
+        out = run_from(work_for(case, Simulation(0.0, 0.05, rtol=1e-8)), start_of(case)[None])
+        found.append([*out["final_state"][0].tolist(), int(out["steps"][0]), int(out["rejected"][0])])
+    return found
+
+
+def test_plain_python_takes_the_same_steps():
+    """NUMBA_DISABLE_JIT=1: the whole kernel interpreted, so that coverage can look at
+    it. Equal to rounding.
+
+    The fused multiply-add rounds twice there. Some ten roundings of 1e-16 in each of up
+    to sixty steps, in units of the natural scales, which are a tenth of the states:
+    below 1e-12. Before the impact of the third motion the estimated error is little
+    more than rounding, so the steps differ in length, and the error that the impact
+    makes depends on where it falls in a step: equal to the tolerance only.
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", PLAIN.format(tests=TESTS)],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert not done.stderr  # no warnings of numpy's numbers
+    cases = ((SMOOTH, 1e-12), (BOUNCING, 1e-12), (RUBBING, 1e-8))
+    for (case, bound), mine, plain in zip(cases, few_steps(), json.loads(done.stdout), strict=True):
+        assert mine[9:] == plain[9:]
+        assert 2 <= mine[9] < 60
+        assert scaled_error(case, np.array(mine[:8]), np.array(plain[:8])) < bound

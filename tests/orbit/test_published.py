@@ -1,15 +1,20 @@
-"""Orbits and bifurcations that others have published, through the code that drill
-strings go through."""
+"""Orbits, bifurcations and curves of special points that others have published or that have
+closed forms."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.special import mathieu_a
 
-from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, PERIODIC
+import nsdrill
+from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, FOLD, HOPF, PERIODIC
+from nsdrill.models.torsion import torque
 from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.flow import Legs, advance
+from nsdrill.orbit.newton import DENSE, sign_of_determinant, solve
 from nsdrill.orbit.periodic import Cycle, Periodic
+from nsdrill.orbit.shooting import shooting_jacobian
 from nsdrill.orbit.special import test_functions_of as functions_of
 
 from .flows import at, duffing, flow_of, lorenz, mathieu, roessler, van_der_pol
@@ -124,3 +129,116 @@ def test_the_doubling_of_roessler():
     assert [one.label for one in half.points if one.label] == [DOUBLING]
     monodromy = end(found[0].state, found[0].period, found[0].values[0]).y[3:, -1].reshape(3, 3)
     assert np.min(np.abs(np.linalg.eigvals(monodromy) + 1.0)) < 1e-6
+
+
+STUDY = {
+    "model": "torsion",
+    "operation": {"depth": "5000 m", "wob": "22 kN"},
+    "simulation": {"transient": "5 s", "observe": "5 s"},
+    "continue": {
+        "along": "rotary_speed",
+        "from": "1.8 rad/s",
+        "to": "6 rad/s",
+        "seeds": {"rotary_speed": ["5 rad/s"]},
+        "points": 400,
+    },
+}
+STICK_ONSET = 104
+
+
+@pytest.fixture(scope="module")
+def continued():
+    """Steady drilling and the cycles that spring from it, with the curves of Hopf
+    points and folds of cycles."""
+    curves = {"over": "wob", "from": "21 kN", "to": "24 kN", "of": ["hopf", "fold"], "points": 40}
+    study = nsdrill.load_study({**STUDY, "continue": {**STUDY["continue"], "curves": curves}})
+    return study, nsdrill.continue_branches(study)
+
+
+def curve(data, label):
+    """Both numbers along the only curve of a label, the second increasing."""
+    (number,) = np.flatnonzero(data["curve_label"].values == label)
+    ends = np.cumsum(data["curve_row_size"].values)
+    part = slice(ends[number] - data["curve_row_size"].values[number], ends[number])
+    order = np.argsort(data["curve_wob"].values[part])
+    return data["curve_rotary_speed"].values[part][order], data["curve_wob"].values[part][order]
+
+
+def test_curve_of_hopf_points(continued):
+    """Steady drilling is lost where the damping and the slope of the torque add up to
+    nothing, at every weight."""
+    study, data = continued
+    speeds, weights = curve(data, HOPF)
+    assert (weights[0], weights[-1]) == pytest.approx((21e3, 24e3))
+    h, bit = 1e-5, study.parameters.bit
+
+    def damping(speed, wob):
+        slope = (torque(bit, wob, speed + h) - torque(bit, wob, speed - h)) / (2.0 * h)
+        return study.parameters.drillstring.damping + slope
+
+    exact = [brentq(damping, 1.0, 4.0, args=(wob,)) for wob in weights]
+    assert speeds == pytest.approx(exact, abs=1e-6)
+
+
+def test_curve_of_folds_of_cycles(continued):
+    """The curve passes the fold of the branch at another weight on bit."""
+    _, data = continued
+    speeds, weights = curve(data, FOLD)
+    assert weights[0] < 21.9e3
+    assert weights[-1] > 22.1e3
+    near = int(np.argmin(np.abs(weights - 22.4e3)))
+    wob = float(weights[near])
+    there = nsdrill.continue_branches({**STUDY, "operation": {"depth": "5000 m", "wob": f"{wob!r} N"}})
+    (fold,) = there["rotary_speed"].values[there["label"].values == FOLD]
+    assert speeds[near] == pytest.approx(fold, abs=1e-6)
+
+
+def test_onset_of_sticking(continued):
+    """Where the bit begins to stick, the least bit speed of the cycle is the threshold;
+    stability does not change."""
+    study, data = continued
+    place = int(np.argmax(data["label"].values == STICK_ONSET))
+    assert data["label"].values[place] == STICK_ONSET
+    assert data["bit_speed_min"].values[place] == pytest.approx(study.thresholds.stuck_below, abs=1e-6)
+    assert data["unstable"].values[place - 1] == data["unstable"].values[place + 1]
+    sticks = data["touches"].sel(contact="bit").values
+    slow = data["bit_speed_min"].values < study.thresholds.stuck_below
+    cycles = (data["branch_of_point"].values == 1) & (np.arange(len(slow)) != place)
+    assert np.array_equal(sticks[cycles] > 0, slow[cycles])
+
+
+def test_bad_curves_are_refused():
+    curves = {"over": "wob", "from": "30 kN", "to": "40 kN"}
+    study = nsdrill.load_study({**STUDY, "continue": {**STUDY["continue"], "curves": curves}})
+    with pytest.raises(nsdrill.InputError, match="set out"):
+        nsdrill.continue_branches(study)
+
+
+def shooting(segments, seed):
+    """The matrix of a motion of so many segments with eight states, bordered by a dense
+    row and column."""
+    rng = np.random.default_rng(seed)
+    made = rng.normal(size=(8 * segments + 1, 8 * segments + 1))
+    made[:-1, :-1] = shooting_jacobian(rng.normal(size=(segments, 8, 8)))
+    return made
+
+
+@pytest.mark.parametrize("segments", [1, 4, 12, 13, 32])
+def test_solutions_and_signs(segments):
+    signs = set()
+    for seed in range(12):
+        matrix = shooting(segments, seed)
+        wanted = np.random.default_rng(100 + seed).normal(size=len(matrix))
+        assert solve(matrix, matrix @ wanted) == pytest.approx(wanted, abs=1e-8 * np.linalg.cond(matrix))
+        signs.add(sign_of_determinant(matrix))
+        assert sign_of_determinant(matrix) == np.linalg.slogdet(matrix)[0]
+    assert signs == {1.0, -1.0}
+
+
+@pytest.mark.parametrize("size", [DENSE - 1, DENSE + 1])
+def test_singular_matrices(size):
+    matrix = np.eye(size)
+    matrix[3] = 0.0
+    assert sign_of_determinant(matrix) == 0.0
+    with pytest.raises(np.linalg.LinAlgError):
+        solve(matrix, np.ones(size))

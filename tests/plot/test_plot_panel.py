@@ -139,7 +139,7 @@ def words_of(figure: Any) -> list[str]:
 
 
 def returns(*modes: str) -> Results:
-    """A sweep with the section of a frozen_trace at every point."""
+    """A sweep with the section of a trace at every point."""
     results = make_results(rotary_speed=(2.0, 3.0, 4.0))
     for name, values in section_of(make_trace()).items():
         results.variables[name] = values + 0.0 * results["bit_speed_max"][..., None]

@@ -1,6 +1,8 @@
-"""Trace files and exports."""
+"""Trace files, exports, and Datasets without a file."""
 
 import csv
+import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -11,9 +13,21 @@ from model_tables import TRACE_VARIABLES
 from nsdrill.app.saving import table, write_rows
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
-from nsdrill.store import kind_of, read_results, read_trace, to_netcdf, write_trace
+from nsdrill.store import (
+    collect,
+    from_dataset,
+    kind_of,
+    open_results,
+    read_results,
+    read_trace,
+    to_dataset,
+    to_netcdf,
+    write_results,
+    write_trace,
+)
 
-from .samples import POINTS, SHAPE, make_results
+from .samples import POINTS, SHAPE, make_log, make_results
+from .test_layout import CASES, alike, grid
 
 
 @pytest.fixture
@@ -129,3 +143,160 @@ def test_netcdf_is_what_netcdf_asks_for(tmp_path):
     with h5py.File(tmp_path / "out.nc") as file:
         for dataset in file.values():
             assert dataset.is_scale or all(len(dim) == 1 for dim in dataset.dims)
+
+
+@pytest.fixture
+def a_file(tmp_path):
+    return tmp_path / "out.h5"
+
+
+def exactly(made, read):
+    """Names, order, values, types and attributes, and how xarray would write it."""
+    xr.testing.assert_identical(made, read)
+    assert list(made.variables) == list(read.variables)
+    assert list(made.coords) == list(read.coords)
+    assert dict(made.sizes) == dict(read.sizes)
+    assert {name: type(value) for name, value in made.attrs.items()} == {
+        name: type(value) for name, value in read.attrs.items()
+    }
+    for name in read.variables:
+        assert made[name].dtype == read[name].dtype, name
+        assert set(made[name].attrs) == set(read[name].attrs)
+        for attribute, value in read[name].attrs.items():
+            assert np.asarray(made[name].attrs[attribute]).dtype == np.asarray(value).dtype
+            np.testing.assert_array_equal(made[name].attrs[attribute], value)
+        for how in ("coordinates", "_FillValue"):
+            assert str(made[name].encoding.get(how)) == str(read[name].encoding.get(how)), name
+
+
+def sweep(lengths, named=()):
+    return make_log(lengths, named, returns=3, verify=True)
+
+
+@pytest.mark.parametrize(("lengths", "named", "dims"), CASES.values(), ids=CASES)
+def test_results_are_what_xarray_reads_of_their_file(a_file, lengths, named, dims):
+    log = sweep(lengths, named)
+    log.header["attrs"] |= {
+        "gap": 0.0762,
+        "refine": 1,
+        "points_run": 3,
+        "points_inferred": 5,
+        "nothing": None,
+        "border_spacing": {"depth": 1.0},
+        "study_source": "\udcff.yaml",
+    }
+    write_results(a_file, log)
+    with xr.open_dataset(a_file, engine="h5netcdf") as read:
+        exactly(to_dataset(read_results(a_file)), read.load())
+        exactly(to_dataset(collect(log)), read)
+        assert read.status.dims == dims
+        for data in (read, to_dataset(read_results(a_file))):
+            back = from_dataset(data)
+            alike(back, read_results(a_file))
+            assert back.attrs == read_results(a_file).attrs
+
+
+def made_trace():
+    values = {v.name: np.random.default_rng(1).standard_normal(30) for v in TRACE_VARIABLES}
+    attrs = {"title": "made", "depth": 5000.0, "steps": 3, "initial_state": np.ones(9)}
+    return Trace(np.arange(30) / 7.0, values, attrs)
+
+
+def test_a_trace_is_what_xarray_reads_of_its_file(a_file):
+    write_trace(a_file, made_trace())
+    with xr.open_dataset(a_file, engine="h5netcdf") as read:
+        exactly(to_dataset(made_trace()), read.load())
+        back, there = from_dataset(read), read_trace(a_file)
+    assert back.time.tobytes() == there.time.tobytes()
+    assert all(back[name].tobytes() == values.tobytes() for name, values in there.variables.items())
+    assert set(back.attrs) == set(there.attrs)
+    np.testing.assert_array_equal(back.attrs["initial_state"], np.ones(9))
+    assert back.attrs["steps"] == 3
+
+
+def test_selections_are_results(a_file):
+    write_results(a_file, sweep(grid(2, wob=3, rotary_speed=4, bit_rock_stiffness=2), ("rotary_speed", "wob")))
+    whole = read_results(a_file)
+    with open_results(a_file) as data:
+        one = from_dataset(data.isel(wob=1).sel(procedure="up"))
+        some = from_dataset(data.isel(rotary_speed=slice(1, 3)).transpose("peak", "wob", ...))
+        point = from_dataset(data.isel(procedure=0, wob=0, rotary_speed=0, bit_rock_stiffness=0))
+    assert one.shape == (1, 1, 1, 4, 2)
+    assert one.coords["wob"].tolist() == [whole.coords["wob"][1]]
+    assert one.coords["procedure"].tolist() == ["up"]
+    np.testing.assert_array_equal(one["axial_peaks"], whole["axial_peaks"][1:, :, 1:2])
+    np.testing.assert_array_equal(some["axial_peaks"], whole["axial_peaks"][:, :, :, 1:3])
+    assert point["final_state"].shape == (1, 1, 1, 1, 1, 9)
+    assert point["steps"].ravel() == whole["steps"][0, 0, 0, 0, 0]
+    with xr.set_options(keep_attrs=True):
+        exactly(to_dataset(one), to_dataset(from_dataset(to_dataset(one))))
+
+
+def test_only_named_variables():
+    data = to_dataset(collect(make_log(grid(wob=3))))
+    assert set(from_dataset(data[["status", "axial_max"]]).variables) == {"status", "axial_max"}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda data: {"depth": 1}, r"type dict; allowed: an xarray Dataset. Give one of nsdrill\.run"),
+        (lambda data: data.status, "type DataArray; allowed: an xarray Dataset"),
+        (lambda data: xr.Dataset(), "found no attribute nsdrill_kind"),
+        (lambda data: data.assign_attrs(nsdrill_kind="poem"), "found no attribute nsdrill_kind that says"),
+        (lambda data: data.assign_attrs(format_version=9), "file format 9; .* Use a newer nsdrill"),
+        (lambda data: data.assign_attrs(study_resolved="[1, 2]"), "study_resolved should be a JSON object"),
+        (lambda data: data.assign_attrs(axes="bit_lobes"), "the axis bit_lobes is missing"),
+        (lambda data: data.drop_vars("depth"), "the coordinate depth is missing"),
+        (lambda data: data.drop_vars("state"), "initial_state has the dimensions wob .*, state .*; it should have"),
+        (lambda data: data.isel(wob=0, drop=True), "the coordinate wob is missing"),
+        (lambda data: data.assign_coords(wob=["a", "b", "c"]), "coordinate wob should have finite numbers"),
+        (lambda data: data.assign_coords(wob=[1.0, 2.0, np.inf]), "coordinate wob should have finite numbers"),
+        (lambda data: data.assign_coords(depth=("wob", [1.0, 2.0, 3.0])), "depth is missing or no list of values"),
+        (lambda data: data.assign_coords(procedure="over"), "the procedures are over"),
+        (lambda data: data.isel(state=0), "the states are x; they should be x, vx, y"),
+        (lambda data: data.isel(state=slice(2)), "the states are x, vx; they should be x, vx, y"),
+        (lambda data: data.isel(peak=1), r"axial_peaks has the dimensions wob \(3\); it should have wob \(3\), peak"),
+        (lambda data: data.assign(status=data.status.astype(float)), "status has the type float64; .* whole numbers"),
+        (lambda data: data.assign(status=data.status + 70), "status has values that mean nothing"),
+        (lambda data: data.assign(axial_max=data.status), "axial_max has the type int8; it should have real numbers"),
+        (lambda data: data.assign(axial_max=1.0), "axial_max has the dimensions none; it should have wob"),
+        (lambda data: data.assign(axial_max=data.axial_peaks), r"wob .*, peak .*; it should have wob \(3\)\."),
+        (lambda data: data.assign(axial_peaks=data.axial_max), r"dimensions wob \(3\); it should have wob \(3\), peak"),
+        (lambda data: data.assign(final_state=data.final_state.rename(state="other")), "should have wob .*, state"),
+    ],
+)
+def test_what_is_no_dataset_of_nsdrill_is_refused_in_words(change, words):
+    data = to_dataset(collect(make_log(grid(wob=3))))
+    with pytest.raises(FileError, match=words):
+        from_dataset(change(data))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda data: data.isel(time=slice(None, None, -1)), "time does not ascend"),
+        (lambda data: data.drop_vars("y"), "the variable y is missing"),
+        (lambda data: data.assign(y=data.y + 1e200), "y has values that are no finite numbers"),
+        (lambda data: data.drop_vars("time"), "the coordinate time is missing"),
+    ],
+)
+def test_what_is_no_trace_is_refused_in_words(change, words):
+    with pytest.raises(FileError, match=words):
+        from_dataset(change(to_dataset(made_trace())))
+
+
+def test_numbers_that_can_no_longer_be_read(a_file):
+    write_results(a_file, make_log(grid(wob=3)))
+    data = open_results(a_file)
+    data.close()
+    a_file.write_bytes(b"gone")
+    with pytest.raises(FileError, match="the Dataset: cannot be read"):
+        from_dataset(data)
+
+
+def test_xarray_comes_when_it_is_needed():
+    """It takes half a second; the command line needs none of it."""
+    code = "import sys, nsdrill.store; print('xarray' in sys.modules, 'pandas' in sys.modules)"
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert child.stdout.split() == ["False", "False"]

@@ -1,5 +1,5 @@
-"""Axes over any number of the study: how they are asked for, and what is said of those
-that cannot be."""
+"""Axes, starts and ramps in the study file: how they are asked for, and what is wrong with
+what."""
 
 import json
 
@@ -8,12 +8,13 @@ import pytest
 
 from nsdrill.app.refinement import summary
 from nsdrill.app.run import run_in_memory, run_study
-from nsdrill.errors import StudyError
+from nsdrill.errors import Fault, FileError, StudyError
 from nsdrill.models.leaves import further_axes
+from nsdrill.models.operation import Ramp
 from nsdrill.models.registry import described
 from nsdrill.plot.labels import quantity
 from nsdrill.store import open_results, read_results
-from nsdrill.study import parse_study, study_from_resolved
+from nsdrill.study import json_schema, parse_study, study_from_resolved, template_text
 from nsdrill.study.keys import keys_named
 from nsdrill.study.write import study_text
 from nsdrill.unit_table import CF
@@ -155,3 +156,208 @@ def test_the_order_of_the_axes_is_no_part_of_a_study():
     assert one.sha256 == other.sha256
     assert list(one.axes) == list(other.axes)
     assert (one.swept, one.refined, one.more) == (other.swept, other.refined, other.more)
+
+
+SWEEP = "sweep: {depth: [1 km, 2 km]}\n"
+PLANE = "{vx: {from: 1 m/s, to: -1 m/s, points: 4}, x: {from: -7 mm, to: 70 mm, points: 3}}"
+
+
+def faults(text: str, *overrides: str) -> list[Fault]:
+    with pytest.raises(StudyError) as caught:
+        parse_study(text, "s.yaml", overrides)
+    return caught.value.faults
+
+
+def test_one_start_by_default():
+    assert parse_study(SWEEP).initial.starts == 0
+    assert parse_study(SWEEP + "initial: {ensemble: 1, x: 2 mm}").initial.starts == 0
+    assert parse_study(SWEEP + "initial: {slice: null}").initial.starts == 0
+
+
+def test_an_ensemble():
+    study = parse_study(SWEEP + "initial: {ensemble: 64, seed: 3, spread: 0.5}")
+    assert (study.initial.starts, study.initial.seed, study.initial.spread) == (64, 3, 0.5)
+    assert study.sha256 != parse_study(SWEEP + "initial: {ensemble: 64, seed: 4, spread: 0.5}").sha256
+
+
+def test_a_slice_in_the_order_of_the_states_ascending():
+    study = parse_study(SWEEP + f"initial: {{y: 1 mm, slice: {PLANE}}}")
+    assert study.initial.slice == {
+        "x": {"from": -7e-3, "to": 70e-3, "points": 3},
+        "vx": {"from": -1.0, "to": 1.0, "points": 4},
+    }
+    assert list(study.initial.slice) == ["x", "vx"]
+    assert (study.initial.starts, study.initial.y) == (12, 1e-3)
+    again = study_from_resolved(json.loads(json.dumps(study.resolved)))
+    assert again.initial == study.initial
+    assert again.sha256 == study.sha256
+
+
+def test_the_template_may_become_an_ensemble():
+    """It gives every state its default, which is no wish for a state."""
+    assert parse_study(template_text(), overrides=["initial.ensemble=8"]).initial.starts == 8
+
+
+@pytest.mark.parametrize(
+    ("initial", "key", "found", "allowed"),
+    [
+        ("{ensemble: 8, x: 2 mm}", "initial.x", "with an ensemble, which draws all states", "left out"),
+        ("{ensemble: 8, bit_speed: 3 rad/s}", "initial.bit_speed", "an ensemble", "left out"),
+        ("{ensemble: -1}", "initial.ensemble", "-1", "at least 0"),
+        ("{ensemble: 2, spread: 0}", "initial.spread", "0", "at least 1e-06 and at most 1"),
+        ("{ensemble: 2, spread: 10 mm}", "initial.spread", "'10 mm'", "a number"),
+        ("{ensemble: 2, seed: -3}", "initial.seed", "-3", "at least 0"),
+        (f"{{ensemble: 8, slice: {PLANE}}}", "initial.ensemble", "8 beside initial.slice", "one of the two"),
+        ("{slice: {x: {from: 0 mm, to: 1 mm, points: 2}}}", "initial.slice", "1 of them (x)", "two states"),
+        ("{slice: 5}", "initial.slice", "5", "x, vx, y, vy, z, vz, twist, bit_speed, drive_angle"),
+        ("{slice: {q: {from: 0 mm, to: 1 mm, points: 2}}}", "initial.slice.q", "an unknown key", "x, vx, y"),
+        ("{slice: {x: {from: 0, to: 1 mm, points: 2}}}", "initial.slice.x.from", "without a unit", "mm"),
+        ("{slice: {x: {from: 0 mm, points: 2}}}", "initial.slice.x.to", "nothing", "all of from, to and points"),
+        ("{slice: {x: {from: 0 mm, to: 0 mm, points: 2}}}", "initial.slice.x", "the same", "that differ"),
+        ("{slice: {x: {from: 0 mm, to: 1 mm, points: 1}}}", "initial.slice.x.points", "1", "at least 2"),
+        (f"{{slice: {PLANE.replace('4', '400000')}}}", "initial.slice", "1.2e+06 starts", "at most 100 000"),
+        (f"{{vx: 1 m/s, slice: {PLANE}}}", "initial.vx", "which initial.slice varies", "left out"),
+        (f"{{y: 600 mm, slice: {PLANE}}}", "initial.slice", "604", "the gap"),
+    ],
+)
+def test_faults(initial, key, found, allowed):
+    fault = faults(SWEEP + f"initial: {initial}")[0]
+    assert fault.key == key
+    assert found in fault.found
+    assert allowed in fault.allowed
+
+
+@pytest.mark.parametrize("initial", ["ensemble: 8", f"slice: {PLANE}"])
+@pytest.mark.parametrize("procedure", ["up", "down", "up-down"])
+def test_starts_of_their_own_and_a_carried_state_exclude_each_other(initial, procedure):
+    (fault,) = faults(SWEEP + f"initial: {{{initial}}}", f"sweep.procedure={procedure}")
+    assert "carries the state on" in fault.found
+    assert fault.allowed == "with sweep.procedure: same"
+
+
+def test_starts_count_among_the_points():
+    (fault,) = faults("sweep: {wob: {from: 1 N, to: 1 kN, points: 10001}}\ninitial: {ensemble: 10000}")
+    assert "1e+08 points over all axes and starts" in fault.found
+
+
+OF_RAMPS = "sweep: {wob: [1 kN, 2 kN]}\n"
+KNOTS = "[[0 s, 30 rpm], [1 min, 60 rpm], [100 s, 6.5 rad/s]]"
+
+
+def faults_of_a_ramp(text: str, *overrides: str) -> list[Fault]:
+    with pytest.raises(StudyError) as caught:
+        parse_study(text, "f.yaml", overrides)
+    return caught.value.faults
+
+
+def test_a_ramp_is_read_into_si():
+    study = parse_study(f"operation:\n  wob: 3 kN\n  rotary_speed: {{ramp: {KNOTS}}}\n")
+    assert study.swept == ()
+    assert study.ramped == ("rotary_speed",)
+    ramp = study.ramps["rotary_speed"]
+    assert ramp.times == (0.0, 60.0, 100.0)
+    assert ramp.values == pytest.approx((3.14159265, 6.28318531, 6.5))
+    assert study.operation.rotary_speed == ramp.values[0]
+    assert study.operation.wob == 3000.0
+
+
+def test_all_three_may_ramp_and_overrides_give_ramps():
+    study = parse_study(
+        OF_RAMPS,
+        overrides=[
+            "operation.depth={ramp: [[0 s, 1 km], [1 h, 1.1 km]]}",
+            "operation.rotary_speed={ramp: [[0 s, 1 rad/s], [1 s, 2 rad/s]]}",
+            "operation.wob={ramp: [[0 s, 0 N], [1 s, 5 klbf]]}",
+        ],
+    )
+    assert set(study.ramps) == {"depth", "wob", "rotary_speed"}
+    assert study.ramped == ("depth", "rotary_speed")  # the sweep replaces that of wob
+    assert study.ramps["depth"] == Ramp((0.0, 3600.0), (1000.0, 1100.0))
+
+
+@pytest.mark.parametrize(
+    ("ramp", "key", "found", "allowed"),
+    [
+        ("[[0 s, 3 rad/s]]", ".ramp", "one knot", "two knots"),
+        ("[]", ".ramp", "an empty list", "two knots"),
+        ("3", ".ramp", "the number 3", "a list of knots"),
+        ("null", ".ramp", "nothing", "a list of knots"),
+        ("[[1 s, 3 rpm], [2 s, 3 rpm]]", ".ramp[0][0]", "1 s", "0 s"),
+        ("[[0 s, 3 rpm], [2 s, 3 rpm], [2 s, 4 rpm]]", ".ramp[2][0]", "2 s", "ascend"),
+        ("[[0 s, 3 rpm], [5, 4 rpm]]", ".ramp[1][0]", "without a unit", "s, min or h"),
+        ("[[0 s, 3 rpm], [5 s, 4 m]]", ".ramp[1][1]", "units of length", "rad/s or rpm"),
+        ("[[0 s, 3 rpm], [5 s, 0 rpm]]", ".ramp[1][1]", "0 rpm", "at least 1e-09 rad/s"),
+        ("[[0 s, 3 rpm], [5 s]]", ".ramp[1]", "a list of 1", "[time, value]"),
+        ("[[0 s, 3 rpm], 5 s]", ".ramp[1]", "5 s", "[time, value]"),
+        ("[[0 s, 3 rpm], [5 s, [1 rpm]]]", ".ramp[1][1]", "a list", "rad/s or rpm"),
+    ],
+)
+def test_one_fault_of_a_ramp(ramp, key, found, allowed):
+    (fault,) = faults_of_a_ramp(f"operation:\n  rotary_speed:\n    {{ramp: {ramp}}}\n")
+    assert fault.key == "operation.rotary_speed" + key
+    assert fault.line == 3
+    assert found in fault.found
+    assert allowed in fault.allowed
+
+
+@pytest.mark.parametrize(
+    ("value", "key", "says"),
+    [
+        ("{}", "operation.wob.ramp", "{ramp: [[0 s, VALUE]"),
+        ("{ramp: [[0 s, 1 N], [1 s, 2 N]], rate: 3}", "operation.wob.rate", "ramp"),
+        ("[1 N, 2 N]", "operation.wob", "a number with its unit"),
+        ("[[0 s, 1 N], [1 s, 2 N]]", "operation.wob", "a ramp, for nsdrill simulate, is {ramp: [[0 s, VALUE]"),
+    ],
+)
+def test_something_else_than_a_ramp(value, key, says):
+    (fault,) = faults_of_a_ramp(f"{OF_RAMPS}operation: {{wob: {value}}}")
+    assert fault.key == key
+    assert says in fault.allowed
+
+
+def test_every_depth_of_a_ramp_lies_below_the_collars():
+    (fault,) = faults_of_a_ramp("operation:\n  depth: {ramp: [[0 s, 900 m], [1 s, 200 m], [2 s, 900 m]]}")
+    assert fault.key == "operation.depth.ramp[1][1]"
+    assert fault.line == 2
+    assert "length of the collars" in fault.allowed
+
+
+def test_a_ramp_is_not_carried():
+    (fault,) = faults_of_a_ramp("sweep: {procedure: up}\noperation: {wob: {ramp: [[0 s, 1 N], [1 s, 2 N]]}}")
+    assert fault.key == "sweep"
+
+
+def test_the_resolved_study_holds_the_ramps():
+    study = parse_study(f"operation: {{rotary_speed: {{ramp: {KNOTS}}}}}")
+    again = study_from_resolved(json.loads(json.dumps(study.resolved)), study.text, study.source)
+    assert again.resolved == study.resolved
+    assert again.ramps == study.ramps
+    assert again.sha256 == study.sha256
+    other = parse_study("operation: {rotary_speed: {ramp: [[0 s, 30 rpm], [1 min, 60 rpm]]}}")
+    assert other.sha256 != study.sha256
+
+
+def test_digests_know_only_the_ramps_that_count():
+    """A study without ramps has the digest that it always had; a ramp that a sweep
+    replaces does not matter."""
+    assert "ramps" not in parse_study(OF_RAMPS).resolved
+    replaced = parse_study(OF_RAMPS + "operation: {wob: {ramp: [[0 s, 1 N], [1 s, 2 N]]}}")
+    assert replaced.sha256 == parse_study(OF_RAMPS).sha256
+
+
+def test_damaged_ramps_are_a_file_error():
+    resolved = parse_study(f"operation: {{rotary_speed: {{ramp: {KNOTS}}}}}").resolved
+    for ramps in ({"mud": [[0.0, 1.0], [1.0, 2.0]]}, {"wob": [[0.0], [1.0]]}, {"wob": 3}):
+        with pytest.raises(FileError, match=r"out\.h5"):
+            study_from_resolved({**resolved, "ramps": ramps}, source="out.h5")
+
+
+def test_the_schema_for_editors_takes_both_forms():
+    jsonschema = pytest.importorskip("jsonschema")
+    validator = jsonschema.Draft202012Validator(json_schema())
+    good = ({"operation": {"wob": "3 kN"}}, {"operation": {"wob": {"ramp": [["0 s", "3 kN"], ["1 s", "4 kN"]]}}})
+    for data in good:
+        validator.validate(data)
+    for data in ({"operation": {"wob": {"ramp": [["0 s", "3 kN", "1 N"]]}}}, {"operation": {"wob": {}}}):
+        with pytest.raises(jsonschema.ValidationError):
+            validator.validate(data)

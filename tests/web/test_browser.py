@@ -13,7 +13,7 @@ from nsdrill.web.explorer import Explorer
 from nsdrill.web.session import Session
 
 from .browser import WAIT, WIDTHS, clicked, head_of, opened, place
-from .test_branches import write
+from .test_motions import write
 
 
 @pytest.mark.parametrize("page", WIDTHS, indirect=True)

@@ -18,7 +18,7 @@ from nsdrill.web.explorer import Explorer
 from nsdrill.web.session import Session
 
 from .browser import WAIT, clicked, head_of, opened, place
-from .test_branches import write
+from .test_motions import write
 
 SHORT = "simulation: {transient: 2 s, observe: 6 s}\n"
 # Mild enough at 5000 N to be safe at some speed, whatever the history.

@@ -1,5 +1,5 @@
-"""The report holds what was asked and found, loads nothing, and is there whole or not
-at all."""
+"""The report holds what was asked and found, loads nothing, is there whole or not at all, and
+prints; the explorer from Python."""
 
 import base64
 import hashlib
@@ -7,6 +7,8 @@ import html
 import json
 import re
 import shutil
+import subprocess
+import urllib.request
 from pathlib import Path
 
 import h5py
@@ -14,6 +16,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+import nsdrill
 from nsdrill.app.answers import window as window_of
 from nsdrill.cli.main import group
 from nsdrill.data import Results
@@ -21,6 +24,9 @@ from nsdrill.plot.answer import answer, warnings
 from nsdrill.store import read_results
 from nsdrill.web.answers import LIMITS, file_answer
 from nsdrill.web.report import representatives
+from nsdrill.web.server import static
+
+from .pdf_words import pages
 
 
 def made(*arguments: str | Path) -> Result:
@@ -270,3 +276,132 @@ def test_the_window_is_a_picture_of_vectors_with_words(page):
     text = base64.b64decode(shown[1]).decode()
     assert "Rotary speed [rad/s]" in text
     assert "<image" not in text  # nothing is made of pixels
+
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+if BROWSER is None:
+    pytest.skip("no browser: apt-get install chromium", allow_module_level=True)
+if b"paint(" not in static("charts.js"):
+    pytest.skip("charts that are not painted as vectors", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def report(shared, tmp_path_factory):
+    """Lines with motions, and a map."""
+    out = tmp_path_factory.mktemp("print") / "report.html"
+    files = [str(shared / "small.h5"), str(shared / "map.h5")]
+    done = CliRunner().invoke(group, ["report", *files, "-o", str(out), "--motions", "1"])
+    assert done.exit_code == 0, done.output
+    return out
+
+
+@pytest.fixture(scope="module")
+def printed(report):
+    """As printed from the command line of the browser, without any waiting."""
+    out = report.with_suffix(".pdf")
+    subprocess.run(
+        [
+            str(BROWSER),
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-pdf-header-footer",
+            f"--print-to-pdf={out}",
+            report.as_uri(),
+        ],
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
+    return pages(out)
+
+
+def test_every_chart_is_printed_with_its_last_label(printed):
+    """The words of a chart are on one page: the axis, and its last tick."""
+    text = "\n".join(printed)
+    for words, last in (
+        ("Rotaryspeed[rad/s]", "8"),  # the peaks of the sweep
+        ("Radialpeaksr[mm]", ""),
+        ("Rotaryspeed[rpm]" if "Rotaryspeed[rpm]" in text else "Rotaryspeed[rad/s]", ""),
+        ("Time[s]", ""),
+        ("Wallforce[kN]", ""),
+        ("Bitspeed[rad/s]", ""),
+        ("Weightonbit[kN]", "100"),
+    ):
+        assert any(words in page and last in page for page in printed), words
+    # the ticks of the lowest panel stand before its label: the last one is there
+    assert re.search(r"7(8)?Rotaryspeed\[rad/s\]", text)
+
+
+def test_the_answer_is_on_the_first_page_and_provenance_on_the_last(printed):
+    assert re.search("Runat|Nosafepoint", printed[0])
+    assert "HISTORYWASNOTEXAMINED" in printed[0] + printed[1]
+    assert "SHA-256" not in "".join(printed[: len(printed) // 2])
+    assert "SHA-256" in "".join(printed[-2:])
+    assert 4 <= len(printed) <= 12
+
+
+# ---- in a window
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    playwright = pytest.importorskip("playwright.sync_api", reason="no browser: playwright")
+    with playwright.sync_playwright() as engine:
+        browser = engine.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.mark.parametrize("paper", ["A4", "Letter"])
+@pytest.mark.parametrize("width", [400, 1280, 2000])
+def test_the_window_does_not_decide_what_is_printed(chromium, report, printed, tmp_path, paper, width):
+    context = chromium.new_context(viewport={"width": width, "height": 900})
+    page = context.new_page()
+    page.goto(report.as_uri())
+    page.locator("body[data-ready='1']").wait_for()
+    page.pdf(path=tmp_path / "a.pdf", format=paper, print_background=True)
+    words = "".join(pages(tmp_path / "a.pdf"))
+    for label in ("Rotaryspeed[rad/s]", "Time[s]", "Wallforce[kN]", "Weightonbit[kN]"):
+        assert words.count(label) == "".join(printed).count(label), label
+    # on the screen the page is no wider than the window, on paper than the paper
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    page.emulate_media(media="print")
+    page.set_viewport_size({"width": 690, "height": 1000})
+    wide = page.evaluate(
+        "JSON.stringify([...document.querySelectorAll('img, table, pre, canvas')]"
+        ".map(e => e.getBoundingClientRect()).filter(r => r.width).map(r => r.right))"
+    )
+    assert max(json.loads(wide)) <= 690.5
+    assert page.locator(".drawing canvas:visible").count() == 0
+    context.close()
+
+
+def test_a_notebook_shows_the_explorer_in_a_frame(shared):
+    with nsdrill.view(shared / "small.h5", height=700) as view:
+        found = re.fullmatch(
+            r'<iframe src="(http://127\.0\.0\.1:\d+/#[\w-]+)" .*height="700".*></iframe>', view._repr_html_()
+        )
+        assert found
+        assert found[1] == view.url
+        assert view.url in repr(view)
+        with urllib.request.urlopen(view.url, timeout=10) as page:
+            assert b"nsdrill" in page.read()
+            assert "frame-ancestors" in page.headers["Content-Security-Policy"]
+    assert repr(view) == "The explorer of small.h5, closed"
+    assert "iframe" not in view._repr_html_()
+    with pytest.raises(OSError, match="refused"):
+        urllib.request.urlopen(view.url, timeout=10)
+
+
+def test_wrong_arguments(shared):
+    with pytest.raises(nsdrill.InputError, match="height"):
+        nsdrill.view(shared / "small.h5", height=3)
+    with pytest.raises(nsdrill.InputError, match="unit"):
+        nsdrill.view(shared / "small.h5", units="rods")
+    with pytest.raises(nsdrill.FileError):
+        nsdrill.view(shared / "nothing.h5")
+    with pytest.raises(nsdrill.InputError, match="Save them first"), nsdrill.open_results(shared / "small.h5") as found:
+        nsdrill.view(found)
+    with pytest.raises(nsdrill.InputError):
+        nsdrill.view(shared / "small.yaml", set={"operation.wob": "3 mm"})
