@@ -204,6 +204,13 @@ def test_one_fault_of_the_sweep(sweep, key, says):
     assert says in f"{fault.found} {fault.allowed} {fault.suggestion}"
 
 
+def test_null_at_the_start_is_the_natural_value():
+    natural = parse_study(SWEEP + "drive: {kind: stiff}")
+    given = parse_study(SWEEP + "drive: {kind: stiff}\ninitial: {z: null, bit_speed: null, lag: null, drive_speed: null}")
+    assert given.resolved == natural.resolved
+    assert given.initial.lag == 0.0
+
+
 def test_a_default_depth_that_is_swept_over_does_not_matter():
     study = parse_study("drillstring: {collar: {length: 6000 m}}\nsweep: {depth: [7000 m]}")
     assert study.axes["depth"].tolist() == [7000.0]

@@ -209,7 +209,9 @@ class Leaf:
     def read(self, raw: Plain) -> Value:
         """The value of ``raw``, in SI; :class:`QuantityError` says what is wrong with
         it."""
-        if (raw is None and self.nullable) or (isinstance(raw, str) and raw in self.words):
+        if raw is None and self.nullable:
+            return self.default
+        if isinstance(raw, str) and raw in self.words:
             return raw
         if self.kind in ("list", "table"):
             if not isinstance(raw, list) or not 1 <= len(raw) <= self.most:
