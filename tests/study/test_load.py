@@ -206,7 +206,9 @@ def test_one_fault_of_the_sweep(sweep, key, says):
 
 def test_null_at_the_start_is_the_natural_value():
     natural = parse_study(SWEEP + "drive: {kind: stiff}")
-    given = parse_study(SWEEP + "drive: {kind: stiff}\ninitial: {z: null, bit_speed: null, lag: null, drive_speed: null}")
+    given = parse_study(
+        SWEEP + "drive: {kind: stiff}\ninitial: {z: null, bit_speed: null, lag: null, drive_speed: null}"
+    )
     assert given.resolved == natural.resolved
     assert given.initial.lag == 0.0
 
