@@ -270,6 +270,11 @@ def test_display():
         "22.24 kN",
         "25 MN/m",
     ]
+    assert [exact_text(0.0002, "m"), exact_text(2.5e10, "N/m"), exact_text(1e-9, "rad/s")] == [
+        "0.2 mm",
+        "25000 MN/m",
+        "1e-09 rad/s",
+    ]
 
 
 def test_the_study_needs_no_parser_until_one_is_read():

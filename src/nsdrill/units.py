@@ -167,15 +167,18 @@ def plain_units(cf: str) -> str:
 
 def exact_text(value: float, units: str) -> str:
     """The text that :func:`to_si` reads back as exactly ``value``, in the usual unit
-    that needs the fewest digits: 0.2286 m is "9 in"."""
+    that needs the fewest digits: 0.2286 m is "9 in"; and where it is small or large in
+    all of them, the fewest characters: 0.0002 m is "0.2 mm"."""
     candidates = []
     for unit in USUAL.get(units, ()):
         number = f"{from_si(value, unit):.12g}"
-        if (value == 0.0 or 1.0 <= abs(float(number)) < 1e4) and to_si(f"{number} {unit}", units) == value:
-            candidates.append((len(number.replace(".", "").strip("-0")), f"{number} {unit}"))
+        handy = value == 0.0 or 1.0 <= abs(float(number)) < 1e4
+        if (handy or 1e-4 <= abs(float(number)) < 1e6) and to_si(f"{number} {unit}", units) == value:
+            digits = len(number.replace(".", "").strip("-0")) if handy else len(number)
+            candidates.append((not handy, digits, f"{number} {unit}"))
     if not candidates:
         return f"{value!r} {units.replace(' ', '*')}"
-    return min(candidates, key=lambda candidate: candidate[0])[1]
+    return min(candidates, key=lambda candidate: candidate[:2])[2]
 
 
 def allowed_units(units: str) -> str:

@@ -17,7 +17,7 @@ from nsdrill import interrupt
 from nsdrill.analysis.comparison import string_differences
 from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array, Results, resolved_study, value_at
-from nsdrill.errors import FileError, InputError, option
+from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.leaves import OPERATION, Values, as_value, values_at, word_or_number
 from nsdrill.orbit.explore import Wave
@@ -164,14 +164,16 @@ class Following:
         now = _seconds()
         if wave.number != self.number:
             self.number, self.began, self.told = wave.number, now, now
-            self.say(f"round {self.number}: {_branches(wave.branches)} followed side by side, kept when all have ended")
+            self.say(
+                f"round {self.number}: {count(wave.branches, 'branch')} followed side by side, kept when all have ended"
+            )
         elif now - self.told >= LINE_SECONDS:
             self.told = now
             limit = wave.left * (now - self.began) / max(wave.longest, 1)
             left = f"at this pace up to {_time(limit)} more in this round"
             self.say(
-                f"round {self.number}: {wave.running} of {_branches(wave.branches)} "
-                f"go{'es' if wave.running == 1 else ''} on, {wave.points} points; "
+                f"round {self.number}: {wave.running} of {count(wave.branches, 'branch')} "
+                f"go{'es' if wave.running == 1 else ''} on, {count(wave.points, 'point')}; "
                 f"{left if wave.left else 'the last special points are located'}"
             )
 
@@ -181,16 +183,12 @@ def _time(seconds: float) -> str:
     return f"{minutes}:{rest:02d}"
 
 
-def _branches(number: int) -> str:
-    return f"{number} branch{'' if number == 1 else 'es'}"
-
-
 def dropped_words(followed: int, kept: int) -> str:
     """Why there are fewer branches than were followed; "" where there are not."""
     if followed == kept:
         return ""
     return (
-        f"{_branches(followed)} were followed; {followed - kept} of them turned out to be parts of "
+        f"{count(followed, 'branch')} were followed; {followed - kept} of them turned out to be parts of "
         f"others, which other seeds had led to, and count once"
     )
 
@@ -217,7 +215,7 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     states, phase = state[:, :-1], state[:, -1]
     duration = study.simulation.transient + study.simulation.observe
     first = [Seed(*one, steady=True) for one in zip(states[::starts], phase[::starts], at[::starts], strict=True)]
-    say(f"{len(at)} motions settle for {duration:g} s")
+    say(f"{count(len(at), 'motion')} settle{'s' if len(at) == 1 else ''} for {duration:g} s")
     ok = np.ones(len(at), dtype=bool)
     pieces, following = max(1, int(np.ceil(duration / PIECE))), Following(say)
     for piece in range(pieces):
