@@ -190,6 +190,7 @@ DESCRIPTION = Description(
             "surface_torque_mean",
             "drive_speed_min",
             "drive_speed_max",
+            "drive_speed_mean",
         ),
         feature("current_min", "A", "least current of the motor", "motor"),
         feature("current_max", "A", "greatest current of the motor", "motor"),

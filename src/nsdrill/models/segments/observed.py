@@ -139,6 +139,7 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
             Extremes("surface torque", greatest="surface_torque_max", least="surface_torque_min"),
             Mean("surface torque", "surface_torque_mean"),
             Extremes("drive speed", greatest="drive_speed_max", least="drive_speed_min"),
+            Mean("drive speed", "drive_speed_mean"),
             drive[1],
             Extremes("hook load", greatest="hook_load_change_max", least="hook_load_change_min"),
         ),
