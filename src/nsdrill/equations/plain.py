@@ -38,11 +38,13 @@ def followed(
     value = quantity(rows)
     seeds = {getattr(rows, name): rate for name, rate in rates(rows).items()}
     slope = Tangents(rows.graph, seeds).of({"": value})[""]
-    value_of, slope_of = (
-        written_out(name, [node], {row: row.extra for row in rows.graph.live([node]) if row.op == "input"})
-        for name, node in (("quantity", value), ("rate", slope))
-    )
-    return value_of, slope_of
+    return function_of("quantity", [value]), function_of("rate", [slope])
+
+
+def function_of(name: str, wanted: Sequence[Node]) -> FunctionType:
+    """The function of numbers that gives the values ``wanted``, whose arguments are the
+    rows that they read."""
+    return written_out(name, wanted, {row: row.extra for row in wanted[0].graph.live(wanted) if row.op == "input"})
 
 
 def written_out(name: str, wanted: Sequence[Node], arguments: Mapping[Node, str]) -> FunctionType:
