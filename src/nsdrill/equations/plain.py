@@ -16,13 +16,14 @@ from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.lanes import written
 from nsdrill.equations.library import Library
 from nsdrill.equations.passes import Tangents
+from nsdrill.equations.trace import Named
 
 
-class Rows:
+class Rows(Named):
     """The inputs of a graph: every name is one."""
 
     def __init__(self, graph: Graph) -> None:
-        self.graph = graph
+        super().__init__(graph=graph)
 
     def __getattr__(self, name: str) -> Node:
         return self.graph.input(name)

@@ -29,8 +29,6 @@ reconstructed from the legible part of the text.
 
 from __future__ import annotations
 
-from typing import Any
-
 from nsdrill.equations.graph import Number
 from nsdrill.equations.library import sincos
 from nsdrill.equations.trace import Named, part
@@ -55,7 +53,7 @@ def drag(p: Named, tube: str, flow: Number, v: Number) -> Number:
 
 
 @part
-def drive_torque(s: Any, p: Any) -> Number:
+def drive_torque(s: Named, p: Named) -> Number:
     """The torque of a drive by torque that is switched on."""
     law = p.drive_stiffness * s.lag + p.drive_damping * (s.drive_speed - p.set_speed)
     law = law + p.twist_gain * (s.twist - s.lag) + p.speed_gain * (s.bit_speed - p.set_speed)

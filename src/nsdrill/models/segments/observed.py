@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from nsdrill.equations.graph import Node
 from nsdrill.equations.plain import followed
-from nsdrill.equations.trace import part
+from nsdrill.equations.trace import Named, part
 from nsdrill.models.segments.equations import drive_torque
 from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
@@ -39,24 +38,24 @@ def _bit(
     return interference_, closing_, closing_rate, force_, force_rate if force_ > 0.0 else 0.0
 
 
-def surface_torque(n: Any) -> Node:
+def surface_torque(n: Named) -> Node:
     """The torque that the drive and the top of the string exert on each other [N m]."""
     return n.surface_stiffness * (n.lag - n.angle_1 + n.torsional_time * (n.drive_speed - n.speed_1))
 
 
-def hook_load(n: Any) -> Node:
+def hook_load(n: Named) -> Node:
     """The hook load less that of steady drilling [N]."""
     return -(n.top_stiffness * n.u_0 + n.top_damping * n.v_0)
 
 
 @part
-def _motor_torque(n: Any) -> Node:
+def _motor_torque(n: Named) -> Node:
     """The torque of the motor [N m]; while the top keeps the set speed, the torque that
     this takes."""
     return drive_torque(n, n) if n.time >= n.on_at else surface_torque(n) + n.top_drag * n.drive_speed
 
 
-def _rates(n: Any) -> dict[str, Node]:
+def _rates(n: Named) -> dict[str, Node]:
     """How fast what these quantities read changes."""
     return {
         "lag": n.drive_speed - n.set_speed,

@@ -35,7 +35,6 @@ so Newton's method meets no square root.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -143,7 +142,7 @@ ROCK = (
 )  # fmt: skip
 
 
-def bit_on_rock(drive_angle: Number, s: Any, p: Any) -> tuple[Number, Number, Number, Number, Number, Number]:
+def bit_on_rock(drive_angle: Number, s: Named, p: Named) -> tuple[Number, Number, Number, Number, Number, Number]:
     """(sine and cosine of the lobes, interference of bit and rock [m], its rate, force
     and torque of the rock)."""
     sine, cosine = sincos(p.lobes * (s.twist + drive_angle))
@@ -153,7 +152,7 @@ def bit_on_rock(drive_angle: Number, s: Any, p: Any) -> tuple[Number, Number, Nu
     return sine, cosine, interference, surface_slope * s.bit_speed - s.vz, force, torque
 
 
-def loads(elastic: Number, surface_slope: Number, s: Any, p: Any) -> tuple[Number, Number]:
+def loads(elastic: Number, surface_slope: Number, s: Named, p: Named) -> tuple[Number, Number]:
     """(force, torque) of the rock, whose ``elastic`` force [N] is that of its
     penetration alone, on a bit on a lobe of this slope [m/rad]."""
     omega, numbers = s.bit_speed, {name: getattr(p, name) for name in ROCK}
