@@ -167,7 +167,8 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     }
     attrs = {"title": str(results.attrs.get("title") or ""), "samples": estimates.total}
     result = xarray.Dataset(data, coords, attrs)
-    return result.squeeze([name for name in ("history", *results.axes) if result.sizes[name] == 1])
+    fixed = [name for name in ("history", *results.axes) if result.sizes[name] == 1]
+    return result.squeeze(fixed).drop_vars(results.uncertain)
 
 
 def sensitivity(source: Source, severity: int | None = None, chosen: dict[str, float] | None = None) -> Answer:

@@ -237,7 +237,7 @@ def study_details(session: Session) -> str:
 
 def _sweep(session: Session, results: Results) -> Rows:
     rows: Rows = []
-    for name in results.axes:
+    for name in results.certain_axes:
         axis = quantity_data(name, session.units)
         values = results.coords[name] / quantity(name, session.units).scale
         if words_along(name):
