@@ -9,7 +9,7 @@ import pytest
 from nsdrill.analysis.contrast import contrast
 from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.errors import InputError
-from nsdrill.text.diff import sentence, side_by_side, thresholds
+from nsdrill.text.diff import border_rows, sentence, side_by_side, thresholds
 
 from .grids import grid
 
@@ -40,11 +40,53 @@ def test_every_border_says_how_far_it_moved_and_what_lies_beyond(found):
         "moved": -1.0,
         "responses_a": ["stick_slip"],
         "responses_b": ["stick_slip"],
+        "why_a": "critical",
+        "why_b": "critical",
     }
     assert (low["upper"]["moved"], low["upper"]["responses_b"]) == (0.0, ["whirl"])
     # at the upper weight the intervals 4 to 5 and 2 to 3 do not meet: one lost, one gained
     assert [(row["lower"]["a"], row["lower"]["b"]) for row in upper] == [(4.0, None), (None, 2.0)]
     assert all(row["upper"]["moved"] is None for row in upper)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "moves"),
+    [
+        # what makes the other unsafe there, not what lies beyond: whirl, where a ends in stick-slip
+        ("ss..bb", "wwwwww", [("lost (whirl in b)",) * 2]),
+        ("wwwwBb", "s...ss", [("gained (whirl in a)",) * 2]),
+        ("......", "xxwwss", [("lost (a run failed in b)", "lost (stick-slip in b)")]),
+        # one interval that becomes two, and two that become one
+        (
+            "......",
+            "..ww..",
+            [
+                ("same (edge of the map)", "-4 rad/s (38.2 rpm) (edge of the map, now whirl)"),
+                ("+4 rad/s (38.2 rpm) (edge of the map, now whirl)", "same (edge of the map)"),
+            ],
+        ),
+        (
+            "..ww..",
+            "......",
+            [
+                ("same (edge of the map)", "+4 rad/s (38.2 rpm) (whirl, now edge of the map)"),
+                ("-4 rad/s (38.2 rpm) (whirl, now edge of the map)", "same (edge of the map)"),
+            ],
+        ),
+        # beyond the end lies no edge but a run that failed
+        ("s...xx", "s..xxx", [("same (stick-slip)", "-1 rad/s (9.55 rpm) (a run failed)")]),
+    ],
+)
+def test_the_end_of_a_safe_interval_names_its_cause(a, b, moves):
+    found = contrast(grid({"up": [a]}, SPEEDS), grid({"up": [b]}, SPEEDS))
+    assert [row[3:] for row in border_rows(found, "si")] == moves
+
+
+def test_beyond_the_map_of_the_other_nothing_is_known_of_an_interval():
+    a, b = grid({"up": ["...www"]}, SPEEDS), grid({"up": ["......"]}, SPEEDS + 10.0)
+    (lost, gained) = border_rows(contrast(a, b), "si")
+    assert lost[3:] == ("lost (edge of the map in b)",) * 2
+    assert gained[3:] == ("gained (edge of the map in a)",) * 2
 
 
 def test_onsets_are_where_a_response_occurs(found):

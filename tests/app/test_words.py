@@ -202,6 +202,28 @@ simulation: {transient: 0.2 s, observe: 0.5 s}
     assert loaded.resolved["sweep"]["drillstring.eccentric_weight"] == [False, True]
 
 
+@pytest.mark.parametrize(
+    ("key", "word", "stored"),
+    [
+        ("drillstring.eccentric_weight", "false", "false"),
+        ("drillstring.eccentric_weight", False, "false"),
+        ("drillstring.lateral_softening", "none", "none"),
+        ("drive.kind", "stiff", "stiff"),
+    ],
+)
+def test_a_word_or_a_switch_is_chosen_by_at(key, word, stored):
+    """Of a study that is simulated, and of a file with both words of which one is replayed."""
+    study = {"operation": {"wob": "40 kN"}, "simulation": {"transient": "1 s", "observe": "2 s"}}
+    trace = nsdrill.simulate(study, at={key: word}, duration="1 s")
+    assert json.loads(trace.attrs["study_overrides"]) == [f"{key}={stored}"]
+    words = {"drillstring.eccentric_weight": [True, False], "drillstring.lateral_softening": ["live", "none"]}
+    swept = nsdrill.run(study | {"sweep": {key: words.get(key, ["ideal", "stiff"])}})
+    replayed = nsdrill.replay(swept, at={key: word})
+    assert replayed.attrs["same_bits"] == 1
+    with pytest.raises(InputError, match=rf"at\['{key}'\]: found 'neither'; allowed: .*{stored}"):
+        nsdrill.replay(swept, at={key: "neither"})
+
+
 def test_what_no_word_reads_is_refused_and_what_one_reads_is_not():
     cases = (
         ("drive: {matching: 3}\nsweep: {drive.kind: [ideal, stiff]}\n", "one of the words of sweep.drive.kind reads"),

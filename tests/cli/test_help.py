@@ -273,9 +273,16 @@ def test_labels_may_go_to_a_new_file(shared, call):
         (["run", "--set", "well.friction.st"], ["well.friction.static="]),
         (["simulate", "--at", "wo"], ["wob="]),
         (["replay", "--at", "bit.rock"], ["bit.rock_stiffness="]),
+        # of a file that is there: what it takes, and nothing else
+        (["plot", "{shared}/map.h5", "--at", ""], ["wob=", "rotary_speed="]),
+        (["replay", "{shared}/map.h5", "--at", "wob=3kN", "--at", "r"], ["rotary_speed="]),
+        (["simulate", "{shared}/small.yaml", "--at", "drive.kind=s"], ["drive.kind=stiff", "drive.kind=soft_torque"]),
+        (["simulate", "{shared}/small.yaml", "--at", "drive.i"], [""]),  # the ideal drive has no inertia
+        (["plot", "no-such.h5", "--at", "rot"], ["rotary_speed="]),
     ],
 )
-def test_a_shell_completes_names_and_keys(call, monkeypatch, words, expected):
+def test_a_shell_completes_names_and_keys(call, monkeypatch, shared, words, expected):
+    words = [word.format(shared=shared) for word in words]
     for name, value in {"COMP_WORDS": " ".join(("nsdrill", *words)), "COMP_CWORD": len(words)}.items():
         monkeypatch.setenv(name, str(value))
     monkeypatch.setenv("_NSDRILL_COMPLETE", "bash_complete")

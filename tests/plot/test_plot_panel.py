@@ -2,6 +2,7 @@
 rounding that is no signal."""
 
 import json
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from made_up import make_results, make_trace
 from matplotlib.figure import Figure
+from seen import artists
 
 import nsdrill
 from nsdrill import plot
@@ -60,6 +62,48 @@ def test_panels_of_maps_are_named_by_the_way_the_state_was_carried():
         assert [one.get_gid() for one in alone.collections] == [one.get_gid() for one in whole.axes[number].collections]
     figure = plot.draw(data, "stick_slip_index", panel="down")
     assert [axes.get_label() for axes in figure.axes[1:]] == ["<colorbar>"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "panel", "way"),
+    [
+        # without a name the way that was run first
+        ("map", None, "up"),
+        (None, "whirl_kind", "up"),
+        ("map", "whirl_kind", "up"),
+        ("value", "radius_max", "up"),
+        ("map", "radius_max", "up"),
+        (None, "radius_max", "up"),
+        # or both names
+        (None, "radius_max down", "down"),
+        ("value", "radius_max down", "down"),
+        ("map", "radius_max compared", "compared"),
+        ("radius_max", "radius_max down", "down"),
+        ("radius_max", "down", "down"),
+        ("map", "whirl_kind down", "down"),
+    ],
+)
+def test_a_panel_of_a_map_of_two_ways_in_axes_of_a_user(kind, panel, way):
+    data = make_results(wob=np.linspace(1e4, 6e4, 5), rotary_speed=np.linspace(1, 8, 9), procedures=("up", "down"))
+    variable = (panel or "response").split()[0] if kind != "radius_max" else "radius_max"
+    whole = plot.draw(data, "map" if variable == "response" else variable)
+    axes = Figure().subplots()
+    plot.draw(data, kind, panel=panel, ax=axes)
+    (like,) = (one for one in whole.axes if one.get_label() == way)
+    (cells,), (expected,) = (artists(one, "cells") or artists(one, "same") for one in (axes, like))
+    assert np.ma.allequal(cells.get_array(), expected.get_array())
+    (alone, *_) = plot.draw(data, kind, panel=f"{variable} {way}" if panel else way).axes
+    assert alone.get_title() == like.get_title()
+
+
+def test_of_a_map_for_each_value_of_a_third_axis_the_error_leads_to_one():
+    data = make_results(wob=[1e4, 2e4], rotary_speed=[1.0, 2.0, 3.0], depth=[1e3, 2e3], procedures=("up", "down"))
+    with pytest.raises(InputError, match=r"by panel: 'radius_max up', .*'radius_max up 2'") as error:
+        plot.draw(data, panel="radius_max", ax=Figure().subplots())
+    for name in re.findall("'([^']*)'", str(error.value)):
+        plot.draw(data, panel=name, ax=Figure().subplots())
+    with pytest.raises(InputError, match="panel: found 'radius_max sideways'; allowed here: 'radius_max up', "):
+        plot.draw(data, panel="radius_max sideways")
 
 
 @pytest.mark.parametrize(

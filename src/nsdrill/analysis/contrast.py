@@ -7,9 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.analysis.comparison import common_places
-from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import SAFE, UNKNOWN, YIELDS, Classes, axes_of, classes, stretches
-from nsdrill.analysis.window import find_window, usual_confidence
+from nsdrill.analysis.window import find_window, obstacle, usual_confidence
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words
@@ -27,9 +26,10 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
       either;
     - ``borders``: for each line of the map along its first axis the safe intervals of
       the two that meet: ``at``, and for the ends ``lower`` and ``upper`` the last safe
-      values in ``a`` and ``b``, how far it ``moved``, and the ``responses_a`` and
-      ``responses_b`` beyond (empty at the edge of the map). An end is None where the
-      interval is only in the other;
+      values in ``a`` and ``b``, how far it ``moved``, and what lies beyond: the
+      ``responses_a`` and ``responses_b``, and ``why_a`` and ``why_b``, as of a side of
+      a window (``edge`` beyond the map). An end is None where the interval is only in
+      the other; its responses are then those that occur there instead;
     - ``onsets``: for each line, way and response, the least and the greatest value at
       which it occurs in ``a`` and in ``b``; None where it does not;
     - ``rate``: the rate of penetration [m/s] at the recommended point, at the fastest
@@ -94,50 +94,56 @@ def _borders(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, 
     x = [one.values(one.x) for one in maps]
     for at, *cells in _lines(maps, places):
         spans = [stretches(one.state[cell] == SAFE) for one, cell in zip(maps, cells, strict=True)]
-        free = set(range(len(spans[1])))
-        pairs: list[tuple[tuple[int, int] | None, tuple[int, int] | None]] = []
-        for begin, end in spans[0]:
-            low, high = x[0][begin], x[0][end]
-            overlaps = {n: min(high, x[1][spans[1][n][1]]) - max(low, x[1][spans[1][n][0]]) for n in free}
-            meeting = {n: overlap for n, overlap in overlaps.items() if overlap >= 0.0}
-            if meeting:
-                chosen = max(meeting, key=lambda n: (meeting[n], -n))
-                free.discard(chosen)
-                pairs.append(((begin, end), spans[1][chosen]))
-            else:
-                pairs.append(((begin, end), None))
-        pairs += [(None, spans[1][n]) for n in sorted(free)]
-        for pair in pairs:
+        for pair in _pairs(x, spans):
             row: Answer = {"at": at, "axis": maps[0].x}
             for side_name, step in (("lower", -1), ("upper", 1)):
-                values: list[float | None] = []
-                responses: list[list[str]] = []
-                for side, span in enumerate(pair):
-                    if span is None:
-                        values.append(None)
-                        responses.append([])
-                        continue
-                    last = span[0] if step < 0 else span[1]
-                    values.append(float(x[side][last]))
-                    responses.append(_beyond(maps[side], cells[side], last + step))
-                in_a, in_b = values
+                last = [span and span[0 if step < 0 else 1] for span in pair]
+                ends = [None if place is None else float(x[side][place]) for side, place in enumerate(last)]
+                found = [
+                    obstacle(one, (*cell, place + step)) if place is not None else _there(one, cell, ends[1 - side])
+                    for side, (one, cell, place) in enumerate(zip(maps, cells, last, strict=True))
+                ]
                 row[side_name] = {
-                    "a": in_a,
-                    "b": in_b,
-                    "moved": None if in_a is None or in_b is None else in_b - in_a,
-                    "responses_a": responses[0],
-                    "responses_b": responses[1],
+                    "a": ends[0],
+                    "b": ends[1],
+                    "moved": None if ends[0] is None or ends[1] is None else ends[1] - ends[0],
+                    **{
+                        f"{name}_{side}": one[name]
+                        for name in ("responses", "why")
+                        for side, one in zip("ab", found, strict=True)
+                    },
                 }
             rows.append(row)
     return rows
 
 
-def _beyond(one: Classes, cell: tuple[int, int], place: int) -> list[str]:
-    """The responses at a point of a line; none beyond its end."""
-    if not 0 <= place < len(one.values(one.x)):
-        return []
-    bits = int(one.bits[(*cell, place)])
-    return response_text(bits).split("+") if bits else []
+Span = tuple[int, int]
+
+
+def _pairs(x: list[Array], spans: list[list[Span]]) -> list[tuple[Span | None, Span | None]]:
+    """The safe intervals of a line in a, each with the one in b that it meets most, and
+    those in b that are left, likewise; None where it meets none. ``x`` are the values
+    along the line in a and in b."""
+
+    def meets_most(span: Span, side: int) -> Span | None:
+        low, high = x[side][list(span)]
+        overlaps = {one: min(high, x[1 - side][one[1]]) - max(low, x[1 - side][one[0]]) for one in spans[1 - side]}
+        best = max(overlaps, key=lambda one: overlaps[one], default=None)
+        return best if best is not None and overlaps[best] >= 0.0 else None
+
+    pairs: list[tuple[Span | None, Span | None]] = [(span, meets_most(span, 0)) for span in spans[0]]
+    met = {there for _, there in pairs}
+    return pairs + [(meets_most(span, 1), span) for span in spans[1] if span not in met]
+
+
+def _there(one: Classes, cell: tuple[int, int], value: float | None) -> Answer:
+    """What prevents that the point of a line at this value is safe: that at the nearest
+    point of the line that is not."""
+    values = one.values(one.x)
+    not_safe = np.flatnonzero(one.state[cell] != SAFE)
+    if value is None or not values[0] <= value <= values[-1] or not not_safe.size:
+        return obstacle(one, (*cell, -1))
+    return obstacle(one, (*cell, int(not_safe[np.argmin(np.abs(values[not_safe] - value))])))
 
 
 def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> list[Answer]:

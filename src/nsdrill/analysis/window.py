@@ -289,27 +289,31 @@ def _limits(maps: Classes, start: Cell, place: int) -> Answer:
         last = start[place]
         while 0 <= last + step < len(values) and maps.state[cell(last + step)] == SAFE:
             last += step
-        beyond: Answer = {"first_not_safe": None, "why": "edge", "responses": [], "safe_in": [], "reason": None}
-        if 0 <= last + step < len(values):
-            beyond = {"first_not_safe": float(values[last + step]), **_hindrance(maps, start, cell(last + step))}
+        beyond: Answer = {"first_not_safe": None, **obstacle(maps, cell(last + step)), "safe_in": [], "reason": None}
+        if beyond["why"] != "edge":
+            beyond["first_not_safe"] = float(values[last + step])
+            beyond["safe_in"] = [
+                name
+                for name, is_safe in zip(maps.results.procedures, maps.is_safe_in, strict=True)
+                if is_safe[cell(last + step)]
+            ]
+            beyond["reason"] = reason(maps, start, cell(last + step))
         margin = abs(float(values[last] - values[start[place]]))
         sides[side] = {"margin": margin, "safe_to": float(values[last]), **beyond}
     return sides
 
 
-def _hindrance(maps: Classes, inside: Cell, cell: Cell) -> Answer:
-    """Why a cell is not safe, while the one ``inside`` is."""
+def obstacle(maps: Classes, cell: Cell) -> Answer:
+    """What prevents that a cell is safe: ``why``, and its ``responses``. A cell beyond
+    the end of its row or column is at the edge."""
+    if not all(0 <= place < length for place, length in zip(cell, maps.state.shape, strict=True)):
+        return {"why": "edge", "responses": []}
     bits, why = int(maps.bits[cell]), STATES[int(maps.state[cell])]
     if why == "unknown" and maps.failed[cell]:
         why = "failed"
     elif bits == 0 and maps.distrusted[cell]:
         why = "distrusted"
-    return {
-        "why": why,
-        "responses": response_text(bits).split("+") if bits else [],
-        "safe_in": [name for name, safe in zip(maps.results.procedures, maps.is_safe_in, strict=True) if safe[cell]],
-        "reason": reason(maps, inside, cell),
-    }
+    return {"why": why, "responses": response_text(bits).split("+") if bits else []}
 
 
 def _over_depth(maps: Classes) -> Answer | None:

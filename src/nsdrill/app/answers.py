@@ -202,6 +202,7 @@ MAKER_ATTRIBUTES = (
     "llvmlite",
     "numpy_version",
     "h5py_version",
+    "numba_version",
     "processor",
 )
 RUN_ATTRIBUTE_UNITS = {

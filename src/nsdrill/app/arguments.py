@@ -118,11 +118,12 @@ def _value(value: object, leaf: Leaf, argument: str, key: str = "") -> float:
         if isinstance(value, str) and leaf.kind == "quantity":
             leaf.read(value)  # within its range
             return parse_with_unit(value, leaf.units)
-        if isinstance(value, str) and leaf.choices:
-            if value in words_of(leaf.key):
-                return as_value(leaf.key, value)
-            hint = did_you_mean(value, leaf.choices)
-            raise QuantityError(shown(value), ", ".join(leaf.choices), hint)
+        if isinstance(value, str | bool) and (words := words_of(leaf.key)):
+            word = str(value).lower() if isinstance(value, bool) else value
+            if word in words:
+                return as_value(leaf.key, word)
+            choices = leaf.choices or words
+            raise QuantityError(shown(value), ", ".join(choices), did_you_mean(word, choices))
         if isinstance(value, str):
             with suppress(ValueError):
                 value = float(value)

@@ -7,12 +7,13 @@ import inspect
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
 
-from nsdrill.errors import InputError, Refusal
+from nsdrill.errors import InputError, NsdrillError, Refusal
 from nsdrill.late import deferred
 from nsdrill.operations.argument import (
     Argument,
@@ -78,17 +79,27 @@ class FileName(click.ParamType):
 
 
 class Word(click.ParamType):
-    """A word, which a shell completes from those that ``known`` gives. The command
-    checks it, with the list in its message."""
+    """A word, which a shell completes from those that ``known`` gives, or ``of_file`` of
+    the file that stands before it, where that can be read. The command checks it, with
+    the list in its message."""
 
     name = "word"
 
-    def __init__(self, known: Callable[[], Iterable[str]]) -> None:
-        self.known = known
+    def __init__(
+        self, known: Callable[[], Iterable[str]], of_file: Callable[[str], Iterable[str]] | None = None
+    ) -> None:
+        self.known, self.of_file = known, of_file
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        words = dict.fromkeys(self.known())
+        words = dict.fromkeys(self._known(ctx))
         return [CompletionItem(word) for word in words if word.startswith(incomplete)]
+
+    def _known(self, ctx: click.Context) -> list[str]:
+        # an option without its value ends the parsing: the file is among what is left
+        if self.of_file is not None and ctx.args:
+            with suppress(NsdrillError):
+                return list(self.of_file(ctx.args[0]))
+        return list(self.known())
 
 
 class PercentType(click.ParamType):
@@ -255,7 +266,7 @@ def _type(kind: Kind) -> click.ParamType | type | None:
         case File():
             return FileName(kind.stream, kind.hdf5)
         case Text():
-            return None if kind.known is None else Word(kind.known)
+            return None if kind.known is None else Word(kind.known, kind.of_file)
         case Choice():
             return click.Choice(kind.words)
         case Units():

@@ -18,10 +18,12 @@ S = TypeVar("S")
 
 @dataclass(frozen=True)
 class Text:
-    """A text. A shell completes it from ``known``; its meaning is checked by what takes
-    it, with the list in its message."""
+    """A text. A shell completes it from ``known``, or from what is known ``of_file``, the
+    file that the command line names before it; its meaning is checked by what takes it,
+    with the list in its message."""
 
     known: Callable[[], Iterable[str]] | None = None
+    of_file: Callable[[str], Iterable[str]] | None = None
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,9 @@ from nsdrill.operations.argument import Argument, Choice, File, Flag, Percent, T
 from nsdrill.operations.argument import Units as System
 
 with deferred():
-    from nsdrill.models import registry
+    from nsdrill import data, variables
+    from nsdrill.app import arguments, datasets
+    from nsdrill.models import leaves, registry
     from nsdrill.study import keys, write
 
 if TYPE_CHECKING:
@@ -47,6 +49,23 @@ def points() -> Iterator[str]:
     yield f"{keys.SAMPLE}="
 
 
+def points_of(file: str) -> Iterator[str]:
+    """As :func:`points`, those that a study reads, or the axes of results with their
+    words; none of a trace or branches, which are of one point."""
+    if datasets.is_study(file):
+        study = arguments.study_in(file, None)
+        read = (study.keys.leaf(leaf.key, study.resolved) for leaf in study.keys.axes.values())
+        unread = getattr(study.parameters, "unread", ())
+        yield from _assignments({variables.short_key(leaf.key): leaf for leaf in read if leaf.key not in unread})
+    elif not datasets.is_branches(file) and isinstance(results := datasets.outline(file), data.Results):
+        for key in (*keys.axes_of_all(), keys.SAMPLE):
+            values = results.coords.get(variables.dimension_of(key), ())
+            if len(values) > 1 and leaves.words_of(key):
+                yield from (f"{key}={leaves.word_or_number(key, value)}" for value in values)
+            elif len(values) > 1:
+                yield f"{key}="
+
+
 def models() -> Iterable[str]:
     return registry.NAMES
 
@@ -55,8 +74,8 @@ def examples() -> Iterable[str]:
     return write.examples()
 
 
-def _assignments(leaves: Mapping[str, Leaf]) -> Iterator[str]:
-    for key, leaf in leaves.items():
+def _assignments(of_keys: Mapping[str, Leaf]) -> Iterator[str]:
+    for key, leaf in of_keys.items():
         yield f"{key}="
         yield from (f"{key}={word}" for word in leaf.choices)
 
@@ -231,7 +250,7 @@ At = Annotated[
         "mapping",
         "--at",
         "KEY=VALUE",
-        Texts(points, pairs=True),
+        Texts(points, points_of, pairs=True),
         "Value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m', or --at sample=17 "
         "with uncertain numbers. May be given more than once.",
     ),

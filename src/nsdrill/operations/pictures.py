@@ -89,16 +89,20 @@ Along = Annotated[
 Panel = Annotated[
     "str | None",
     Argument(
-        "One panel of the picture alone, by its name or a clear part of it; the error for another one lists them.",
+        "One panel of the picture alone, by its name or a clear part of it; the error for another one lists them. "
+        "A map of one value in one way has both names: ``'radius_max down'``.",
         "str",
         "--panel",
         "NAME",
-        help="Draw one panel alone, by its name or a part of it: --panel radius.",
+        help="Draw one panel alone, by its name or a part of it: --panel radius, --panel 'radius_max down'.",
     ),
 ]
 Axes = Annotated[
     "AxesOfMatplotlib | None",
-    Argument("Axes into which one panel is drawn; their title is unchanged.", "matplotlib.axes.Axes"),
+    Argument(
+        "Axes into which one panel is drawn, of a map of several ways the first; their title is unchanged.",
+        "matplotlib.axes.Axes",
+    ),
 ]
 States = Annotated[
     "Sequence[str] | None",

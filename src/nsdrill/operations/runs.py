@@ -46,7 +46,7 @@ with deferred():
     from nsdrill import store
     from nsdrill.app import arguments, cluster, continuing, datasets, summary, trajectory
     from nsdrill.app import run as running
-    from nsdrill.models import registry
+    from nsdrill.models import leaves, registry
 
 if TYPE_CHECKING:
     from nsdrill.app.continuing import ContinuationResult
@@ -252,7 +252,7 @@ def simulate(
     values = arguments.values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     numbers = loaded.keys
     changes = [  # other numbers of the study, checked as its keys
-        f"{key}={numbers.leaf(key, loaded.resolved).text(value)}"
+        f"{key}={numbers.leaf(key, loaded.resolved).text(leaves.word_or_number(key, value))}"
         for key, value in values.items()
         if key not in ("depth", "wob", "rotary_speed", "sample")
     ]

@@ -86,11 +86,12 @@ def draw(
     data = cut(data, at, start)
     if kind is None and "over" in asked and "ramp" in kinds_for(data):
         kind = "ramp"
-    chosen_kind, panel = choose_kind(data, kind, panel)
+    chosen_kind, rest = choose_kind(data, kind, panel)
+    of_kind = f"{chosen_kind.name} " if panel != rest else ""
     check_options(chosen_kind, asked)
     from nsdrill.plot.drawing import Drawing
 
-    return Drawing(chosen_kind, data, units, asked, look or Look(), curves).draw(panel, ax)
+    return Drawing(chosen_kind, data, units, asked, look or Look(), curves).draw(rest, ax, of_kind)
 
 
 def needed(

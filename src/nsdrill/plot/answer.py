@@ -194,16 +194,19 @@ def _nothing_safe(summary: Answer, fmt: Formatter) -> str:
     return f"{text}; {', '.join(found)}." if found else f"{text}."
 
 
+def obstacle_words(why: str, responses: Iterable[str]) -> str:
+    """What prevents that a point is safe; see :func:`nsdrill.analysis.window.obstacle`."""
+    words = {"edge": "edge of the map", "failed": "a run failed", "unknown": "no severity is known"}
+    otherwise = "the checks disagree" if why == "distrusted" else "critical"
+    return words.get(why) or response_words(responses) or otherwise
+
+
 def limit(axis: str, side: Answer, fmt: Formatter) -> str:
     """What lies behind one side of the window: ``65 rpm: stick-slip coming up, none
     coming down``."""
     if side["why"] == "edge":
         return "the edge of the map, nothing is known beyond"
-    what = {"failed": "a run failed", "distrusted": "the checks disagree", "unknown": "no severity is known"}.get(
-        side["why"], "critical"
-    )
-    if side["responses"] and side["why"] not in ("failed", "unknown"):
-        what = response_words(side["responses"])
+    what = obstacle_words(side["why"], side["responses"])
     if side["why"] == "rim":
         what += ", depending on the history"
         if safe := [WAYS[name] for name in side["safe_in"] if name in WAYS]:

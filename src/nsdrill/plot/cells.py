@@ -21,7 +21,7 @@ from nsdrill.data import Array
 from nsdrill.models.description import Description
 from nsdrill.observe.motion import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.page import area_entry, line_entry
+from nsdrill.plot.page import LABEL_OF_LINE, area_entry, line_entry
 from nsdrill.plot.slices import edges
 from nsdrill.plot.style import BLACK, GREY, Properties, Property, font_size, halo
 
@@ -162,7 +162,8 @@ RATE_OF_PENETRATION = "rate_of_penetration"
 MAX_LINES = 6
 MIN_RELATIVE_RANGE = 0.02  # range relative to the greatest value: below it no lines are drawn
 LABEL_CLEARANCE = 0.12  # between a label and a point kept clear, as a part of the axes
-ALONG_A_LINE = (0.5, 0.3, 0.7, 0.15, 0.85)  # where a label that is moved may stand
+LABEL_ROOM = 1.1  # of the size of a label: the room that it needs inside the axes
+ALONG_A_LINE = (0.5, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9)  # where a label that is moved may stand
 
 
 def line_variables(model: Description) -> tuple[str, ...]:
@@ -202,9 +203,9 @@ def draw_equal_rates(
         lines = axes.tricontour(x[known], y[known], values[known], zorder=4, **style)
     lines.set(gid="equal", path_effects=halo(1.8))
     label_style: Properties = {"fontsize": font_size(6), "inline_spacing": 2}
-    positions = _label_positions(axes, lines, keep_clear, label_style) if keep_clear else False
+    positions = _label_positions(axes, lines, keep_clear, label_style)
     for label in axes.clabel(lines, inline=True, manual=positions, **label_style):
-        label.set(path_effects=halo(1.8), gid="equal:label")
+        label.set(path_effects=halo(1.8), gid=f"equal{LABEL_OF_LINE}")
     return [line_entry(color="black", linewidth=0.7, linestyle="dashed", label=shown.label)]
 
 
@@ -222,29 +223,38 @@ def _to_the_edges(centres: Cells, values: Array) -> tuple[Cells, Array]:
     return (continued[0], continued[1]), values
 
 
-def _label_positions(axes: Axes, lines: Any, keep_clear: Sequence[tuple[float, float]], label_style: Properties) -> Any:
-    """The positions of the labels of the lines; False, for matplotlib's own positions,
-    where these leave the points ``keep_clear`` free."""
+def _label_positions(
+    axes: Axes, lines: Any, keep_clear: Sequence[tuple[float, float]], label_style: Properties
+) -> list[tuple[float, float]]:
+    """The positions of the labels of the lines: matplotlib's own where these lie inside
+    the axes and leave the points ``keep_clear`` free, else others along the same line.
+    A line without such a place gets no label."""
     default_labels = axes.clabel(lines, inline=False, **label_style)
     positions = [label.get_position() for label in default_labels]
+    sizes = [label.get_window_extent() for label in default_labels]
     for label in default_labels:
         label.remove()
-    scale = np.abs([np.diff(axes.get_xlim())[0], np.diff(axes.get_ylim())[0]])
+    box = axes.get_window_extent()
+    parts = axes.transData - axes.transAxes  # from the units of the axes to parts of them
+    clear_parts = parts.transform(keep_clear) if keep_clear else np.empty((0, 2))
 
-    def clearance(position: Any) -> float:
-        return min(float(np.hypot(*((np.asarray(position) - point) / scale))) for point in keep_clear)
+    def clearance(place: Array) -> float:
+        return float(np.min(np.hypot(*(clear_parts - place).T), initial=np.inf))
 
-    if all(clearance(position) > LABEL_CLEARANCE for position in positions):
-        return False
-    segments = [segment for level in lines.allsegs for segment in level if len(segment)]
-
-    def moved(position: Any) -> Any:
-        """The place of a label along its line that is clear, else the clearest."""
-        if clearance(position) > LABEL_CLEARANCE:
-            return position
-        nearest = min(segments, key=lambda segment: float(np.min(np.hypot(*((segment - position) / scale).T))))
-        candidates = [nearest[round(fraction * (len(nearest) - 1))] for fraction in ALONG_A_LINE]
-        clear = [candidate for candidate in candidates if clearance(candidate) > LABEL_CLEARANCE]
-        return clear[0] if clear else max(candidates, key=clearance)
-
-    return [tuple(moved(position)) for position in positions]
+    found = []
+    segments = [parts.transform(segment) for level in lines.allsegs for segment in level if len(segment)]
+    for position, size in zip(positions, sizes, strict=True):
+        half = LABEL_ROOM * np.hypot(size.width, size.height) / 2 / np.array([box.width, box.height])
+        place = parts.transform(position)
+        nearest = min(segments, key=lambda segment: float(np.min(np.hypot(*(segment - place).T))))
+        number = np.linspace(0.0, 1.0, len(nearest))
+        along = np.transpose([np.interp(ALONG_A_LINE, number, part) for part in nearest.T])
+        free = [
+            one
+            for one in (place, *along)
+            if np.all((half < one) & (one < 1.0 - half)) and clearance(one) > LABEL_CLEARANCE
+        ]
+        if free:
+            x, y = parts.inverted().transform(free[0])
+            found.append((float(x), float(y)))
+    return found

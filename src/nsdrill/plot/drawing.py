@@ -83,15 +83,16 @@ class Drawing:
         self.kind, self.units, self.options, self.look, self.curves = kind, units, options, look, curves
         self.data, self.ends = apply_limits(data, kind, look)
 
-    def draw(self, panel: str | None, axes: Axes | None) -> Figure:
-        """The figure; or that with one ``panel`` alone, into ``axes`` if given."""
+    def draw(self, panel: str | None, axes: Axes | None, of_kind: str = "") -> Figure:
+        """The figure; or that with one ``panel`` alone, into ``axes`` if given. For
+        ``of_kind`` see :func:`draw_panel`."""
         alone = panel is not None or axes is not None
         with using_look(self.look), house_style(), without_glyph_warnings():
             figure = self._picture(limits_y=not alone)
             freeze_layout(figure)
             earlier = set(axes.findobj()) if isinstance(axes, Artist) else set()
             if alone:
-                figure = draw_panel(lambda: self._picture(limits_y=True), figure, panel, axes)
+                figure = draw_panel(lambda: self._picture(limits_y=True), figure, panel, axes, of_kind)
             on_dark_page(figure, [mark for mark in marks_of(figure) if mark not in earlier])
             if alone and axes is None:
                 freeze_layout(figure)
@@ -140,7 +141,8 @@ def no_data_message(data: Results) -> str:
     return f"Nothing to show: no point ended well\n({failed} of {points} failed{waiting})"
 
 
-LEGEND_BELOW = 32.0  # points: room for the ticks and the label of the x axis
+LEGEND_BELOW = 12.0  # points: room for the ticks and gaps, beside two lines of words below the x axis
+LINE_HEIGHT = 1.25  # of the size of the type
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend of one panel
 PANEL_HEIGHT = (2.0, 3.4)  # inches: least and greatest
 # The caller's layout takes the room of a legend from the panel.
@@ -163,12 +165,15 @@ def _panels(figure: Figure) -> list[Axes]:
     return [axes for axes in panels_of(figure) if axes.get_label() != "<colorbar>"]
 
 
-def draw_panel(picture: Callable[[], Figure], whole: Figure, panel: str | None, axes: Axes | None) -> Figure:
+def draw_panel(
+    picture: Callable[[], Figure], whole: Figure, panel: str | None, axes: Axes | None, of_kind: str = ""
+) -> Figure:
     """Draw the ``panel`` of a ``picture`` alone, into ``axes`` if given, and return the
     figure that contains it. ``whole`` is the picture with all its panels. Without a
-    name it is the only panel beside a strip. InputError where there is no such panel,
-    or several; nothing is drawn then."""
-    number = _number(names_of(whole), panel, axes)
+    name it is the only panel beside a strip, of a map in several ways the first one.
+    InputError where there is no such panel, or several; nothing is drawn then. Its
+    names begin with ``of_kind``, which leads from the names of all panels to these."""
+    number = _number(names_of(whole), panel, of_kind)
     if axes is not None and not isinstance(axes, Axes):
         raise InputError(f"ax: found a value of the type {type(axes).__name__}; allowed: axes of matplotlib.")
     place, title = axes, "" if axes is None else axes.get_title()
@@ -188,24 +193,26 @@ def draw_panel(picture: Callable[[], Figure], whole: Figure, panel: str | None, 
     return figure
 
 
-def _number(names: list[str], panel: str | None, axes: Axes | None) -> int:
+def _number(names: list[str], panel: str | None, of_kind: str) -> int:
     """The place of the wanted panel among those with these names; a name may be
     shortened where it remains clear."""
     fitting = [name for name in names if name == panel] or [name for name in names if panel and panel in name]
     if panel is None:
         fitting = [name for name in names if name != "strip"]
+        if set(fitting) <= {"same", "up", "down", "compared"}:
+            fitting = fitting[:1]
     if len(fitting) == 1:
         return names.index(fitting[0])
-    allowed = ", ".join(repr(name) for name in (fitting if panel and fitting else names))
+    allowed = ", ".join(repr(of_kind + name) for name in (fitting if panel and fitting else names))
     if panel is None:
         raise InputError(
             f"ax: found a picture with {len(names)} panels; allowed: one of them, by {option('panel')}: "
             f"{allowed}. Without ax it is a figure of its own."
         )
     near = difflib.get_close_matches(panel, names, n=1, cutoff=0.5) if not fitting else []
-    hint = f" Did you mean {near[0]!r}?" if near else ""
+    hint = f" Did you mean {of_kind + near[0]!r}?" if near else ""
     semicolon = f".{hint} Allowed" if hint else "; allowed"
-    raise InputError(f"{option('panel')}: found {panel!r}{semicolon} here: {allowed}.")
+    raise InputError(f"{option('panel')}: found {of_kind + panel!r}{semicolon} here: {allowed}.")
 
 
 def _alone(panel: Axes) -> Axes:
@@ -262,7 +269,8 @@ class _StandIn:
         (panel,) = self.axes
         if self._own:
             return panel.figure.legend(handles=handles, ncols=ncols, loc=loc)
-        below = ScaledTranslation(0.0, -LEGEND_BELOW / 72.0, panel.figure.dpi_scale_trans)
+        points = LEGEND_BELOW + 2 * LINE_HEIGHT * float(panel.xaxis.label.get_fontsize())
+        below = ScaledTranslation(0.0, -points / 72.0, panel.figure.dpi_scale_trans)
         return panel.legend(
             handles=handles,
             ncols=ncols,

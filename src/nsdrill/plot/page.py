@@ -389,3 +389,17 @@ def freeze_layout(figure: Figure) -> None:
     for axes in figure.axes:
         left, bottom, width, height = (round(value, 6) for value in axes.get_position(original=True).bounds)
         axes.set_position((left, bottom, width, height))
+    for axes in panels_of(figure):
+        _drop_cut_labels(axes)
+
+
+LABEL_OF_LINE = ":label"  # the end of the gid of the labels of contours
+
+
+def _drop_cut_labels(axes: Axes) -> None:
+    """Remove the labels of lines that the frame would cut, as by limits of the user."""
+    box = axes.get_window_extent()
+    for text in [text for text in axes.texts if str(text.get_gid()).endswith(LABEL_OF_LINE)]:
+        x0, y0, x1, y1 = text.get_window_extent().extents
+        if not (box.x0 <= x0 and x1 <= box.x1 and box.y0 <= y0 and y1 <= box.y1):
+            text.remove()

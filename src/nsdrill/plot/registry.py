@@ -127,12 +127,16 @@ def variables_for(kind: str, model: Description) -> tuple[str, ...]:
 
 def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tuple[Kind, str | None]:
     """The kind to draw, ``kind`` or the default if it is None, and which ``panel`` of it
-    alone, None for all. A panel that is declared as a kind is drawn as that one. The
+    alone, None for all. A panel that is declared as a kind is drawn as that one, and
+    what follows its name after a blank, ``radius_max down``, is a panel of that. The
     InputError for a kind that does not fit lists those that do."""
     allowed, known = kinds_for(data), all_kinds()
-    part = known.get(panel or "")
-    if part is not None and part.place(data) is not None and kind in (None, part.part_of):
-        return part, None
+    name, _, rest = (panel or "").partition(" ")
+    part = known.get(name)
+    if part is not None and part.place(data) is not None:
+        is_map = kind == "map" and part.of == VALUE and is_plane(data)
+        if kind in (None, part.part_of, part.name) or is_map:
+            return part, rest or None
     if kind is None:
         return known[allowed[0]], panel
     if kind in known and known[kind].place(data) is not None:

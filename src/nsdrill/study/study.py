@@ -41,8 +41,10 @@ Procedure = Literal["same", "up", "down", "up-down"]
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """One study, which :func:`load_study` makes. Two are equal that have the same
-    ``sha256``: their sweeps have the same numbers, whatever their title and units.
+    """One study, which :func:`load_study` makes.
+
+    Two are equal that have the same ``sha256``: their sweeps have the same numbers,
+    whatever their title and units.
 
     Attributes
     ----------

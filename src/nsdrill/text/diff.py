@@ -11,7 +11,7 @@ from nsdrill.app.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
 from nsdrill.data import Answer
 from nsdrill.errors import InputError, count
-from nsdrill.plot.answer import WAYS, Formatter, answer, chosen_map, in_order, percent, response_words, warnings
+from nsdrill.plot.answer import WAYS, Formatter, answer, chosen_map, in_order, obstacle_words, percent, warnings
 from nsdrill.quantity import amount, find
 from nsdrill.text.window import MAX_ROWS, WIDTH
 from nsdrill.text.words import aligned, in_words, point_text, rest, value_text
@@ -312,7 +312,8 @@ def _probability(best: Answer | None) -> str:
 
 def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     """The safe intervals of every line of the map: where, in a, in b, and how far the
-    ends moved, with the responses beyond them."""
+    ends moved, with the responses beyond them; of an interval that only one has, those
+    that occur there in the other."""
     fmt, table = Formatter(units), []
     for row in found["borders"]:
         axis = row["axis"]
@@ -333,17 +334,15 @@ def moved_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
 
 
 def _moved(axis: str, end: Answer, fmt: Formatter) -> str:
+    in_a, in_b = (obstacle_words(end[f"why_{side}"], end[f"responses_{side}"]) for side in ("a", "b"))
     if end["moved"] is None:
-        side = "a" if end["a"] is not None else "b"
-        beyond = response_words(end[f"responses_{side}"]) or "edge of the map"
-        return f"{'lost' if side == 'a' else 'gained'} (beyond: {beyond})"
+        return f"lost ({in_b} in b)" if end["b"] is None else f"gained ({in_a} in a)"
     if end["moved"]:
         sign = "+" if end["moved"] > 0 else "-"
         text = f"{sign}{fmt.value(axis, abs(end['moved']))}"
     else:
         text = "same"
-    beyond_a, beyond_b = (response_words(end[f"responses_{side}"]) or "edge of the map" for side in ("a", "b"))
-    return f"{text} ({beyond_a if beyond_a == beyond_b else f'{beyond_a}, now {beyond_b}'})"
+    return f"{text} ({in_a if in_a == in_b else f'{in_a}, now {in_b}'})"
 
 
 def onset_rows(found: Answer, units: str) -> list[tuple[str, ...]]:

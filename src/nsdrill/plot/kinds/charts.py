@@ -16,7 +16,7 @@ from matplotlib.ticker import MultipleLocator
 from nsdrill.data import Array, Attributes
 from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity, written
-from nsdrill.plot.page import finish, single_panel, write
+from nsdrill.plot.page import LABEL_OF_LINE, finish, single_panel, write
 from nsdrill.plot.registry import STUDY, Kind
 from nsdrill.plot.slices import make_logarithmic
 from nsdrill.plot.style import (
@@ -226,7 +226,8 @@ def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart[DriveTuning], un
     scale = {"vmin": held_slope.min(), "vmax": max(best / slope.scale, held_slope.max())}
     mesh = axes.pcolormesh(x, y, held_slope, cmap="viridis", **scale, shading="gouraud", rasterized=True, gid="cells")
     lines = axes.contour(x, y, held_slope, levels=8, colors="white", linewidths=0.6)
-    axes.clabel(lines, fontsize=font_size(6), fmt="%g")
+    for label in axes.clabel(lines, fontsize=font_size(6), fmt="%g"):
+        label.set_gid(f"held{LABEL_OF_LINE}")
     figure.colorbar(mesh, ax=axes, label=slope.label, fraction=0.05, pad=0.01, aspect=30)
     string: Properties = {"linewidth": 1.0, "linestyle": (0, (5, 2))}
     axes.axhline(numbers.lumped * TO_HERTZ, color="white", **string)
