@@ -96,6 +96,9 @@ def to_si(text: str, units: str) -> float:
         raise _wrong_dimension(text, units, unit, dimensions)
     try:
         return float(_exact(number) * factor / base) + 0.0  # + 0.0: no negative zero
+    except ValueError:
+        found = f"{quoted(text)}, a whole number and a fraction that is not below one"
+        raise QuantityError(found, allowed_units(units)) from None
     except ZeroDivisionError:
         raise QuantityError(f"{quoted(text)}, a fraction over zero", allowed_units(units)) from None
     except OverflowError:
@@ -105,9 +108,11 @@ def to_si(text: str, units: str) -> float:
 
 def _exact(number: str) -> Fraction:
     """The number of a text, ``8.5``, ``8.5e3``, ``8 1/2`` or ``1/2``; OverflowError beyond
-    the range of floating-point numbers."""
+    the range of floating-point numbers, ValueError for ``8 3/2``."""
     if "/" in number:
         whole, _, part = number.lstrip("+-").replace("-", " ").rpartition(" ")
+        if whole and Fraction(part) >= 1:
+            raise ValueError(number)
         size = Fraction(whole or 0) + Fraction(part)
         return -size if number.startswith("-") else size
     value = float(number)  # first as a float: a Fraction of 1e999999999 would not end
@@ -219,10 +224,11 @@ def comma_hint(text: str) -> str | None:
 
 def _tidy(text: str) -> str:
     """``text`` in plain ASCII, without typographic signs (·, ², −, ½), and with ``in``
-    and ``ft`` for the marks of inches and feet."""
+    and ``ft`` for the marks of inches and feet, and rpm for r/min, as ISO 80000 has it."""
     plain = text.translate(_PLAIN).strip()
     if plain[-1:] in _MARKS and re.search(r"\d\s*$", plain[:-1], re.ASCII):
         plain = plain[:-1] + _MARKS[plain[-1]]
+    plain = re.sub(r"\br/min\b", "rpm", plain)
     return _SUPERSCRIPTS.sub(lambda match: "^" + match.group().translate(_SUPERSCRIPT), plain)
 
 

@@ -200,7 +200,7 @@ def seeds_of(setup: ContinuationSetup, flow: Flow, path: str | os.PathLike[str] 
     """The seeds of a continuation, from the results file ``path`` if given."""
     source = setup.continuation.seeds if path is None else path
     if isinstance(source, str | os.PathLike):
-        return _seeds_in(setup, Path(source))
+        return _seeds_in(setup, Path(source), say)
     return _settled(setup, flow, np.array(source[setup.continuation.along], dtype=float), say)
 
 
@@ -228,19 +228,24 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     return [*first, *(Seed(*one, near=True) for one in zip(states[ok], phase[ok], at[ok], strict=True))]
 
 
-def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
+def _seeds_in(setup: ContinuationSetup, path: Path, say: Say) -> list[Seed]:
     """The settled points of a results file with the same string and, except for the
-    continued number, the same operating point as the study, from all of its starts."""
+    continued number, the same operating point as the study, from all of its starts. Of
+    points that have not settled it is said how many there are."""
     results, along = read_results(path, ("status", "settled", "final_state")), dimension_of(setup.continuation.along)
     _check_string(setup, results, path)
     if along not in results.axes and along in OPERATION:
         raise FileError(f"{path}: found no {along}. Choose results of a sweep as seeds.")
-    good = (results["status"] == OK) & (results["settled"] == 1)
+    good = results["status"] == OK
     from_other_starts = {one.name for one in results.more if one.key.startswith("initial.")}
     for place, name in enumerate(results.grid):
         if name not in ("procedure", "start", "sample", along) and name not in from_other_starts:
             near = _place_of(setup, results, name, path)
             good &= np.indices(results.shape, sparse=True)[place] == near
+    unsettled = np.count_nonzero(good & (results["settled"] == 0))
+    if unsettled:
+        say(f"{unsettled} of {count(int(np.count_nonzero(good)), 'point')} had not settled: no seeds")
+    good &= results["settled"] == 1
     if along in results.grid:
         numbers = results.coords[along][np.nonzero(good)[results.grid.index(along)]]
     else:
