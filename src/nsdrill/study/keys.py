@@ -457,5 +457,6 @@ def did_you_mean(name: str, candidates: typing.Iterable[str], section: str = "")
     near."""
     known = list(candidates)
     usual = [key for key in known if key == OTHER_WORDS.get(name)]
-    near = usual or difflib.get_close_matches(name[:80], known, n=1)
+    capitals = [key for key in known if key.lower() == name.lower()]
+    near = usual or capitals or difflib.get_close_matches(name[:80], known, n=1)
     return f"Did you mean {section}{'.' if section else ''}{near[0]}?" if near else None
