@@ -67,10 +67,10 @@ class RunStages:
         def engine(one: Work, **more: Any) -> Engine:
             nonlocal base
             base = replace(progress)
-            lanes = widened(self.lanes, self.chains, one.variant.rows)
+            lanes = widened(self.lanes, self.chains, one.program.rows)
             if not one.compiled:
                 with compiling(progress, self.watch):
-                    compiled_parts(lanes, one.variant)
+                    compiled_parts(lanes, one.program)
             return Engine(one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more)
 
         if work.plan.chain_length > 1:
