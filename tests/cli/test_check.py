@@ -134,7 +134,7 @@ def test_a_model_without_figures_of_its_own(call):
     Path("twist.yaml").write_text("model: torsion\nsimulation: {transient: 10 s, observe: 5 s}\n")
     answer = call("check", "twist.yaml")
     assert answer.out.startswith("twist.yaml: valid.")
-    assert answer.out.rstrip().endswith("3 rad/s (28.65 rpm).")
+    assert answer.out.rstrip().endswith("3 rad/s (28.6479 rpm).")
     assert "Short: at 3 rad/s" in answer.err
     report = json.loads(call("check", "twist.yaml", "--json").out)
     assert report["coefficients"] == report["figures"] == {}

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes, Results, Trace, resolved_study
-from nsdrill.errors import FileError, printable
+from nsdrill.errors import FileError, count, printable
 from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
@@ -145,7 +145,9 @@ class Points:
         for name in unknowns if has_samples else ():
             values = np.asarray(arrays[name][()], dtype=float)
             if values.shape != coords["sample"].shape:
-                raise FileError(f"{where}: {name} has {values.size} values, and not one of each sample. {remedy}")
+                raise FileError(
+                    f"{where}: {name} has {count(values.size, 'value')}, and not one of each sample. {remedy}"
+                )
             samples[Unknown(**vars(_axis(where, arrays, name, remedy)))] = values
         kept = kept_of(coords, axes, arrays, model, samples)
         return cls(where, arrays, attrs, coords, kept, samples, remedy)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes
-from nsdrill.errors import FileError, NsdrillError, again, option
+from nsdrill.errors import FileError, NsdrillError, again, count, option
 from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
 from nsdrill.models.kept import Kept
 from nsdrill.store.log_format import (
@@ -252,7 +252,7 @@ class RunLog(Sink):
 
     def recovery_text(self) -> str:
         """Where the points are and how to resume, in a sentence or two."""
-        done = f"{np.count_nonzero(self._status)} of {self.n_points} points"
+        done = f"{np.count_nonzero(self._status)} of {count(self.n_points, 'point')}"
         if self.is_in_place:
             return f"{done} are safe in {self.path}. Go on with {again('resume')}."
         if os.fstat(self._fd).st_nlink == 0:
