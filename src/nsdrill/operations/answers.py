@@ -243,7 +243,7 @@ def attractors(results: ResultsLike) -> list[Answer]:
 
 
 def diff(a: One, b: Two) -> Answer:
-    """Compare two results or traces.
+    """Compare two results, traces or files of branches.
 
     Returns
     -------
