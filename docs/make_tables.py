@@ -454,22 +454,23 @@ def link(found: re.Match[str]) -> str:
 
 
 def equations_of(model: str) -> Callable[[], str]:
-    """The source of a model's equations, with what it calls of its own file."""
+    """The source of a model's equations, with what they call of its own folder."""
 
     def text() -> str:
         function = model_named(model).motion(MOTIONS_OF[model]).equations
-        module = inspect.getmodule(function)
-        assert module is not None
-        helpers = [
-            helper
-            for name, helper in vars(module).items()
-            if inspect.isfunction(helper)
-            and helper.__module__ == module.__name__
-            and name in function.__code__.co_names
-        ]
-        return source(*helpers, function)
+        return source(*called_by(function, function.__module__.rpartition(".")[0]), function)
 
     return text
+
+
+def called_by(function: Any, package: str) -> list[Any]:
+    """The functions of a package that a function calls, and that these call."""
+    found: list[Any] = []
+    for name in function.__code__.co_names:
+        helper = inspect.unwrap(function.__globals__.get(name, name))
+        if inspect.isfunction(helper) and helper.__module__.startswith(package) and helper not in found:
+            found += [one for one in (*called_by(helper, package), helper) if one not in found]
+    return found
 
 
 # A variant of each model.

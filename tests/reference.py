@@ -148,6 +148,12 @@ def friction(speed, static, dynamic, smoothing, decay):
     return 2 / np.pi * np.arctan(smoothing * speed) * ((static - dynamic) / (1 + decay * size) + dynamic)
 
 
+def disc_torque(bit, wob, speed):
+    """Torque on a disc that rubs on the rock: the bit of a string that only twists."""
+    law = bit.friction
+    return wob * 2 / 3 * bit.radius * friction(speed, law.static, law.dynamic, law.smoothing, law.decay)
+
+
 def bit_arm(case, speed):
     """The torque of the bit over its force [m] by each friction law."""
     c = case

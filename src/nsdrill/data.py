@@ -123,11 +123,25 @@ class Results:
         return dict(resolved_study(self.attrs).get("initial", {}).get("slice", {}))
 
     @property
+    def uncertain(self) -> dict[str, Array]:
+        """The samples [samples] of those axes of which every sample has its own value:
+        what ``coords`` has is the value of the study, which no run has."""
+        return {unknown.short: values for unknown, values in self.drawn.items() if unknown.short in self.axes}
+
+    @property
+    def certain_axes(self) -> tuple[str, ...]:
+        """The names of the axes but for the uncertain ones."""
+        return tuple(name for name in self.axes if name not in self.uncertain)
+
+    @property
     def held(self) -> dict[str, float]:
         """The values of the axes that are the same in all runs."""
-        uncertain = {unknown.short for unknown in self.drawn}
-        still = [name for name in self.axes if len(self.coords[name]) == 1 and name not in uncertain]
-        return {name: float(self.coords[name][0]) for name in still}
+        return {name: float(self.coords[name][0]) for name in self.certain_axes if len(self.coords[name]) == 1}
+
+    def values_at(self, place: Sequence[int]) -> dict[str, str | float]:
+        """The values of the dimensions at a ``place`` of the grid."""
+        values = {name: self.coords[name][i].item() for name, i in zip(self.grid, place, strict=True)}
+        return values | {name: float(samples[place[-1]]) for name, samples in self.uncertain.items()}
 
     @property
     def swept(self) -> list[str]:

@@ -86,7 +86,7 @@ def to_si(text: str, units: str) -> float:
     """
     match = _QUANTITY.fullmatch(_tidy(text)) if len(text) <= _LONGEST else None
     if match is None:
-        raise QuantityError(quoted(text), allowed_units(units), _comma_hint(text))
+        raise QuantityError(quoted(text), allowed_units(units), comma_hint(text))
     number, unit = match.groups()
     if unit is None:
         raise QuantityError(f"{quoted(text)}, a number without a unit", allowed_units(units))
@@ -192,24 +192,26 @@ def quoted(text: str) -> str:
     return repr(text)
 
 
-def _comma_hint(text: str) -> str | None:
-    """What to write in place of a text with commas: 5.5 klbf, 11482 ft, or a list."""
+def comma_hint(text: str) -> str | None:
+    """What to write in place of a number with commas, or of several: 5.5 klbf, 11482 ft,
+    0.5, or a list."""
     parts = text[:_LONGEST].split(",")
     if len(parts) < 2 or not re.match(r"\s*[-+]?\d+", text):
         return None
-    if all(_QUANTITY.fullmatch(_tidy(part)) for part in parts) and re.search("[A-Za-z]", parts[0]):
+    spaced = all(part[:1].isspace() and not re.search("[A-Za-z]", part) for part in parts[1:])
+    if (spaced or re.search("[A-Za-z]", parts[0])) and all(_QUANTITY.fullmatch(_tidy(part)) for part in parts):
         listed = ", ".join(part.strip() for part in parts)
         return f"A list of values stands in brackets: [{listed}]."
-    found = re.fullmatch(r"\s*([-+]?\d+(?:,\d+)+)(\.\d+)?\s*([^\s\d,].*)", text[:_LONGEST])
+    found = re.fullmatch(r"\s*([-+]?\d+(?:,\d+)+)(\.\d+)?\s*([^\s\d,].*)?", text[:_LONGEST])
     if found is None:
-        return "Write a decimal point and no thousands separators."
-    number, decimals, unit = found[1], found[2] or "", found[3].strip()
+        return "Write a decimal point, no thousands separators, and a list of values in brackets."
+    number, decimals, unit = found[1], found[2] or "", f" {found[3] or ''}".rstrip()
     joined, pointed = number.replace(",", ""), number.replace(",", ".")
     if not re.fullmatch(r"[-+]?[1-9]\d{0,2}(,\d{3})+", number):  # 5,5 are no thousands
-        return f"Write a decimal point: {pointed} {unit}." if number.count(",") == 1 else None
+        return f"Write a decimal point: {pointed}{unit}." if number.count(",") == 1 else None
     if number.count(",") > 1 or decimals:
-        return f"Write no thousands separators: {joined}{decimals} {unit}."
-    return f"Write {joined} {unit} without a thousands separator, or {pointed} {unit} with a decimal point."
+        return f"Write no thousands separators: {joined}{decimals}{unit}."
+    return f"Write {joined}{unit} without a thousands separator, or {pointed}{unit} with a decimal point."
 
 
 def _tidy(text: str) -> str:
@@ -303,7 +305,7 @@ def _factor_and_dimensions(unit: str, text: str, wanted: str) -> tuple[Fraction,
         raise QuantityError(found, allowed_units(wanted), hint) from None
     except SyntaxError:
         found = f"{quoted(text)}, whose unit cannot be read"
-        raise QuantityError(found, allowed_units(wanted), _comma_hint(text)) from None
+        raise QuantityError(found, allowed_units(wanted), comma_hint(text)) from None
 
 
 @lru_cache(maxsize=1024)

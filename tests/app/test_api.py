@@ -332,6 +332,8 @@ def test_simulate_is_the_point_of_a_sweep(shared, asked):
         point = results.sel(wob=80e3, rotary_speed=2 * np.pi).squeeze()
         trace = nsdrill.simulate(shared / "map.yaml", **asked)
         assert trace.attrs["final_state"].tobytes() == point.final_state.values.tobytes()
+        for name, end in zip(point.state.values, point.final_state.values, strict=True):
+            assert name == "drive_angle" or trace[name].values[-1] == end
 
 
 @pytest.mark.parametrize("value", ["20 MN/m", 20e6])

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from nsdrill.abi import RATES, Rows
 from nsdrill.compiler.language import LanguageError
 from nsdrill.equations.library import direction, sincos, sqrt, tanh, touching
 from nsdrill.equations.motion import Motion
+from nsdrill.equations.plain import followed
 from nsdrill.equations.trace import part
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs, unobserved
 from nsdrill.kernel.settings import Simulation
@@ -328,3 +330,22 @@ def test_the_function_of_a_contact_has_its_rates_along_the_motion():
     assert found[1] == pytest.approx(np.cos(at) * rate - (v + frame[1]), abs=1e-13)
     wanted = -np.sin(at) * rate**2 + np.cos(at) * 3.0 * faster - falling
     assert found[2] == pytest.approx(wanted, abs=1e-12)
+
+
+def test_a_quantity_of_rows_is_followed_along_the_motion():
+    """Its slope, with conditions and functions of the library, beside differences."""
+
+    @part
+    def quantity(n):
+        return sincos(n.angle)[0] * n.gain if n.time > 1.0 else min(n.gain * n.angle, n.limit)
+
+    value, slope = followed(quantity, lambda n: {"angle": n.speed - n.set_speed, "time": 1.0})
+    rows = {"angle": 0.4, "gain": 3.0, "limit": 1.5, "speed": 2.0, "set_speed": 0.5}
+    for time, gain in ((0.5, 3.0), (0.5, 5.0), (2.0, 3.0)):
+        rows |= {"time": time, "gain": gain}
+
+        def at(dt, function=value, rows=rows):
+            moved = rows | {"angle": rows["angle"] + dt * 1.5}
+            return float(function(*(moved[name] for name in signature(function).parameters)))
+
+        assert at(0.0, slope) == pytest.approx((at(1e-5) - at(-1e-5)) / 2e-5, rel=1e-9, abs=1e-12)

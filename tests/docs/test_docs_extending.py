@@ -87,16 +87,16 @@ record: {peaks: 4}
 """
 
 
-def installed(folder: Path, model: str) -> str:
-    """A package with this model, installed in ``folder``; the path on which Python
-    finds it."""
+def installed(folder: Path, model: str, named: str = "mypackage.spring") -> str:
+    """A package with this model, installed in ``folder`` with an entry point that says how
+    it is ``named``; the path on which Python finds it."""
     (folder / "mypackage").mkdir(parents=True)
     (folder / "mypackage" / "__init__.py").write_text("")
     (folder / "mypackage" / "spring.py").write_text(model)
     about = folder / "mypackage-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: mypackage\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text("[nsdrill.models]\nspring = mypackage.spring\n")
+    (about / "entry_points.txt").write_text(f"[nsdrill.models]\nspring = {named}\n")
     return os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
 
 
@@ -135,6 +135,34 @@ nsdrill diff out.h5 m.h5""".splitlines()
     assert "whirl" not in shown
     assert "bit for bit" in replayed
     assert "spring.stiffness" in differs
+
+
+@pytest.mark.parametrize(
+    ("named", "says"),
+    [
+        ("mypackage.spring:SpringModel", None),
+        ("mypackage.spring:MODEL [extra]", None),
+        ("mypackage:spring", None),
+        ("mypackage:SpringModel", None),
+        ("mypackage.spring:Spring", "mypackage.spring:Spring has no MODEL"),
+        ("mypackage.spring:Nothing", "has no attribute 'Nothing'"),
+        ("mypackage", "mypackage has no DESCRIPTION"),
+        ("my package", "No module named"),
+        ("", "the model spring"),
+    ],
+)
+def test_an_entry_point_names_the_module_or_the_class(blocks, tmp_path, named, says):
+    path = installed(tmp_path / "installed", blocks[3].read_text(), named)
+    (tmp_path / "installed" / "mypackage" / "__init__.py").write_text(
+        "from .spring import SpringModel\n" * (says is None)
+    )
+    done = command(tmp_path, path, "simulate", "--set", "model=spring", "--duration", "1 s", "-o", "t.h5", "-")
+    if says is None:
+        assert done.returncode == 0, done.stderr
+    else:
+        assert done.returncode == 2
+        assert says in done.stderr
+        assert "spring = package.module:Class" in " ".join(done.stderr.split())
 
 
 def test_other_slopes_of_a_model_are_another_version(blocks, tmp_path):

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference import disc_torque
 from scipy.integrate import solve_ivp
 
 from nsdrill.app.experiment import prepare
@@ -19,7 +20,7 @@ from nsdrill.models.friction import Numbers, hyperbolic, values
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.torsion import Parameters as TorsionParameters
-from nsdrill.models.torsion import pipe, torque
+from nsdrill.models.torsion import pipe
 from nsdrill.models.turning import TurningStart as TorsionStart
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -130,7 +131,8 @@ def test_end_states_equal_radau(smoothing):
     def slopes(_, y):
         return [
             y[1] - 2.0,
-            (-parameters.drillstring.damping * y[1] - stiffness * y[0] - torque(parameters.bit, 60e3, y[1])) / inertia,
+            (-parameters.drillstring.damping * y[1] - stiffness * y[0] - disc_torque(parameters.bit, 60e3, y[1]))
+            / inertia,
         ]
 
     exact = solve_ivp(slopes, (0.0, 12.0), [-3.0, 1.0], "Radau", rtol=1e-11, atol=1e-12).y[:, -1]

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.helpers import call_here
+from reference import disc_torque
 from scipy.integrate import solve_ivp
 
 import nsdrill
 from nsdrill.errors import StudyError
-from nsdrill.models.torsion import Parameters, pipe, torque
+from nsdrill.models.torsion import Parameters, pipe
 
 STUDY = """\
 model: torsion
@@ -31,7 +32,7 @@ def linear(speed: float) -> np.ndarray:
     p, h = Parameters(), 1e-6
     inertia, stiffness = pipe(p.drillstring, 5000.0)
     inertia = p.drillstring.collar_inertia + inertia / 3
-    slope = (torque(p.bit, 66.72e3, speed + h) - torque(p.bit, 66.72e3, speed - h)) / (2 * h)
+    slope = (disc_torque(p.bit, 66.72e3, speed + h) - disc_torque(p.bit, 66.72e3, speed - h)) / (2 * h)
     return np.array([[0.0, 1.0], [-stiffness / inertia, -(p.drillstring.damping + slope) / inertia]])
 
 
@@ -43,7 +44,7 @@ def test_a_trace_is_that_of_another_integrator():
     inertia = p.drillstring.collar_inertia + inertia / 3
 
     def slopes(t, y):
-        friction = torque(p.bit, 66.72e3, y[1])
+        friction = disc_torque(p.bit, 66.72e3, y[1])
         return [y[1] - 3.0, (-stiffness * y[0] - p.drillstring.damping * y[1] - friction) / inertia]
 
     expected = solve_ivp(slopes, (0, 20), [0.0, 3.0], "DOP853", trace.time.values, rtol=1e-11, atol=1e-11)
@@ -72,7 +73,7 @@ def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed, froze
     of steady drilling. (At rest the step of an explicit method grows to the edge of its
     stability, where no deviation decays.)"""
     p = Parameters()
-    steady = -(p.drillstring.damping * speed + torque(p.bit, 66.72e3, speed)) / pipe(p.drillstring, 5000.0)[1]
+    steady = -(p.drillstring.damping * speed + disc_torque(p.bit, 66.72e3, speed)) / pipe(p.drillstring, 5000.0)[1]
     found = nsdrill.run(
         STUDY,
         set={
@@ -183,7 +184,10 @@ def test_a_ramp_is_that_of_another_integrator():
 
     def slopes(t, y):
         speed, wob = 3.0 + 0.4 * min(t, 10.0), 40e3 + 1.5e3 * t
-        return [y[1] - speed, (-stiffness * y[0] - p.drillstring.damping * y[1] - torque(p.bit, wob, y[1])) / inertia]
+        return [
+            y[1] - speed,
+            (-stiffness * y[0] - p.drillstring.damping * y[1] - disc_torque(p.bit, wob, y[1])) / inertia,
+        ]
 
     state, found = np.array([0.0, 3.0]), []
     for begin, end in ((0.0, 10.0), (10.0, 20.0)):

@@ -3,13 +3,13 @@ closed forms."""
 
 import numpy as np
 import pytest
+from reference import disc_torque
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import mathieu_a
 
 import nsdrill
 from nsdrill.analysis.bifurcations import CYCLE, DOUBLING, FOLD, HOPF, PERIODIC
-from nsdrill.models.torsion import torque
 from nsdrill.orbit.arclength import Rules, follow
 from nsdrill.orbit.flow import Legs, advance
 from nsdrill.orbit.newton import DENSE, sign_of_determinant, solve
@@ -173,7 +173,7 @@ def test_curve_of_hopf_points(continued):
     h, bit = 1e-5, study.parameters.bit
 
     def damping(speed, wob):
-        slope = (torque(bit, wob, speed + h) - torque(bit, wob, speed - h)) / (2.0 * h)
+        slope = (disc_torque(bit, wob, speed + h) - disc_torque(bit, wob, speed - h)) / (2.0 * h)
         return study.parameters.drillstring.damping + slope
 
     exact = [brentq(damping, 1.0, 4.0, args=(wob,)) for wob in weights]

@@ -287,6 +287,7 @@ def test_a_carried_sweep_replays_to_the_bit_and_measures_what_a_trace_shows(tmp_
     for end, value in (("min", torque.min()), ("max", torque.max())):
         assert float(here[f"drive_torque_{end}"].item()) == pytest.approx(value, abs=2e-3 * np.ptp(torque))
     assert float(here["drive_speed_max"].item()) == pytest.approx(seen["drive_speed"].max(), abs=1e-4)
+    assert float(here["drive_speed_mean"].item()) == pytest.approx(np.trapezoid(seen["drive_speed"], dx=1e-3) / 6.0)
 
 
 def test_a_drive_by_torque_along_a_ramp_that_is_switched_on():

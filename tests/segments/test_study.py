@@ -95,6 +95,7 @@ def test_an_ideal_drive_turns_with_the_set_speed_of_each_point_of_a_chain():
     done = api.run(f"{text}drive: {{kind: ideal}}\n", progress=False)
     for name in ("drive_speed_min", "drive_speed_max"):
         np.testing.assert_array_equal(done[name].to_numpy().ravel(), [30.0, 31.0])
+    np.testing.assert_allclose(done["drive_speed_mean"].to_numpy().ravel(), [30.0, 31.0], rtol=1e-14)
     assert "current_max" not in done
     assert np.all(done["drive_torque_max"].to_numpy() > done["surface_torque_mean"].to_numpy())
     np.testing.assert_array_equal(

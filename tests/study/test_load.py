@@ -144,6 +144,22 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file():
         ("mud: {drag: '1'}", 2, "mud.drag", "without quotes or unit"),
         ("mud: {drag: 1_000}", 2, "mud.drag", "1_000"),
         ("title: 5", 2, "title", "in quotes"),
+        ("mud: {drag: 1,5}", 2, "mud.drag", "Write a decimal point: 1.5."),
+        ("bit:\n  friction:\n    static: 0,5", 4, "bit.friction.static", "Write a decimal point: 0.5."),
+        (
+            "operation: {depth: 11,482 ft}",
+            2,
+            "operation.depth",
+            "Write 11482 ft without a thousands separator, or 11.482",
+        ),
+        ("operation: {depth: 1,234,567 mm}", 2, "operation.depth", "Write no thousands separators: 1234567 mm."),
+        ("operation: {wob: 5,5 klbf}", 2, "operation.wob", "Write a decimal point: 5.5 klbf."),
+        (
+            "operation: {wob: {ramp: [[0 s, 5,5 klbf]]}}",
+            2,
+            "operation.wob.ramp[0][1]",
+            "Write a decimal point: 5.5 klbf.",
+        ),
         ("wob: 3 kN", 2, "wob", "operation.wob or sweep.wob"),
         ("mud: {drag: 1, drag: 2}", 2, "mud.drag", "a second time"),
         ("<<: {mud: 3}", 2, "<<", "unknown"),
@@ -166,6 +182,12 @@ def test_one_fault(text, line, key, says):
         ("{depth: {from: 500 m, to: 600 m}}", "sweep.depth.points", "from, to and points"),
         ("{depth: [1 km, 1000 m]}", "sweep.depth[1]", "each value once"),
         ("{depth: [1 km, 30]}", "sweep.depth[1]", "without a unit"),
+        ("{rotary_speed: 20 rpm, 30 rpm}", "sweep.rotary_speed", "stands in brackets: [20 rpm, 30 rpm]."),
+        ("{wob: [5,5 klbf, 6 klbf]}", "sweep.wob[0]", "Write a decimal point: 5.5 klbf."),
+        ("{depth: [2 km,1,234,567 mm]}", "sweep.depth[1]", "Write no thousands separators: 1234567 mm."),
+        ("{depth: [5, 6 km]}", "sweep.depth[0]", "the number 5 without a unit"),
+        ("{depth: {from: 1,5 km, to: 3 km, points: 3}}", "sweep.depth.from", "Write a decimal point: 1.5 km."),
+        ("{drive.kind: ideal, stiff}", "sweep.stiff", "stands in brackets: drive.kind: [ideal, stiff]."),
         ("{depth: []}", "sweep.depth", "at least one value"),
         ("{depth: null}", "sweep.depth", "null"),
         ("{rotary_speed: [0 rpm]}", "sweep.rotary_speed[0]", "at least 1e-09 rad/s"),
@@ -180,6 +202,15 @@ def test_one_fault_of_the_sweep(sweep, key, says):
     assert fault.key == key
     assert fault.line == 1
     assert says in f"{fault.found} {fault.allowed} {fault.suggestion}"
+
+
+def test_null_at_the_start_is_the_natural_value():
+    natural = parse_study(SWEEP + "drive: {kind: stiff}")
+    given = parse_study(
+        SWEEP + "drive: {kind: stiff}\ninitial: {z: null, bit_speed: null, lag: null, drive_speed: null}"
+    )
+    assert given.resolved == natural.resolved
+    assert given.initial.lag == 0.0
 
 
 def test_a_default_depth_that_is_swept_over_does_not_matter():

@@ -167,7 +167,8 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     }
     attrs = {"title": str(results.attrs.get("title") or ""), "samples": estimates.total}
     result = xarray.Dataset(data, coords, attrs)
-    return result.squeeze([name for name in ("history", *results.axes) if result.sizes[name] == 1])
+    fixed = [name for name in ("history", *results.axes) if result.sizes[name] == 1]
+    return result.squeeze(fixed).drop_vars(results.uncertain)
 
 
 def sensitivity(source: Source, severity: int | None = None, chosen: dict[str, float] | None = None) -> Answer:
@@ -201,6 +202,7 @@ MAKER_ATTRIBUTES = (
     "llvmlite",
     "numpy_version",
     "h5py_version",
+    "numba_version",
     "processor",
 )
 RUN_ATTRIBUTE_UNITS = {

@@ -69,12 +69,13 @@ def _rows(results: Results, rooms: tuple[str, ...]) -> Iterator[list[Cell]]:
     units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": "", "procedure": ""}
     units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
     unknowns = [unknown for unknown in results.drawn if "sample" in results.grid]
-    heads = [_heading(name, units[name]) for name in results.grid]
+    grid = [(axis, name) for axis, name in enumerate(results.grid) if name not in results.uncertain]
+    heads = [_heading(name, units[name]) for _, name in grid]
     heads += [_heading(unknown.name, CF[unknown.units]) for unknown in unknowns]
     yield [*heads, *_headings(results, chosen)]
-    coordinates = {name: in_words(name, results.coords[name]) for name in results.grid}
+    coordinates = {name: in_words(name, results.coords[name]) for _, name in grid}
     for place in np.ndindex(*results.shape):
-        row: list[Cell] = [coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)]
+        row: list[Cell] = [coordinates[name][place[axis]].item() for axis, name in grid]
         row += [results.drawn[unknown][place[results.grid.index("sample")]].item() for unknown in unknowns]
         for variable in chosen:
             value = results.variables[variable.name][place]

@@ -67,11 +67,7 @@ def _summarize_results(results: Results) -> Answer:
         # Only a run log has pending points.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
-        "axes": {
-            name: _axis(results, name)
-            for name in results.axes
-            if name in {**results.held, **dict.fromkeys(results.swept)}
-        },
+        "axes": {name: _axis(results, name) for name in results.certain_axes},
         "procedures": list(results.procedures),
         "points": int(status.size),
         "status": _counts("status", status),
@@ -79,10 +75,7 @@ def _summarize_results(results: Results) -> Answer:
         "ranges": _ranges(results),
         "settled": int(np.count_nonzero(results["settled"][status == OK])),
         "failed": [
-            {
-                **{name: results.coords[name][i].item() for name, i in zip(results.grid, place, strict=True)},
-                "status": BY_NAME["status"].words(int(status[tuple(place)])),
-            }
+            {**results.values_at(place.tolist()), "status": BY_NAME["status"].words(int(status[tuple(place)]))}
             for place in np.argwhere(has_failed(status))
         ],
     }
@@ -173,6 +166,7 @@ def _probabilities(results: Results) -> list[Answer]:
             values = {
                 axis: word_or_number(axis, float(results.coords[axis][i]))
                 for axis, i in zip(results.axes, place, strict=True)
+                if axis in results.certain_axes
             }
             row: Answer = {**values, "history": history}
             for which, outcome in enumerate(estimates.outcomes):

@@ -4,6 +4,7 @@ calls it, and evaluated on arrays."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from types import FunctionType
 from typing import Any
 
@@ -11,9 +12,40 @@ import numpy as np
 
 from nsdrill.compiler.functions import define, fma, inlined
 from nsdrill.data import Array
-from nsdrill.equations.graph import Node
+from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.lanes import written
 from nsdrill.equations.library import Library
+from nsdrill.equations.passes import Tangents
+from nsdrill.equations.trace import Named
+
+
+class Rows(Named):
+    """The inputs of a graph: every name is one."""
+
+    def __init__(self, graph: Graph) -> None:
+        super().__init__(graph=graph)
+
+    def __getattr__(self, name: str) -> Node:
+        return self.graph.input(name)
+
+
+def followed(
+    quantity: Callable[[Rows], Node], rates: Callable[[Rows], Mapping[str, Number]]
+) -> tuple[FunctionType, FunctionType]:
+    """A ``quantity`` of rows and how fast it changes, two functions of numbers whose
+    arguments are the rows that they read; ``rates`` gives how fast rows change, those
+    that do."""
+    rows = Rows(Graph())
+    value = quantity(rows)
+    seeds = {getattr(rows, name): rate for name, rate in rates(rows).items()}
+    slope = Tangents(rows.graph, seeds).of({"": value})[""]
+    return function_of("quantity", [value]), function_of("rate", [slope])
+
+
+def function_of(name: str, wanted: Sequence[Node]) -> FunctionType:
+    """The function of numbers that gives the values ``wanted``, whose arguments are the
+    rows that they read."""
+    return written_out(name, wanted, {row: row.extra for row in wanted[0].graph.live(wanted) if row.op == "input"})
 
 
 def written_out(name: str, wanted: Sequence[Node], arguments: Mapping[Node, str]) -> FunctionType:
@@ -50,6 +82,17 @@ _ARRAYS: dict[str, Callable[..., Array]] = {
     "and": np.logical_and, "or": np.logical_or, "not": np.logical_not, "select": np.where,
     "join": np.where, "fma": lambda a, b, c: a * b + c, "fixed": lambda a: a,
 }  # fmt: skip
+
+
+def on_arrays(quantities: Callable[[Rows], Mapping[str, Number]], given: Mapping[str, Any]) -> dict[str, Any]:
+    """The ``quantities`` of rows that are ``given`` as numbers or arrays."""
+    return values(_traced(quantities), given)
+
+
+@lru_cache
+def _traced(quantities: Callable[[Rows], Mapping[str, Number]]) -> Mapping[str, Node]:
+    graph = Graph()
+    return {name: graph.node(value) for name, value in quantities(Rows(graph)).items()}
 
 
 def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,7 +3,8 @@ their names. A name of a variable means the same in every model that has it.
 
 A new model is a folder or a file beside these and a line here; or a module of another
 package with an entry point of the group ``nsdrill.models``: the name of the entry point
-is that of the model, and the module holds a ``DESCRIPTION`` and a ``MODEL``.
+is that of the model. It names the module, which holds a ``DESCRIPTION`` and a ``MODEL``,
+or the class of the model in the module, as ``package.module:Class``.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -45,7 +47,7 @@ _LOCATIONS = {
 _BUILT_IN = tuple(_LOCATIONS)
 # Models of other packages cannot replace those of nsdrill.
 _LOCATIONS |= {
-    entry.name: (f"{entry.value}:DESCRIPTION", f"{entry.value}:MODEL")
+    entry.name: (entry.value.partition("[")[0].strip(),) * 2  # without the extras
     for entry in entry_points(group="nsdrill.models")
     if entry.name not in _LOCATIONS
 }
@@ -72,15 +74,13 @@ def _loaded(name: str, which: int, expected: type) -> Any:
     """The description (``which`` 0) or the class (1) of the model of this name, an
     instance of ``expected`` or a class whose instances are. InputError where another
     package fails to give it."""
-    module, _, attribute = _LOCATIONS[name][which].partition(":")
+    location = _LOCATIONS[name][which]
+    wanted, what = (("DESCRIPTION", "the description"), ("MODEL", "the class"))[which]
     try:
-        found = getattr(import_module(module), attribute)
-        made: Any = found() if which else found
+        found = _named(location, wanted, expected)
+        made: Any = found() if isinstance(found, type) else found
         if not isinstance(made, expected) or getattr(made, "name", "") != name:
-            raise TypeError(
-                f"{attribute} is {found!r:.80}, not {'the class' if which else 'the description'} "
-                f"of a model with the name {name}"
-            )
+            raise TypeError(f"{wanted} is {found!r:.80}, not {what} of a model with the name {name}")
         return made
     except KeyboardInterrupt:
         raise
@@ -88,10 +88,27 @@ def _loaded(name: str, which: int, expected: type) -> Any:
         if name in _BUILT_IN:
             raise
         raise InputError(
-            f"the model {name}, in {module}: {type(error).__name__}: {error}{_origin(error)}; "
-            "allowed: a module that holds a DESCRIPTION and a MODEL. Mend the package of this "
-            "model, or remove it."
+            f"the model {name}, in {location}: {type(error).__name__}: {error}{_origin(error)}; allowed: an entry "
+            "point that names a module with a DESCRIPTION and a MODEL, or the class of the model in such a "
+            f"module ({name} = package.module:Class). Mend the package of this model, or remove it."
         ) from error
+
+
+def _named(location: str, name: str, expected: type) -> object:
+    """What ``location``, ``module`` or ``module:attribute``, names: an ``expected`` one or a
+    class of such, or what has one with this ``name``. The description of a class is in its
+    module."""
+    module, _, attribute = location.partition(":")
+    named: Any = import_module(module)
+    if attribute:
+        named = attrgetter(attribute)(named)
+    if isinstance(named, expected) or (isinstance(named, type) and issubclass(named, expected)):
+        return named
+    around = sys.modules.get(getattr(named, "__module__", "")) if name == "DESCRIPTION" else None
+    for place in (named, around):
+        if hasattr(place, name):
+            return getattr(place, name)
+    raise AttributeError(f"{location} has no {name}")
 
 
 def _origin(error: BaseException) -> str:

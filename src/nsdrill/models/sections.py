@@ -323,7 +323,7 @@ MEANINGS: dict[str, str] = {
     "initial.vz": "Axial velocity of the bit",
     "initial.twist": "Twist of the string: angle of the bit less that of the drive",
     "initial.bit_speed": "Bit speed; null: the rotary speed",
-    "initial.lag": "Angle of the drive ahead of the set point; not of an ideal drive",
+    "initial.lag": "Angle of the drive ahead of the set point; null: 0; not of an ideal drive",
     "initial.drive_speed": "Speed of the drive; null: the set speed; not of an ideal drive",
     "initial.drive_angle": "Angle of the top drive",
     "initial.ensemble": "Number of drawn starts of every operating point; 0 or 1: the state given here",

@@ -23,7 +23,7 @@ from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
-from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
+from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of, stribeck, values
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import ModelParameters, Numeric, OperatingPoint
 from nsdrill.models.registry import known, known_in_trace
@@ -68,13 +68,6 @@ def pipe(string: Drillstring, depth: Numeric) -> tuple[Numeric, Numeric]:
     collars."""
     polar, length = (math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4), depth - string.collar_length)
     return 7850.0 * polar * length, 79.6e9 * polar / length
-
-
-def torque(bit: Bit, wob: Numeric, speed: Numeric) -> Numeric:
-    """The torque of the rock [N m] at a bit ``speed`` [rad/s], in plain numpy."""
-    law = bit.friction
-    coefficient = (law.static - law.dynamic) / (1 + law.decay * np.abs(speed)) + law.dynamic
-    return wob * 2 / 3 * bit.radius * coefficient * 2 / math.pi * np.arctan(law.smoothing * speed)
 
 
 def equations(t: Node, phase: Node, s: Named, p: Named, o: Plain) -> dict[str, Node]:
@@ -133,9 +126,10 @@ class Torsion(Model[Parameters]):
         }
 
     def outputs(self, parameters: Parameters, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
-        rock = torque(parameters.bit, point.wob, state["bit_speed"])
+        bit, law = parameters.bit, stribeck(parameters.bit.friction)
+        arm = 2 / 3 * bit.radius * values(hyperbolic, "coefficient", state["bit_speed"], law)
         return {
-            "bit_torque": np.asarray(rock),
+            "bit_torque": np.asarray(point.wob * arm),
             "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"],
         }
 

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nsdrill.data import Array, Attributes, Results, Trace
+from nsdrill.data import Array, Attributes, Results, Trace, resolved_study
 from nsdrill.errors import FileError, printable
 from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
@@ -22,7 +22,7 @@ from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import LARGEST, plain_attribute, to_memory
 from nsdrill.store.points import kept_of
 from nsdrill.units import plain_units
-from nsdrill.variables import AXES, COUNTED, POINT, PROCEDURES, Axis, Unknown, Variable
+from nsdrill.variables import AXES, COUNTED, POINT, PROCEDURES, Axis, Unknown, Variable, dimension_of, long_key
 
 PathLike = str | os.PathLike[str]
 
@@ -68,6 +68,22 @@ def coordinate(where: PathLike, arrays: Arrays, name: str, remedy: str) -> Array
             f"{where}: the coordinate {name} should have {'whole' if whole else 'finite'} numbers. {remedy}"
         )
     return values
+
+
+def _of_grid(
+    where: PathLike, arrays: Arrays, attrs: Attributes, name: str, unknowns: Container[str], remedy: str
+) -> Array:
+    """The values [n] of a coordinate in memory. An operating value of which every sample
+    has its own, so that a file has none, is that of the study, or of the one sample that
+    is selected."""
+    uncertain = dimension_of(long_key(name))
+    if uncertain != name and uncertain in unknowns and uncertain in arrays:
+        if dims_of(arrays[uncertain]) == ():
+            return np.array([arrays[uncertain][()]], dtype=float)
+        if name not in arrays:
+            given = resolved_study(attrs).get("operation", {}).get(name)
+            return np.array([given if isinstance(given, float) else np.asarray(arrays[uncertain][()]).flat[0]])
+    return np.atleast_1d(coordinate(where, arrays, name, remedy))
 
 
 def real_values(where: PathLike, array: StoredArray, name: str, remedy: str) -> Array:
@@ -120,10 +136,8 @@ class Points:
         has_samples = "sample" in arrays and dims_of(arrays["sample"]) == ("sample",)
         several = ("sample",) * has_samples + ("start",) * ("start" in arrays)
         own = [name for name in ("peak", "crossing", "state") if name in arrays]
-        coords = {
-            name: np.atleast_1d(coordinate(where, arrays, name, remedy))
-            for name in (*POINT, *(axis.name for axis in axes), *several, *own)
-        }
+        names = (*POINT, *(axis.name for axis in axes), *several, *own)
+        coords = {name: _of_grid(where, arrays, attrs, name, unknowns, remedy) for name in names}
         if "state" not in coords:  # no variable with states was selected
             coords["state"] = np.array(_states(model, arrays))
         check_coordinates(where, coords, model, remedy, whole=whole)

@@ -60,10 +60,12 @@ def stored_coordinates(
 ) -> dict[str, Stored]:
     """The coordinates of results as a file has them, in its order: the dimensions
     ``order`` of the grid, the scalars, those that only some variables have, and the
-    ``samples`` of the unknowns."""
+    ``samples`` of the unknowns, in place of the scalar of an uncertain operating value,
+    which no run has."""
     axes = {axis.name: axis for axis in kept.axes}
     own = (*(name for name in ("peak", "crossing") if kept.length(name)), "state")
-    scalars = [name for name in kept.grid if name not in order]
+    uncertain = {unknown.short for unknown in samples}
+    scalars = [name for name in kept.grid if name not in order and name not in uncertain]
     stored: dict[str, Stored] = {}
     for name in (*order, *scalars, *own):
         values, attributes = in_words(name, coords[name]), coordinate_attributes(name, axes.get(name))

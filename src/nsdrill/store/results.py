@@ -50,7 +50,7 @@ def write_results(path: str | os.PathLike[str], log: Source) -> None:
     axes = [kept.grid.index(name) for name in order]
     chunk = tuple(block[axis] for axis in axes)
     stored = stored_coordinates(coords, order, kept, unknown_samples(log))
-    others = [*(name for name in kept.grid if name not in order), *(unknown.name for unknown in kept.unknowns)]
+    others = [name for name, (dims, _, _) in stored.items() if not dims or name in {one.name for one in kept.unknowns}]
     with hdf5.writing(path, recovery_text) as file:
         hdf5.put_attributes(file, root)
         for name, (dims, values, attributes) in stored.items():

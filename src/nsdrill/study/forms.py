@@ -15,7 +15,7 @@ from typing import Protocol, TypeVar
 from nsdrill.data import Resolved
 from nsdrill.errors import Fault
 from nsdrill.models.leaves import place_of, words_of
-from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, Value, did_you_mean, shown
+from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, Value, colon_hint, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath, dotted
 from nsdrill.units import QuantityError
 
@@ -224,7 +224,10 @@ class Section:
         if raw is None and self.empty is not None:
             raw = dict(self.empty)
         if not isinstance(raw, dict):
-            return at.refuse(path, shown(raw), f"a mapping with the keys {', '.join(self.listed or self.members)}")
+            hint = colon_hint(raw, self.members) if isinstance(raw, str) else None
+            return at.refuse(
+                path, shown(raw), f"a mapping with the keys {', '.join(self.listed or self.members)}", hint
+            )
         found = {
             name: self.members[name].form.read(at, (*path, name), value)
             if name in self.members
@@ -250,7 +253,9 @@ class Section:
         *above, name = path
         suggestion = did_you_mean(str(name), self.listed or self.members, dotted(tuple(above)))
         elsewhere = [key for key in at.keys.meanings if key.rpartition(".")[2] == name]
-        if suggestion is None and elsewhere:
+        if colon := colon_hint(str(name), self.members):
+            suggestion = colon
+        elif suggestion is None and elsewhere:
             suggestion = f"Did you mean {' or '.join(elsewhere[:3])}?"
         return at.refuse(path, "an unknown key", ", ".join(self.listed or self.members), suggestion, of_key=True)
 

@@ -10,7 +10,7 @@ import difflib
 import math
 import re
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any, Literal, TypeAlias
@@ -209,7 +209,9 @@ class Leaf:
     def read(self, raw: Plain) -> Value:
         """The value of ``raw``, in SI; :class:`QuantityError` says what is wrong with
         it."""
-        if (raw is None and self.nullable) or (isinstance(raw, str) and raw in self.words):
+        if raw is None and self.nullable:
+            return self.default
+        if isinstance(raw, str) and raw in self.words:
             return raw
         if self.kind in ("list", "table"):
             if not isinstance(raw, list) or not 1 <= len(raw) <= self.most:
@@ -227,7 +229,8 @@ class Leaf:
         elif self.kind in ("number", "whole") and not isinstance(raw, bool) and isinstance(raw, int | float):
             value = self._number(raw)
         else:
-            hint = "Write it bare, without quotes or unit." if isinstance(raw, str) and self.kind != "switch" else None
+            bare = "Write it bare, without quotes or unit."
+            hint = si.comma_hint(raw) or bare if isinstance(raw, str) and self.kind != "switch" else None
             remark = "without a unit" if self.kind == "quantity" else ""
             raise QuantityError(shown(raw, remark), self.allowed(), hint)
         if not self.low <= value <= self.high:
@@ -275,6 +278,15 @@ TIME = Leaf("time", "quantity", 0.0, "s", low=0.0, high=LONGEST)  # of the knots
 RAMP = "{ramp: [[0 s, VALUE], [600 s, VALUE]]}"
 MODEL_LEAF = Leaf("model", "choice", MODEL, choices=NAMES, meaning=MEANINGS["model"])
 UNITS_LEAF = Leaf("units", "choice", "si", choices=("si", "field"), meaning=MEANINGS["units"])
+
+
+def colon_hint(text: str, names: Collection[str]) -> str | None:
+    """What to write in place of a ``text`` that begins with one of the ``names`` of keys
+    and has no colon with a blank after it."""
+    parts = re.match(r"(\w+)(?:\s*[=:]|\s)\s*(\S.*)", text[:80])
+    if parts is None or parts[1] not in names:
+        return None
+    return f"A colon and a blank stand after a key: {parts[1]}: {parts[2]}"
 
 
 def entries(cls: type, prefix: str) -> Iterator[tuple[str, Field[Value], type]]:

@@ -20,7 +20,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.forms import Reading
-from nsdrill.study.keys import AROUND, MODEL_LEAF, Plain, Value, axes_of_all, keys_named, shown
+from nsdrill.study.keys import AROUND, MODEL_LEAF, Plain, Value, axes_of_all, colon_hint, keys_named, shown
 from nsdrill.study.read import DEEPEST, Document, KeyPath, Place, dotted, odd_character, parse, read_text
 from nsdrill.study.schema import study_form
 from nsdrill.study.study import Study, build, study_from_resolved
@@ -48,7 +48,9 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     document.data = {} if document.data is None else document.data
     if not isinstance(document.data, dict):
         found = f"{shown(document.data)} as the whole document"
-        raise StudyError(name, [Fault("", found, f"a mapping with the keys {', '.join(study_form().listed)}", 1, 1)])
+        hint = colon_hint(document.data, study_form().listed) if isinstance(document.data, str) else None
+        allowed = f"a mapping with the keys {', '.join(study_form().listed)}"
+        raise StudyError(name, [Fault("", found, allowed, 1, 1, hint)])
     apply_overrides(document, overrides)
     named = document.data.get("model")
     at = Reading(document, keys_named(named if named in MODEL_LEAF.choices else MODEL_LEAF.default))

@@ -24,7 +24,7 @@ from nsdrill.units import quoted
 from nsdrill.variables import long_key
 
 if TYPE_CHECKING:
-    from ruamel.yaml.error import FileMark
+    from ruamel.yaml.error import FileMark, MarkedYAMLError
 
 LARGEST_FILE = 1_000_000  # bytes
 DEEPEST = 20  # levels; a study has five
@@ -180,38 +180,68 @@ def _parsed(text: str, source: str) -> Document:
 
     if len(text) > LARGEST_FILE:
         raise FileError(f"{source}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
+    builder = _Builder(iter(yaml.YAML(typ="safe", pure=True).parse(text.removeprefix("\ufeff"))), source)
     try:
-        return _Builder(iter(yaml.YAML(typ="safe", pure=True).parse(text.removeprefix("\ufeff"))), source).build()
+        return builder.build()
     except yaml.error.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        problem = (error.problem or error.context or "a syntax error").removeprefix("found ")
-        hint = "Indent with spaces, not tabs." if "\\t" in problem else None
-        raise _not_yaml(source, problem, mark.line + 1 if mark else None, hint) from None
+        raise StudyError(source, [_syntax_fault(error, builder.open[-1] if builder.open else None)]) from None
     except yaml.error.YAMLError as error:  # the reader: characters that YAML forbids
         line = text.count("\n", 0, getattr(error, "position", None) or 0) + 1
-        raise _not_yaml(source, str(error).splitlines()[0], line) from None
+        raise StudyError(source, [Fault("", str(error).splitlines()[0][:200], YAML, line)]) from None
     except (RecursionError, ValueError, AttributeError, IndexError, KeyError, TypeError, AssertionError) as error:
         # ruamel.yaml's own slips on broken input, found by fuzzing: they too are the
         # file's fault
-        raise _not_yaml(source, f"text that the YAML parser cannot take ({type(error).__name__})", None) from None
+        found = f"text that the YAML parser cannot take ({type(error).__name__})"
+        raise StudyError(source, [Fault("", found, YAML)]) from None
 
 
-def _not_yaml(source: str, found: str, line: int | None, hint: str | None = None) -> StudyError:
-    allowed = "one plain YAML document"
-    expected = re.fullmatch(r"expected (.*), but (?:found|got) (.*)", found)
-    if expected:
-        allowed, found = (group.strip("(),") for group in expected.groups())
-    return StudyError(source, [Fault("", found[:200], allowed, line, None, hint)])
+# What the parser says, in words that say what to write: the beginning of its problem, what
+# was found, what is allowed.
+YAML = "one plain YAML document"
+_SYNTAX = (
+    ("mapping values are", "a colon where no key can be", "one key: value in a line, or the text in quotes"),
+    (r"character '\\t'", "a tab", "an indentation with spaces, not tabs"),
+    (r"character ('.')", "a value that begins with {}", "it in quotes"),
+    (r"expected .* '([]}])'$", "a closing {} for which there is no opening one", "brackets in pairs"),
+    (r"expected .* '<block \w+ start>'$", "another indentation than above", "keys of one section in one column"),
+    (r"expected <block end>, .* '<scalar>'$", "text behind a value", "a key with a colon, or the whole text in quotes"),
+    (r"expected .* ','$", "a comma without a value before it", "values between commas"),
+    (r"expected '<document start>'", "text behind the end of the document", YAML),
+    (r"expected .* '(?:<stream end>|<document end>|\\x00)'$", "the end of the text in place of a value", "a value"),
+)
+
+
+def _syntax_fault(error: MarkedYAMLError, opened: Event | None) -> Fault:
+    """The fault of a text that is no YAML. ``opened`` is the last bracket that is not
+    closed before it."""
+    problem, mark = (error.problem or error.context or "a syntax error").removeprefix("found "), error.problem_mark
+    line = mark.line + 1 if mark else None
+    if problem == "unexpected end of stream" and error.context_mark:  # of a text in quotes
+        return Fault("", "a quote that is not closed", "a quote at both ends of a text", error.context_mark.line + 1)
+    if opened and (problem.startswith("expected ',' or") or "<stream end>" in problem):
+        kind, place = type(opened).__name__, _place(opened)
+        bracket, end = ("[", "]") if kind == "SequenceStartEvent" else ("{", "}")
+        before = f" before line {line}" if line and line != place.line else ""
+        found = f"a bracket {bracket} that is not closed{before}"
+        return Fault("", found, f"commas between values, and {end} behind the last", place.line, place.column)
+    for pattern, found, allowed in _SYNTAX:
+        if match := re.match(pattern, problem):
+            return Fault("", found.format(*match.groups()), allowed, line)
+    expected = re.fullmatch("expected (.*), but (?:found|got) (.*)", problem)
+    allowed, found = expected.groups() if expected else (YAML, problem)
+    return Fault("", found[:200], allowed, line)
 
 
 class Event(Protocol):
     """What is asked of an event of the parser; some kinds lack the later ones."""
 
     start_mark: FileMark
+    end_mark: FileMark
     anchor: str | None
     tag: object
     value: str
     style: str | None
+    flow_style: bool | None
 
 
 class _Builder:
@@ -221,6 +251,7 @@ class _Builder:
         self.events, self.source = events, source
         self.document = Document({})
         self.anchors: dict[str, tuple[Plain, int]] = {}
+        self.open: list[Event] = []  # the brackets around the present value
         self.count = 0
 
     def build(self) -> Document:
@@ -267,15 +298,35 @@ class _Builder:
             return event.value if event.style else _scalar(event.value)
         if len(path) >= DEEPEST:
             raise self.fault(event, path[:-1], f"more than {DEEPEST} levels", "the five levels of a study")
-        if type(event).__name__ == "SequenceStartEvent":
-            items: list[Plain] = []
-            while type(item := next(self.events)).__name__ != "SequenceEndEvent":
-                items.append(self.value(item, (*path, len(items))))
-            return items
+        if event.flow_style:
+            self.open.append(event)
+        found = self.items(path) if type(event).__name__ == "SequenceStartEvent" else self.members(path)
+        if event.flow_style:
+            self.open.pop()
+        return found
+
+    def items(self, path: KeyPath) -> list[Plain]:
+        """The values of the list at ``path``."""
+        items: list[Plain] = []
+        texts: list[_Text | None] = []
+        while type(event := next(self.events)).__name__ != "SequenceEndEvent":
+            items.append(self.value(event, (*path, len(items))))
+            texts.append(_Text.of(event))
+            while len(items) > 1 and (whole := _split_number(*texts[-2:])):
+                texts[-2:], items[-2:] = [whole], [whole.text]
+        return items
+
+    def members(self, path: KeyPath) -> dict[str, Plain]:
+        """The values of the mapping at ``path`` by their names."""
         found: dict[str, Plain] = {}
+        name, text = "", None
         while type(key := next(self.events)).__name__ != "MappingEndEvent":
-            name = self.key(key, path, found)
-            found[name] = self.value(next(self.events), (*path, name))
+            value = next(self.events)
+            if text and (whole := _split_value(text, key, value)):
+                text, found[name] = whole, whole.text
+                continue
+            name, text = self.key(key, path, found), _Text.of(value)
+            found[name] = self.value(value, (*path, name))
         return found
 
     def key(self, event: Event, above: KeyPath, found: dict[str, Plain]) -> str:
@@ -304,6 +355,51 @@ class _Builder:
     def fault(self, event: Event, above: KeyPath, found: str, allowed: str) -> StudyError:
         place = _place(event)
         return StudyError(self.source, [Fault(dotted(above), found, allowed, place.line, place.column)])
+
+
+@dataclass(frozen=True)
+class _Text:
+    """A scalar without quotes as it is written, and where it begins and ends."""
+
+    text: str
+    start: FileMark
+    end: FileMark
+
+    @classmethod
+    def of(cls, event: Event) -> _Text | None:
+        """The text of an ``event``; None where it is no such scalar."""
+        if type(event).__name__ != "ScalarEvent" or event.style or event.anchor or event.tag:
+            return None
+        return cls(event.value, event.start_mark, event.end_mark)
+
+    def touches(self, after: _Text) -> bool:
+        """Whether there is but a comma between this text and the one ``after`` it."""
+        return self.end.line == after.start.line and self.end.column + 1 == after.start.column
+
+    def joined(self, after: _Text) -> _Text:
+        return _Text(f"{self.text},{'' if self.touches(after) else ' '}{after.text}", self.start, after.end)
+
+
+# In braces and brackets YAML ends a value at a comma. What was written is put together
+# again, so that it is refused as a whole, with the remedy.
+
+
+def _split_number(before: _Text | None, after: _Text | None) -> _Text | None:
+    """The quantity of which two items of a list are the parts, ``11`` and ``482 ft``; None
+    where they are not."""
+    parts = (
+        before and after and re.fullmatch(r"[-+]?\d+", before.text) and re.match(r"\d[\d.,]*\s*[^\s\d.,]", after.text)
+    )
+    return before.joined(after) if before and after and parts and before.touches(after) else None
+
+
+def _split_value(before: _Text, key: Event, value: Event) -> _Text | None:
+    """The value of which a value and the key after it are the parts, as in ``{depth:
+    11,482 ft}`` or ``{wob: 5 kN, 6 kN}``; None where they are not."""
+    after, empty = _Text.of(key), _Text.of(value)
+    begins = re.compile(r"[-+]?\.?\d")
+    split = after and empty and not empty.text and begins.match(before.text) and begins.match(after.text)
+    return before.joined(after) if after and split else None
 
 
 def _place(event: Event) -> Place:

@@ -121,7 +121,10 @@ class _Axes(Section):
         ends = [key for key in keys.axes if key.rpartition(".")[2] == last and key != name]
         hint = did_you_mean(name, keys.axes) or (f"Did you mean {' or '.join(ends[:3])}?" if ends else None)
         leaf = keys.leaves.get(name)
-        if path[0] == "uncertain" and is_compiled_in(model, name):
+        if before := self._word_before(at, path):
+            key, word = before
+            found, hint = "an unknown key", f"A list of words stands in brackets: {key}: [{word}, {name}]."
+        elif path[0] == "uncertain" and is_compiled_in(model, name):
             found = f"{name}, which is {'a choice' if words_of(name) else 'compiled in'}"
             hint = f"Sweep it: sweep.{name}."
         elif numbers := [key for key, (choice, _) in model.units_by.items() if choice == name]:
@@ -134,6 +137,15 @@ class _Axes(Section):
         else:
             found = "a key that is no number"
         return at.refuse(path, found, allowed, hint, of_key=True)
+
+    def _word_before(self, at: Reading, path: KeyPath) -> tuple[str, Plain] | None:
+        """The key before this one and its value, a word, where this one is another word of
+        the same choice: ``{drive.kind: ideal, stiff}``."""
+        around = at.document.value(path[:-1])
+        written = [*around]
+        key = written[written.index(path[-1]) - 1]
+        is_word = around[path[-1]] is None and path[-1] in words_of(key) and around[key] in words_of(key)
+        return (key, around[key]) if is_word else None
 
 
 def _sweep(keys: Keys) -> Section:

@@ -119,7 +119,10 @@ class Distribution(Section):
             return _named(at, path, found, at.keys.axes[str(path[-2])])
         count = {"uniform": 2, "triangular": 3}.get(kind)
         if count is not None and len(value) != count:
-            return at.refuse(path, f"a list of {len(value)}", EXAMPLES[kind])
+            hint = (
+                "In brackets a comma begins the next value: write decimal points." if len(value) == 2 * count else None
+            )
+            return at.refuse(path, f"a list of {len(value)}", EXAMPLES[kind], hint)
         if count is not None and not (value[0] < value[-1] and sorted(value) == value):
             return at.refuse(path, "values that do not ascend", f"{EXAMPLES[kind]}, ascending")
         return found if value else at.refuse(path, "an empty list", "at least one value")

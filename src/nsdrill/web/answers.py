@@ -202,7 +202,7 @@ def comparison(
 # and the study.
 
 
-VERSIONS = ("python_version", "numpy_version", "llvmlite", "h5py_version", "processor", "model_digest")
+VERSIONS = ("python_version", "numpy_version", "llvmlite", "h5py_version", "numba_version", "processor", "model_digest")
 Rows = list[tuple[str, str]]
 
 
@@ -237,7 +237,7 @@ def study_details(session: Session) -> str:
 
 def _sweep(session: Session, results: Results) -> Rows:
     rows: Rows = []
-    for name in results.axes:
+    for name in results.certain_axes:
         axis = quantity_data(name, session.units)
         values = results.coords[name] / quantity(name, session.units).scale
         if words_along(name):

@@ -282,8 +282,7 @@ def point_rows(session: Session, place: tuple[int, ...]) -> list[list[str]]:
     """The axes of a point and their values, in words."""
     results = session.sweep()
     point: list[list[str]] = []
-    for name, i in zip(results.grid, place, strict=True):
-        value = results.coords[name][i]
+    for name, value in results.values_at(place).items():
         if name == "procedure":
             if len(results.coords[name]) > 1 or str(value) != "same":
                 point.append(["Carried", str(value)])

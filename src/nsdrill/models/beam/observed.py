@@ -16,11 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.functions import define, fma
+from nsdrill.compiler.functions import fma as fma_of_numbers
 from nsdrill.data import Array
-from nsdrill.models.beam.columns import Options, aux_of, columns_of, lateral, slopes_of, states_of
+from nsdrill.equations.graph import Graph, Node
+from nsdrill.equations.library import choose, fma, greater, sqrt
+from nsdrill.equations.plain import Rows, function_of
+from nsdrill.models.beam.columns import Options, aux_of, columns_of, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
-from nsdrill.models.christoforou_yigit.equations import lobed
+from nsdrill.models.christoforou_yigit.equations import lobe
 from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
 from nsdrill.models.operation import Numeric
 from nsdrill.models.turning import turning_channels, turning_features
@@ -61,57 +64,44 @@ def names_of(options: Options) -> Names:
     return Names(states_of(options.modes), slopes_of(options.modes), columns_of(options), aux_of(options))
 
 
-def total(factors: Sequence[str], others: Sequence[str]) -> str:
-    """The text of the sum of products, fused."""
-    expression = f"{factors[-1]} * {others[-1]}"
-    for first, second in reversed(list(zip(factors[:-1], others[:-1], strict=True))):
-        expression = f"fma({first}, {second}, {expression})"
-    return expression
+def fused(factors: Sequence[Node], others: Sequence[Node]) -> Node:
+    """The sum of products."""
+    total = factors[-1] * others[-1]
+    for a, b in reversed(list(zip(factors[:-1], others[:-1], strict=True))):
+        total = fma(a, b, total)
+    return total
 
 
 @lru_cache
 def outputs_of(options: Options) -> Callable[..., Any]:
     """The function of the quantities that are computed once a step, of the watched
     place, the station with the greatest wall force, and the bit."""
-    modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
-    watch = [f"watched_{n}" for n in modes]
-    accelerations = [[f"a{axis}_{n}" for n in modes] for axis in "xy"]
-    motion = [[lateral(n)[k] for n in modes] for k in range(4)]
-    arguments = [name for names in (watch, *motion, *accelerations) for name in names]
-    arguments += [f"{name}_{j}" for j in stations for name in ("radius", "outward", "gap", "penetration_factor")]
-    arguments += ["collar_radius", "surface_amplitude", "z", "vz", "bit_speed"]
-    arguments += ["cosine", "sine", "torque", "wall_contacts", "slip_sum"]
-    sums = {
-        word: total(watch, names)
-        for word, names in zip(("x", "vx", "y", "vy", "ax", "ay"), (*motion, *accelerations), strict=True)
-    }
-    lines = [
-        f"def outputs({', '.join(arguments)}):",
-        *(f"    {word} = {text}" for word, text in sums.items()),
-        "    radius = np.sqrt(max(fma(x, x, y * y), 1e-60))",
-        "    clearance, rate = penetration_factor_1 * (radius_1 - gap_1), "
-        "penetration_factor_1 * (outward_1 / radius_1)",
-    ]
-    for j in range(2, options.stations + 1):
-        lines += [
-            f"    penetration = penetration_factor_{j} * (radius_{j} - gap_{j})",
-            f"    rate = penetration_factor_{j} * (outward_{j} / radius_{j}) if penetration > clearance else rate",
-            "    clearance = max(clearance, penetration)",
-        ]
-    lines += [
-        "    lobe, slope = lobed(sine, cosine)",
-        "    return (",
-        "        x, y, radius, fma(x, vx, y * vy) / radius, clearance, rate,",
-        "        fma(surface_amplitude, lobe, -z), fma(surface_amplitude * slope, bit_speed, -vz),",
-        "        fma(ax, ax, ay * ay), slip_sum, wall_contacts * bit_speed * collar_radius, torque,",
-        "    )",
-    ]
-    helpers = {"np": np, "fma": fma, "lobed": lobed(options.lobes)}
-    return define("outputs", "\n".join(lines) + "\n", **helpers)
+    n = Rows(Graph())
+    modes = range(1, options.modes + 1)
+    watch = [getattr(n, f"watched_{mode}") for mode in modes]
+    x, vx, y, vy, ax, ay = (
+        fused(watch, [getattr(n, f"{name}_{mode}") for mode in modes]) for name in ("x", "vx", "y", "vy", "ax", "ay")
+    )
+    radius = sqrt(greater(fma(x, x, y * y), 1e-60))
+    stations = []
+    for j in range(1, options.stations + 1):
+        factor, r = getattr(n, f"penetration_factor_{j}"), getattr(n, f"radius_{j}")
+        stations.append((factor * (r - getattr(n, f"gap_{j}")), factor * (getattr(n, f"outward_{j}") / r)))
+    clearance, rate = stations[0]
+    for penetration, its_rate in stations[1:]:
+        rate = choose(penetration > clearance, its_rate, rate)
+        clearance = greater(clearance, penetration)
+    sine, slope = lobe(n.sine, n.cosine, options.lobes)
+    found = (
+        x, y, radius, fma(x, vx, y * vy) / radius, clearance, rate,
+        fma(n.surface_amplitude, sine, -n.z), fma(n.surface_amplitude * slope, n.bit_speed, -n.vz),
+        fma(ax, ax, ay * ay), n.slip_sum, n.wall_contacts * n.bit_speed * n.collar_radius, n.torque,
+    )  # fmt: skip
+    return function_of("outputs", found)
 
 
 def _angle(twist, drive_speed, time, phase):
-    return twist + fma(drive_speed, time, phase)
+    return twist + fma_of_numbers(drive_speed, time, phase)
 
 
 def _square(az):

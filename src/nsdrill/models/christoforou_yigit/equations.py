@@ -52,7 +52,7 @@ from nsdrill.data import Array
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.library import Law, friction, friction_along, sincos, sqrt, touching
 from nsdrill.equations.passes import Tangents
-from nsdrill.equations.plain import values, written_out
+from nsdrill.equations.plain import Rows, values, written_out
 from nsdrill.equations.stage import Stage
 from nsdrill.equations.trace import Named, traced
 from nsdrill.models.christoforou_yigit.coefficients import derive
@@ -66,11 +66,15 @@ from nsdrill.models.operation import OperatingPoint
 def lobed(lobes: int) -> Callable[..., tuple[float, float]]:
     """The function (sine, cosine) -> (sin(lobes phi), its slope with phi), to be
     written out in lane code."""
-    graph = Graph()
-    sine, cosine = graph.input("sine"), graph.input("cosine")
-    value = graph.node(multiple_sine(sine, cosine, lobes))
-    slope = Tangents(graph, {sine: cosine, cosine: -sine}).of({"": value})[""]
-    return written_out("lobed", [value, slope], {sine: "sine", cosine: "cosine"})
+    rows = Rows(Graph())
+    arguments = {rows.sine: "sine", rows.cosine: "cosine"}
+    return written_out("lobed", lobe(rows.sine, rows.cosine, lobes), arguments)
+
+
+def lobe(sine: Node, cosine: Node, lobes: int) -> tuple[Node, Node]:
+    """(sin(lobes phi), its slope with phi) from sine and cosine of phi."""
+    value = sine.graph.node(multiple_sine(sine, cosine, lobes))
+    return value, Tangents(sine.graph, {sine: cosine, cosine: -sine}).of({"": value})[""]
 
 
 def multiple_sine(sine: Number, cosine: Number, lobes: int) -> Number:

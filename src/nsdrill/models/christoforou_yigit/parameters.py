@@ -299,7 +299,7 @@ class Parameters(ModelParameters):
 class Initial(Starts):
     """The initial state. ``None`` stands for the natural value: for ``z`` the static
     position under the weight on bit, for ``bit_speed`` and ``drive_speed`` the set
-    speed of the top drive.
+    speed of the top drive; a study takes null for the ``lag`` too, which is 0 then.
 
     An ensemble is drawn as described in :mod:`.collar`.
     """
@@ -312,6 +312,6 @@ class Initial(Starts):
     vz: float = state(0.0, "m/s", 1e3, "up to 1 m/s")
     twist: float = state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
     bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s")
-    lag: float = state(0.0, "rad", 1e5, "-20 to 20 rad; a drive that is not ideal has one")
+    lag: float | None = state(0.0, "rad", 1e5, "-20 to 20 rad; a drive that is not ideal has one")
     drive_speed: float | None = state(None, "rad/s", 1e4, "0 to 30 rad/s; as the lag")
     drive_angle: float = state(0.0, "rad", 1e9, "after a day at 120 rpm 1 million rad")

@@ -33,16 +33,8 @@ from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import DerivedQuantity, DriveCard, FormatValue, few_periods
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.segments.parameters import Parameters
-from nsdrill.models.segments.string import (
-    String,
-    bit_torque,
-    first_frequency,
-    gains_of,
-    impedance,
-    law_of,
-    steady_of,
-    string_of,
-)
+from nsdrill.models.segments.rock import bit_torque
+from nsdrill.models.segments.string import String, first_frequency, gains_of, impedance, law_of, steady_of, string_of
 from nsdrill.ranges import computed, meanings_of
 
 SPEEDS = np.geomspace(0.05, 1000.0, 400)  # rad/s, searched for the onset

@@ -3,28 +3,16 @@ parameters and auxiliary outputs, and the values of the lane parameters."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
-import numpy as np
-
 from nsdrill.models.leaves import Values, lane_values, with_values
 from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
+from nsdrill.models.segments import rock
 from nsdrill.models.segments.parameters import Initial, Parameters, SegmentsOperation
-from nsdrill.models.segments.string import (
-    NEVER,
-    UNLIMITED,
-    Steady,
-    String,
-    creep_parameters,
-    gains_of,
-    law_of,
-    steady_of,
-    string_of,
-)
+from nsdrill.models.segments.string import NEVER, UNLIMITED, Steady, String, gains_of, law_of, steady_of, string_of
 from nsdrill.observe.channels import Names
 
 # Outputs of the equations for the observer: sine and cosine of the lobes, the
@@ -109,13 +97,12 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Numeric]:
     parameters, (depth, wob, speed) = points.parameters, points.operation
     string = string_of(parameters, depth)
     pipe, collar, steady = string.pipe, string.collar, steady_of(parameters, string, wob, speed)
-    bit, segments = parameters.bit, parameters.segments
+    segments = parameters.segments
     mud = segments.hydraulics
-    friction, cutting = bit.friction, bit.cutting
     values: dict[str, Numeric] = {}
     for name, part in (("pipe", pipe), ("collar", collar)):
         annulus, bore = part.annulus / part.mass, part.bore / part.mass
-        up, down = mud.flow / part.annulus_area, quotient(mud.flow, part.bore_area)
+        up, down = mud.flow / part.annulus_area, rock.quotient(mud.flow, part.bore_area)
         values |= {
             f"{name}_axial": part.axial / part.mass,
             f"{name}_torsional": part.torsional / part.inertia,
@@ -124,13 +111,12 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Numeric]:
             f"{name}_bore": bore,
             f"{name}_mean": annulus * up * up - bore * down * down,
             f"per_{name}_annulus": 1 / part.annulus_area,
-            f"per_{name}_bore": quotient(1.0, part.bore_area),
+            f"per_{name}_bore": rock.quotient(1.0, part.bore_area),
         }
     drive = _torque(parameters, string) if parameters.drive.by_torque else _motor(parameters, string, steady)
     return {
         **lane_values(parameters),
         **values,
-        "set_speed": speed,
         "wob": wob,
         "stuck": thresholds.stuck_below,
         "top_share": pipe.mass / (2 * string.top_mass),
@@ -150,25 +136,11 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Numeric]:
         "per_top_mass": 1 / string.top_mass,
         "per_bit_mass": 1 / string.bit_mass,
         "per_bit_inertia": 1 / string.bit_inertia,
-        "closing_factor": quotient(segments.rock_damping, wob),
-        "lobes": float(bit.lobes),
-        "friction_arm": bit.radius * friction.level,
-        "hump": friction.hump,
-        "narrowing": friction.narrowing,
-        "viscous": friction.viscous,
-        "cutting_arm": bit.radius * cutting.zeta,
-        "cutting_factor": 2 * math.pi / bit.radius,
-        "advance": cutting.c1 * wob,
-        "advance_offset": cutting.c2,
-        "slow_square": cutting.slow * cutting.slow,
-        "smoothing": cutting.smoothing,
-        "live": float(cutting.speed == "live"),
-        "threshold": segments.threshold_force,
-        "per_threshold_width": 10 / segments.threshold_force,
         "surface_stiffness": pipe.torsional,
         "steady_torque": steady.table_torque,
         "chain_stiffness": string.axial,
-        **creep_parameters(parameters, wob, speed),
+        **rock.columns(parameters, wob, speed),
+        "creep_fall": rock.fall_of_root(parameters, wob),
         **drive,
     }
 
@@ -209,12 +181,3 @@ def _torque(parameters: Parameters, string: String) -> dict[str, Numeric]:
         "on_at": NEVER if drive.kind == "ideal" else drive.on_at,
         "set_acceleration": 0.0,
     }
-
-
-def quotient(numerator: Numeric, denominator: Numeric) -> Numeric:
-    """The quotient, and 0 where the denominator is 0: a string without bore, a bit
-    without load."""
-    numerator, denominator = np.broadcast_arrays(
-        np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
-    )
-    return np.divide(numerator, denominator, out=np.zeros(denominator.shape), where=denominator != 0.0)

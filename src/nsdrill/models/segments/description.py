@@ -19,7 +19,8 @@ from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.sections import WIDEST_BORE
 from nsdrill.models.segments.columns import states_of
 from nsdrill.models.segments.parameters import DRIVE, MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
-from nsdrill.models.segments.string import SPEEDS, depth_root, string_of
+from nsdrill.models.segments.rock import SPEEDS, root_at
+from nsdrill.models.segments.string import string_of
 from nsdrill.variables import at_section, feature, in_trace
 
 
@@ -54,17 +55,17 @@ _INNER = (
 def friction_rates(points: Values) -> dict[str, Numeric]:
     """The rate at which the cutting torque under the weight on bit brakes the bit
     [1/s], at its steepest: at rest, or, where the depth of cut follows the bit speed,
-    between two of the speeds :data:`.string.SPEEDS` of a bit that creeps. (The slope is
+    between two of the speeds :data:`.rock.SPEEDS` of a bit that creeps. (The slope is
     infinite where such a bit begins to cut, but finite between speeds that differ by a
-    fifth.) See :mod:`nsdrill.models.segments.equations`."""
+    fifth.) See :mod:`nsdrill.models.segments.rock`."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     bit, cutting = parameters.bit, parameters.bit.cutting
     # The speed of the depth of cut, for a bit at rest.
     cutting_speed = speed if cutting.speed == "mean" else 0.0 * np.asarray(speed)
-    steepest = 2 / math.pi * cutting.smoothing * depth_root(parameters, wob, cutting_speed)
+    steepest = 2 / math.pi * cutting.smoothing * root_at(parameters, wob, cutting_speed)
     if cutting.speed == "live":
         scaled = [cutting.smoothing * slow for slow in SPEEDS]  # x / (0.8 + x) stands for (2/pi) atan x
-        torques = [x / (0.8 + x) * depth_root(parameters, wob, slow) for x, slow in zip(scaled, SPEEDS, strict=True)]
+        torques = [x / (0.8 + x) * root_at(parameters, wob, slow) for x, slow in zip(scaled, SPEEDS, strict=True)]
         for before, after, a, b in zip(torques, torques[1:], SPEEDS, SPEEDS[1:], strict=False):
             steepest = np.maximum(steepest, (after - before) / (b - a))
     rate = wob * bit.radius * cutting.zeta * steepest / string_of(parameters, depth).bit_inertia
@@ -190,6 +191,7 @@ DESCRIPTION = Description(
             "surface_torque_mean",
             "drive_speed_min",
             "drive_speed_max",
+            "drive_speed_mean",
         ),
         feature("current_min", "A", "least current of the motor", "motor"),
         feature("current_max", "A", "greatest current of the motor", "motor"),

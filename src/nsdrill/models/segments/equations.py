@@ -20,139 +20,20 @@ mud's drag on a node::
 A drive by torque has T_m of :mod:`nsdrill.models.segments.string` in place of nK I -
 c_rt w_0, and no current.
 
-The bit, with phi = th_n + the drive's angle, omega = w_n, d = s0 sin(b phi) - u_n,
-chi = c_c / W, and w_c the bit speed or the set speed (``bit.cutting.speed``)::
+F and T, the force and the torque of the rock on the bit, are those of
+:mod:`nsdrill.models.segments.rock`.
 
-    F = k_c max(d, 0) max(1 + chi d', 0)
-    T = F r_b [mu0 (tanh omega + alpha omega / (1 + beta omega^2) + nu omega)
-               + on g zeta r],   r = sqrt(delta / r_b)
-    ROP = max(c1 W sqrt|w_c| + c2, 0)
-    delta = 2 pi ROP / sqrt(w_c^2 + w_s^2)
-    g = (2/pi) atan(eps omega)
-    on = (F - W_fs) / (0.1 W_fs), at least 0 and at most 1
-
-Sources: Sarker, Rideout & Butt 2012 for the structure and the numbers, with the
-friction's fifth number gamma = 1; its equations are reconstructed from the legible part
-of the text. The rock's force is Hunt and Crossley's (1975): it has the printed damping
-c_c at the working load, does not jump when the bit touches, and never pulls, unlike a
-spring and a damper in parallel.
-
-**The cutters** as a law of friction: the law is the load on them times g(omega) r(omega), over the rock's elastic
-force. r is the root of the depth of cut over the bit's radius; two kinds of bits:
-
-- Where the depth follows the bit speed and begins at a speed x_0 > 0 (ROP offset below
-  zero), the bit *creeps*: r rises from zero there with an infinite slope, which holds
-  it. All of r is in the law.
-- Elsewhere the law has the r of the set speed, or of rest. The rest of r is zero at
-  rest, so its product with g is not steep, and no part of the law.
-
-An implicit stage solves for the bit speed. For a bit that creeps the unknown is tau,
-with |omega| = (sqrt(x_0) + tau^2)^2: the advance is proportional to tau^2 and r to tau,
-so Newton's method meets no square root.
+Source: Sarker, Rideout & Butt 2012 for the structure and the numbers; its equations are
+reconstructed from the legible part of the text.
 """
 
 from __future__ import annotations
 
-from nsdrill.equations.graph import Node, Number
-from nsdrill.equations.library import SteepLaw, bounded_root, direction, friction, sincos, sqrt, tanh, touching
-from nsdrill.equations.stage import first_slip
+from nsdrill.equations.graph import Number
+from nsdrill.equations.library import sincos
 from nsdrill.equations.trace import Named, part
 from nsdrill.models.segments.columns import Options, nodes_of
-
-# The derivative is that of an r of at least this times ``creep_root``: a bit that creeps
-# is held by an infinite slope, which no explicit step can follow.
-LEAST_ROOT = 0.1
-
-
-@part
-def rock_force(speed: Node, n: Named) -> tuple[Node, Node]:
-    """(the rock's force, the load on the cutters) at a bit speed, over the elastic
-    force; ``n`` are lane parameters, with ``elastic``, that force [N],
-    ``surface_slope`` [m/rad] and ``axial_velocity`` [m/s]."""
-    closing = n.surface_slope * speed - n.axial_velocity
-    damped = max(n.closing_factor * closing + 1.0, 0.0)
-    share = (n.elastic * damped - n.threshold) * n.per_threshold_width
-    return damped, damped * min(max(share, 0.0), 1.0)
-
-
-@part
-def depth_root(speed: Node, n: Named) -> Node:
-    """r at a bit speed."""
-    speed = n.live * (speed - n.set_speed) + n.set_speed
-    advance = max(n.advance * sqrt(abs(speed)) + n.advance_offset, 0.0)
-    depth = n.cutting_factor * advance / sqrt(speed * speed + n.slow_square)
-    return bounded_root(depth, LEAST_ROOT * n.creep_root)
-
-
-@part
-def _value(speed: Node, n: Named) -> Node:
-    root = depth_root(speed, n) if n.creep_start > 0.0 else n.flat_root
-    return rock_force(speed, n)[1] * direction(n.smoothing * speed) * root
-
-
-@part
-def rest_of_cutting(speed: Node, n: Named) -> Node:
-    """What the law leaves out of the load times g r."""
-    root = 0.0 if n.creep_start > 0.0 else n.live * (depth_root(speed, n) - n.flat_root)
-    return rock_force(speed, n)[1] * direction(n.smoothing * speed) * root
-
-
-@part
-def _at(x: Node, free: Node, n: Named) -> tuple[Node, Node]:
-    """(bit speed, law) where the unknown of Newton's method is ``x``: tau where the bit
-    creeps, else |omega|. The bit turns as it does without this torque, at the speed
-    ``free``, which is its speed where that is too low to cut."""
-    creeps, size = n.creep_start > 0.0, abs(free)
-    held = creeps and size <= n.creep_start * n.creep_start
-    root = n.creep_start + x * x
-    speed = size + x if held else (root * root if creeps else x)
-    r = n.creep_root * x / sqrt(sqrt(speed * speed + n.slow_square)) if creeps else n.flat_root
-    value = 0.0 if held else direction(n.smoothing * speed) * r
-    backward = free < 0.0
-    omega = -speed if backward else speed
-    value = rock_force(omega, n)[1] * value
-    return omega, (-value if backward else value)
-
-
-@part
-def _begin(free: Node, relaxed: Node, n: Named) -> Node:
-    """The unknown from which Newton's method begins, with ``relaxed`` [rad/s] in place
-    of the elastic force: with the load at the speed ``free``, and x / (0.8 + x) in
-    place of (2/pi) atan x."""
-    size = abs(free)
-    relaxed = relaxed * rock_force(free, n)[1]
-    flat = Named(smoothing=n.smoothing, decay=0.0, rise=0.0, dynamic=n.flat_root)
-    # Of a bit that creeps: r / tau at the free speed, or at twice the slow speed where
-    # that is less.
-    low = min(size, n.creep_speed)
-    scaled = n.smoothing * low
-    slope = relaxed * n.creep_root * scaled / (0.8 + scaled)
-    slope = slope / sqrt(sqrt(low * low + n.slow_square))
-    excess = max(size - n.creep_start * n.creep_start, 0.0)
-    tau = slope + sqrt(slope * slope + 8.0 * n.creep_start * excess) + 1e-300
-    tau = min(2.0 * excess / tau, sqrt(max(sqrt(size) - n.creep_start, 0.0)))
-    return tau if n.creep_start > 0.0 else first_slip(size, relaxed, flat)
-
-
-@part
-def _steepest_fall(n: Named) -> Node:
-    """At the bit speed of ``n``: where r falls, and where the load does."""
-    damped, load = rock_force(n.speed, n)
-    root = depth_root(n.speed, n) if n.creep_start > 0.0 else n.flat_root
-    share = n.per_threshold_width * n.elastic * damped if load < damped else 0.0
-    slope = abs(n.closing_factor * n.surface_slope) * (1.0 + share)
-    return load * n.creep_fall + (slope * root if load > 0.0 else 0.0)
-
-
-cutting = SteepLaw(_value, _at, _begin, _steepest_fall)
-
-
-# The lane parameters of the rock and of the cutters.
-ROCK = (
-    "closing_factor", "threshold", "per_threshold_width", "smoothing", "live", "set_speed",
-    "advance", "advance_offset", "cutting_factor", "slow_square", "creep_start", "creep_root",
-    "creep_fall", "creep_speed", "flat_root",
-)  # fmt: skip
+from nsdrill.models.segments.rock import bit_on_rock
 
 
 def strain(positions: list[Number], velocities: list[Number], time: Number, i: int) -> Number:
@@ -169,6 +50,14 @@ def drag(p: Named, tube: str, flow: Number, v: Number) -> Number:
     down = flow * getattr(p, f"per_{tube}_bore") + v
     outside = getattr(p, f"{tube}_annulus") * (up * abs(up))
     return outside - getattr(p, f"{tube}_bore") * (down * abs(down)) - getattr(p, f"{tube}_mean")
+
+
+@part
+def drive_torque(s: Named, p: Named) -> Number:
+    """The torque of a drive by torque that is switched on."""
+    law = p.drive_stiffness * s.lag + p.drive_damping * (s.drive_speed - p.set_speed)
+    law = law + p.twist_gain * (s.twist - s.lag) + p.speed_gain * (s.bit_speed - p.set_speed)
+    return min(max(-law, p.torque_least), p.torque_most)
 
 
 def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:
@@ -205,29 +94,14 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
                 share = getattr(p, inertia_shares[i == end])
                 angular[i] = angular[i] + share * (2.0 * turn - wall)
 
-    # The bit on the lobed rock.
-    sine, cosine = sincos(p.lobes * (s.twist + (p.set_speed * t + phase)))
-    surface_slope = p.surface_amplitude * p.lobes * cosine
-    interference = p.surface_amplitude * sine - s.z
-    elastic = p.rock_stiffness * touching("rock", interference)
-    omega, numbers = s.bit_speed, {name: getattr(p, name) for name in ROCK}
-    rock = Named(elastic=elastic, surface_slope=surface_slope, axial_velocity=s.vz, speed=omega, **numbers)
-    damped, _ = rock_force(omega, rock)
-    force = elastic * damped
-    rubbing = tanh(omega) + p.hump * omega / (p.narrowing * omega * omega + 1.0) + p.viscous * omega
-    cut = friction("bit", slip=omega, normal=elastic, law=cutting, numbers=rock)
-    cut = cut + elastic * rest_of_cutting(omega, rock)
-    torque = p.friction_arm * force * rubbing + p.cutting_arm * cut
+    sine, cosine, interference, closing, force, torque = bit_on_rock(p.set_speed * t + phase, s, p)
 
     # The drive.
-    behind, ahead = s.drive_speed - p.set_speed, omega - p.set_speed
     if o.by_torque:
-        law = p.drive_stiffness * s.lag + p.drive_damping * behind
-        law = law + p.twist_gain * (s.twist - s.lag) + p.speed_gain * ahead
-        motor_torque = min(max(-law, p.torque_least), p.torque_most)
-        turned = angular[0] + motor_torque * p.per_drive_inertia
+        turned = angular[0] + drive_torque(s, p) * p.per_drive_inertia
         turned, current_rate = turned if t >= p.on_at else p.set_acceleration, 0.0
     else:
+        behind, ahead = s.drive_speed - p.set_speed, s.bit_speed - p.set_speed
         behind_current = s.current - p.steady_current
         law = p.gain_lag * s.lag + p.gain_drive_speed * behind + p.gain_bit_speed * ahead
         law = law + p.gain_twist * (s.twist - p.steady_twist) + p.gain_current * behind_current
@@ -244,7 +118,6 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
     angular[last] = angular[last] - torque * p.per_bit_inertia
     names = nodes_of(last)
     slopes = dict(zip((*names.velocities, *names.speeds), (*axial, *angular), strict=True))
-    closing = surface_slope * omega - s.vz
     return {**slopes, "current": current_rate}, {
         "sine_": sine,
         "cosine_": cosine,

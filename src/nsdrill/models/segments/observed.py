@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import math
 
+from nsdrill.equations.graph import Node
+from nsdrill.equations.plain import followed
+from nsdrill.equations.trace import Named, part
+from nsdrill.models.segments.equations import drive_torque
 from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
 
@@ -34,77 +38,35 @@ def _bit(
     return interference_, closing_, closing_rate, force_, force_rate if force_ > 0.0 else 0.0
 
 
-def _surface_torque(lag, drive_speed, angle_1, speed_1, surface_stiffness, torsional_time):
-    return surface_stiffness * (lag - angle_1 + torsional_time * (drive_speed - speed_1))
+def surface_torque(n: Named) -> Node:
+    """The torque that the drive and the top of the string exert on each other [N m]."""
+    return n.surface_stiffness * (n.lag - n.angle_1 + n.torsional_time * (n.drive_speed - n.speed_1))
 
 
-def _surface_torque_rate(
-    drive_speed, speed_1, drive_acceleration, angular_acceleration_1, surface_stiffness, torsional_time
-):
-    return surface_stiffness * (drive_speed - speed_1 + torsional_time * (drive_acceleration - angular_acceleration_1))
+def hook_load(n: Named) -> Node:
+    """The hook load less that of steady drilling [N]."""
+    return -(n.top_stiffness * n.u_0 + n.top_damping * n.v_0)
 
 
-def _motor_torque(
-    lag,
-    drive_speed,
-    twist,
-    bit_speed,
-    angle_1,
-    speed_1,
-    set_speed,
-    drive_stiffness,
-    drive_damping,
-    twist_gain,
-    speed_gain,
-    torque_least,
-    torque_most,
-    on_at,
-    surface_stiffness,
-    torsional_time,
-    top_drag,
-    time,
-):
+@part
+def _motor_torque(n: Named) -> Node:
     """The torque of the motor [N m]; while the top keeps the set speed, the torque that
     this takes."""
-    law = drive_stiffness * lag + drive_damping * (drive_speed - set_speed)
-    law = law + twist_gain * (twist - lag) + speed_gain * (bit_speed - set_speed)
-    holding_torque = (
-        surface_stiffness * (lag - angle_1 + torsional_time * (drive_speed - speed_1)) + top_drag * drive_speed
-    )
-    return min(max(-law, torque_least), torque_most) if time >= on_at else holding_torque
+    return drive_torque(n, n) if n.time >= n.on_at else surface_torque(n) + n.top_drag * n.drive_speed
 
 
-def _motor_torque_rate(
-    lag,
-    drive_speed,
-    twist,
-    bit_speed,
-    speed_1,
-    drive_acceleration,
-    bit_acceleration,
-    angular_acceleration_1,
-    set_speed,
-    drive_stiffness,
-    drive_damping,
-    twist_gain,
-    speed_gain,
-    torque_least,
-    torque_most,
-    on_at,
-    surface_stiffness,
-    torsional_time,
-    top_drag,
-    time,
-):
-    law = drive_stiffness * lag + drive_damping * (drive_speed - set_speed)
-    law = law + twist_gain * (twist - lag) + speed_gain * (bit_speed - set_speed)
-    rate = drive_stiffness * (drive_speed - set_speed) + drive_damping * drive_acceleration
-    rate = rate + twist_gain * (bit_speed - drive_speed) + speed_gain * bit_acceleration
-    law_rate = rate if (-law > torque_least) and (-law < torque_most) else 0.0
-    holding_rate = surface_stiffness * (
-        drive_speed - speed_1 + torsional_time * (drive_acceleration - angular_acceleration_1)
-    )
-    return -law_rate if time >= on_at else holding_rate + top_drag * drive_acceleration
+def _rates(n: Named) -> dict[str, Node]:
+    """How fast what these quantities read changes."""
+    return {
+        "lag": n.drive_speed - n.set_speed,
+        "angle_1": n.speed_1 - n.set_speed,
+        "twist": n.bit_speed - n.set_speed,
+        "drive_speed": n.drive_acceleration,
+        "speed_1": n.angular_acceleration_1,
+        "bit_speed": n.bit_acceleration,
+        "u_0": n.v_0,
+        "v_0": n.top_acceleration,
+    }
 
 
 def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
@@ -118,17 +80,10 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
                 "set_speed", "stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)
             ),
             Channel("force", "force", "force_rate", scale="wob"),
-            Channel("surface torque", _surface_torque, _surface_torque_rate, scale="steady_torque"),
+            Channel("surface torque", *followed(surface_torque, _rates), scale="steady_torque"),
             Channel("drive speed", "drive_speed", "drive_acceleration"),
             drive[0],
-            Channel(
-                "hook load",
-                lambda u_0, v_0, top_stiffness, top_damping: -(top_stiffness * u_0 + top_damping * v_0),
-                lambda v_0, top_acceleration, top_stiffness, top_damping: (
-                    -(top_stiffness * v_0 + top_damping * top_acceleration)
-                ),
-                scale="wob",
-            ),
+            Channel("hook load", *followed(hook_load, _rates), scale="wob"),
         ),
         features=(
             Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
@@ -139,6 +94,7 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
             Extremes("surface torque", greatest="surface_torque_max", least="surface_torque_min"),
             Mean("surface torque", "surface_torque_mean"),
             Extremes("drive speed", greatest="drive_speed_max", least="drive_speed_min"),
+            Mean("drive speed", "drive_speed_mean"),
             drive[1],
             Extremes("hook load", greatest="hook_load_change_max", least="hook_load_change_min"),
         ),
@@ -152,7 +108,7 @@ DECLARATION = _declaration(
 # As many channels of the same kinds, so that outcomes have the same columns.
 BY_TORQUE = _declaration(
     (
-        Channel("drive torque", _motor_torque, _motor_torque_rate, scale="steady_torque"),
+        Channel("drive torque", *followed(_motor_torque, _rates), scale="steady_torque"),
         Extremes("drive torque", greatest="drive_torque_max", least="drive_torque_min"),
     )
 )

@@ -53,10 +53,7 @@ from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, by_rows, impedance_
 from nsdrill.models.operation import Numeric
 from nsdrill.models.sections import Tubular
 from nsdrill.models.segments.parameters import Parameters
-
-# Bit speeds [rad/s] at which the cutting torque is evaluated, up to 53.
-SPEEDS = tuple(0.01 * 1.2**k for k in range(48))
-LEAST_ADVANCE = 1e-12  # m/s at 1 rad/s; with less the bit never cuts
+from nsdrill.models.segments.rock import bit_torque
 
 
 class Segment(NamedTuple):
@@ -192,56 +189,6 @@ def _segment(parameters: Parameters, part: Tubular, length: Numeric) -> Segment:
         math.pi / 4 * (hole * hole - outer * outer),
         math.pi / 4 * inner * inner,
     )
-
-
-def bit_torque(parameters: Parameters, wob: Numeric, set_speed: Numeric, force: Numeric, speed: Numeric) -> Numeric:
-    """The torque of the rock on the bit [N m] under a ``force`` [N] at a bit ``speed``
-    [rad/s], with friction and cutting (:mod:`nsdrill.models.segments.equations`)."""
-    bit, friction, cutting = parameters.bit, parameters.bit.friction, parameters.bit.cutting
-    cutting_speed = speed if cutting.speed == "live" else set_speed
-    advance = np.maximum(cutting.c1 * wob * np.sqrt(np.abs(cutting_speed)) + cutting.c2, 0.0)
-    depth = 2 * math.pi * advance / np.sqrt(cutting_speed * cutting_speed + cutting.slow * cutting.slow)
-    threshold = parameters.segments.threshold_force
-    on = np.clip((force - threshold) / (0.1 * threshold), 0.0, 1.0)
-    rubbing = (
-        np.tanh(speed) + friction.hump * speed / (1 + friction.narrowing * speed * speed) + friction.viscous * speed
-    )
-    bite = on * (2 / math.pi) * np.arctan(cutting.smoothing * speed) * cutting.zeta * np.sqrt(depth / bit.radius)
-    return force * bit.radius * (friction.level * rubbing + bite)
-
-
-def depth_root(parameters: Parameters, wob: Numeric, speed: Numeric) -> Numeric:
-    """sqrt(depth of cut / radius) at a ``speed`` [rad/s] that the depth follows, under
-    a weight on bit [N]."""
-    bit, cutting = parameters.bit, parameters.bit.cutting
-    advance = np.maximum(cutting.c1 * wob * np.sqrt(speed) + cutting.c2, 0.0)
-    return np.sqrt(2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cutting.slow * cutting.slow))
-
-
-def creep_parameters(parameters: Parameters, wob: Numeric, set_speed: Numeric) -> dict[str, Numeric]:
-    """The lane parameters of the cutting torque that the implicit method reads
-    (:mod:`nsdrill.models.segments.equations`), by name: those of a bit that creeps, whose
-    depth of cut follows its speed and begins at a speed above zero, or else the root r =
-    sqrt(depth of cut / radius) at the set speed or at rest. Of a bit that creeps: the
-    root of the speed at which it begins to cut (0 for any other bit), r over that and
-    over the root of its speed, the steepest fall of r, and twice the slow speed."""
-    bit, cutting = parameters.bit, parameters.bit.cutting
-    live = cutting.speed == "live"
-    advance, offset = np.broadcast_arrays(np.asarray(cutting.c1 * wob, dtype=float), cutting.c2)
-    creeps = (offset < 0.0) & live
-    start = np.where(creeps, -offset / np.maximum(advance, LEAST_ADVANCE), 0.0)
-    roots = [depth_root(parameters, wob, speed) for speed in SPEEDS]
-    falls = [
-        (before - after) / (b - a) for before, after, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)
-    ]
-    steepest = np.max(np.array(falls), axis=0, initial=0.0)
-    return {
-        "creep_start": start,
-        "creep_root": np.sqrt(2 * math.pi / bit.radius * cutting.c1 * wob),
-        "creep_fall": np.where(creeps, steepest, 0.0),
-        "creep_speed": 2 * cutting.slow,
-        "flat_root": np.where(creeps, 0.0, depth_root(parameters, wob, 0.0 * set_speed if live else set_speed)),
-    }
 
 
 def steady_of(parameters: Parameters, string: String, wob: Numeric, speed: Numeric) -> Steady:
