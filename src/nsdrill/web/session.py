@@ -30,6 +30,7 @@ from nsdrill.store import kind_of, variables_in
 from nsdrill.study import load_study
 from nsdrill.study.keys import Leaf
 from nsdrill.study.study import Study
+from nsdrill.units import QuantityError
 from nsdrill.variables import OK, POINT
 from nsdrill.web import asked, diagrams, maps, moving
 from nsdrill.web.asked import Request
@@ -156,7 +157,12 @@ class Session:
                 raise InputError(f"{str(key)[:60]}: found an unknown key; allowed: a number or a word of the study.")
             if leaf.kind == "whole" and isinstance(value, float) and value.is_integer():
                 value = int(value)
-            if isinstance(value, str) and len(value) <= 60 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n"):
+            if isinstance(value, str) and len(value) <= 60 and leaf.kind == "quantity":
+                try:
+                    texts[key] = leaf.text(leaf.read(value))
+                except QuantityError as error:
+                    raise InputError(f"{key}: {error}") from None
+            elif isinstance(value, str) and len(value) <= 60 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n"):
                 texts[key] = value
             elif (number := asked.finite(value)) is not None and leaf.low <= number <= leaf.high:
                 texts[key] = leaf.text(value if leaf.kind == "whole" else number)
