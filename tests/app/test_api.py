@@ -490,6 +490,12 @@ def test_window_hysteresis_and_diff_of_files_and_datasets(shared, small, trace):
     file = shared / "small.h5"
     assert nsdrill.window(small) == nsdrill.window(file)
     assert nsdrill.window(small, severity=4)["safe"] == nsdrill.window(file, 4)["safe"] == 8
+    found = nsdrill.window(file, file)
+    assert (found["kind"], found["both"], found["gained"], found["lost"]) == ("contrast", 0, 0, 0)
+    assert nsdrill.window(small, small, severity=4)["both"] == 8
+    assert {**nsdrill.window(file, small), "names": 0} == {**found, "names": 0}
+    with pytest.raises(nsdrill.InputError, match=r"no-such.h5: there is no such file"):
+        nsdrill.window(file, "no-such.h5")
     assert nsdrill.hysteresis(small) == nsdrill.hysteresis(file) != []
     for a, b in ((small, file), (file, small), (small, small)):
         found = nsdrill.diff(a, b)

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import signal
 import time
 from pathlib import Path
@@ -198,6 +199,34 @@ def test_a_table_in_field_units_has_those_of_each_column(made, call):
 def test_a_picture_is_limited_along_the_number_that_is_continued(made):
     figure = nsdrill.plot(made / "b.h5", xlim=("2 rad/s", 4.0))
     assert figure.axes[-1].get_xlim() == pytest.approx((2.0, 4.0))
+
+
+def test_two_files_of_branches_are_compared(made, call):
+    """To the bit; and with fewer points, of which none corresponds to one of the other."""
+    nsdrill.continue_branches(made / "study.yaml", "again.h5")
+    same = call("diff", made / "b.h5", "again.h5", "--exit-code").out
+    points = nsdrill.open_results("again.h5").sizes["point"]
+    assert f"The numbers are the same to the bit: {points} points, " in same
+    data = nsdrill.open_results("again.h5").load()
+    data["period"][7] = np.nextafter(data["period"][7], np.inf)
+    data["motion"][1] = "circle"
+    nsdrill.save(data, "other.h5")
+    told = call("diff", made / "b.h5", "other.h5", "--exit-code", "--bits", code=1).out
+    assert re.search(r"^  motion  +1 +branch 1$", told, re.MULTILINE)
+    assert re.search(r"^  period  +1 .* point 7$", told, re.MULTILINE)
+    found = json.loads(call("diff", made / "b.h5", "other.h5", "--json").out)
+    assert found == nsdrill.diff(made / "b.h5", "other.h5")
+    assert [row["name"] for row in found["variables"] if not row["same"]] == ["motion", "period"]
+    nsdrill.continue_branches(made / "study.yaml", "short.h5", set=["continue.points=20"])
+    told = call("diff", made / "b.h5", "short.h5", "--exit-code", code=1).out
+    assert f"point: {points} and 2" in told
+    assert "The branches have other points, so their numbers are not compared one by one." in told
+    assert "One is branches, the other a trace" in call("diff", made / "b.h5", _trace(made), "--exit-code", code=1).out
+
+
+def _trace(made):
+    nsdrill.save(nsdrill.simulate(made / "study.yaml", duration="1 s"), "trace.h5")
+    return "trace.h5"
 
 
 def test_nothing_is_left_of_a_finished_file(made, call):

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
-from nsdrill.analysis.bifurcations import CYCLE, PERIODIC
+from nsdrill.analysis.bifurcations import CYCLE, PERIODIC, motion_text
 from nsdrill.app import trajectory
 from nsdrill.app.motions import Motions
 from nsdrill.cli.main import group
@@ -214,7 +214,7 @@ def test_a_part_file_can_be_explored(shared, tmp_path):
     study = load_study(shared / "small.yaml")
     done = read_results(shared / "small.h5")
     experiment = prepare(study)
-    plan, kept = experiment.plan, experiment.kept
+    plan, kept = experiment.plan, experiment.contents
     with RunLog.create(tmp_path / "half.h5.part", header_of(experiment), plan.points, kept) as log:
         records = pending_records(3, kept)
         for variable in kept.variables:
@@ -251,9 +251,10 @@ def write(path: Path, shared: Path, **changes: Any) -> Path:
         "label": np.array([9, 0, 5, 9, 9, 102, 0, 9], np.int16),
         "state": np.array([results["final_state"][place][:-1] for place in points]),
         **{name: np.array([results[name][place] for place in points]) for name in FEATURES},
+        "motion": ["periodic", "limit_cycle"],
+        "end_reason": ["end of the range", "a fold"],
         **changes,
     }
-    data |= {"motion": ["periodic", "limit_cycle"], "end_reason": ["end of the range", "a fold"]}
     per_branch = ("row_size", "lobes", "motion", "end_reason", "parent", "parent_point", "closed")
     data |= {name: np.zeros(2, int) for name in per_branch[4:]}
     data |= {name: np.zeros(8) for name in ("multiplier_real", "multiplier_imag", "branch_of_point", "arclength")}
@@ -288,6 +289,18 @@ def test_they_are_drawn_over_a_sweep(branches, shared):
     assert [kind["colour"] for kind in kinds] == [COLOURS[PERIODIC], COLOURS[CYCLE]]
     other, _ = session.diagram({"y": "bit_torque_max"})
     assert other["note"] == "The branches have no such feature."
+
+
+def test_their_motions_have_the_words_of_texts_and_the_colours_of_pictures(shared, tmp_path):
+    motions = ["equilibrium", "invariant_circle"]
+    session = Session(write(tmp_path / "b.h5", shared, motion=motions))
+    head, _ = session.diagram({"y": "radius_peaks"})
+    assert head["curves"]["kinds"] == [
+        {"name": "steady drilling", "colour": COLOURS["equilibrium"]},
+        {"name": "whirl on an invariant circle over 2 lobes", "colour": COLOURS["invariant_circle"]},
+    ]
+    told = [motion_text(motion, lobes) for motion, lobes in zip(motions, (1, 2), strict=True)]
+    assert [one["name"] for one in head["curves"]["kinds"]] == told
 
 
 def test_they_are_not_drawn_where_they_are_not(shared, tmp_path):

@@ -62,6 +62,41 @@ def test_it_says_what_was_asked(page, shared):
         assert wanted in text, wanted
 
 
+def test_python_writes_the_same_page(shared, tmp_path):
+    file, page = str(shared / "small.h5"), str(tmp_path / "page.html")
+    assert nsdrill.report([file, shared / "map.h5"], page, motions=1, units="field") == page
+    written = Path(page).read_text(encoding="utf-8")
+    assert nsdrill.report((shared / "small.h5", shared / "map.h5"), page, 1, "field", overwrite=True) == page
+    done = made(file, shared / "map.h5", "-o", page, "--motions", "1", "--units", "field", "--overwrite")
+    assert done.exit_code == 0, done.output
+    assert Path(page).read_text(encoding="utf-8") == written
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({}, "page.html: the file exists"),
+        ({"path": "page.pdf"}, "page.pdf: found another ending; allowed: .html"),
+        ({"results": []}, "results: found no file; allowed: one or more"),
+        ({"results": "dataset"}, "results: found results in memory; allowed: names of files"),
+        ({"results": "trace.h5"}, "trace.h5: found a trace; allowed: results or branches"),
+        ({"motions": 9}, "motions: found 9; allowed: 0 to 8"),
+        ({"severity": 5}, "severity: found 5; allowed: 0 to 4"),
+        ({"units": "metric"}, "units: found 'metric'; allowed: si or field"),
+    ],
+)
+def test_what_python_cannot_write_is_refused(shared, tmp_path, monkeypatch, given, words):
+    monkeypatch.chdir(tmp_path)
+    Path("page.html").write_text("there")
+    nsdrill.save(nsdrill.simulate(shared / "small.yaml", duration="1 s"), "trace.h5")
+    given = {"results": shared / "small.h5", "path": "page.html" if not given else "other.html"} | given
+    if given["results"] == "dataset":
+        given["results"] = nsdrill.open_results(shared / "small.h5")
+    with pytest.raises(nsdrill.NsdrillError, match=re.escape(words)):
+        nsdrill.report(**given)
+    assert sorted(map(str, Path().iterdir())) == ["page.html", "trace.h5"]
+
+
 def test_it_loads_nothing_and_runs_only_its_own_scripts(page):
     outside = re.sub(r"<script.*?</script>|<style>.*?</style>|<!--.*?-->", "", page, flags=re.DOTALL)
     assert not re.search(r"""(src|href)=["'](?!data:|#)""", outside)

@@ -124,7 +124,14 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
     ("live", {"changes": {"wob": None}}, "wob"),
     ("live", {"changes": {"wob": -5.0}}, "wob"),
     ("live", {"changes": {"wob": 1e400}}, "wob"),
-    ("live", {"changes": {"wob": "30 mm"}}, "wob"),
+    (
+        "live",
+        {"changes": {"wob": "30 mm"}},
+        "wob: found '30 mm', in units of length; allowed: a number with its unit (kN",
+    ),
+    ("live", {"changes": {"wob": "5,5 klbf"}}, "Write a decimal point: 5.5 klbf."),
+    ("live", {"changes": {"wob": "5 KLBF"}}, "Did you mean klbf? (Capitals matter.)"),
+    ("live", {"changes": {"depth": "11,482 ft"}}, "Write 11482 ft without a thousands separator"),
     ("live", {"changes": {"wob": "{ramp: [[0 s, 1 kN]]}"}}, "wob"),
     ("live", {"changes": {"well.diameter": "100 mm"}}, "collar"),
     ("live", {"changes": [1]}, "changes"),
@@ -146,6 +153,15 @@ def test_wrong_requests_are_refused_in_words(session, name, asked, word):
         getattr(session, name)(asked)
     assert word in str(caught.value)
     assert "allowed" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "value"),
+    [("well.diameter", '15"', 0.381), ("well.diameter", "15 1/2 in", 0.3937), ("rotary_speed", "60 RPM", 2 * np.pi)],
+)
+def test_quantities_are_taken_as_people_write_them(session, key, text, value):
+    head, _ = session.live({"changes": {key: text}, "seconds": 0.1})
+    assert head["values"][key] == pytest.approx(value, rel=1e-12)
 
 
 def test_other_files_are_refused(shared, tmp_path):

@@ -1,5 +1,5 @@
-"""The differences between two sets of results, or two traces: of their axes, and of the
-numbers at their common points.
+"""The differences between two sets of results, two traces or two files of branches: of
+their axes, and of the numbers at their common points.
 
 Numbers are the same where they are equal to the bit, or both missing (NaN).
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
 from nsdrill.variables import PENDING, SAMPLE
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 ROUNDING = 1e-12  # relative: values of axes that differ by less are the same
 Place = tuple[Array, ...]  # one array of indices for each dimension
@@ -84,6 +88,33 @@ def compare_traces(a: Trace, b: Trace) -> Answer:
         times = {"first": float(a.time[i[differs[0]]]), "at": float(a.time[i[place[0]]])} if place else {}
         rows.append({**row, **{"first": None, "at": None}, **times})
     return {"axes": [axis], "points": len(i), "responses": None, "variables": rows, **_only_in_one(a, b)}
+
+
+def compare_branches(a: Dataset, b: Dataset) -> Answer:
+    """As :func:`compare_results`, for two files of branches: their ``axes`` are the
+    dimensions, ``points`` the points along the branches, 0 where their numbers differ,
+    and ``at`` is the number of a point or branch. Variables are compared where both
+    have as many values."""
+    axes, rows = [], []
+    for name in map(str, dict.fromkeys((*a.sizes, *b.sizes))):
+        left, right = (one[name].values if name in one.sizes else np.empty(0) for one in (a, b))
+        common, same = len(np.intersect1d(left, right)), np.array_equal(left, right)
+        axes.append({"name": name, "a": len(left), "b": len(right), "common": common, "same": same})
+    for name in [str(name) for name in a.data_vars if name in b.data_vars]:
+        left, right = a[name].values, b[name].values
+        if left.shape != right.shape:
+            lengths = {"a": left.size, "b": right.size, "of": str(a[name].dims[0])}
+            rows.append({"name": name, "same": False, "points": None, "not_compared": lengths})
+            continue
+        units, has_words = str(a[name].attrs.get("units", "1")), left.dtype.kind not in "fiu"
+        row, place = _row(name, units, left, right, 1, flags=has_words)
+        rows.append({**row, "at": {str(a[name].dims[0]): place[0]} if place else None})
+    points = a.sizes["point"] if a.sizes["point"] == b.sizes["point"] else 0
+    only = {
+        "only_a": [str(name) for name in a.data_vars if name not in b.data_vars],
+        "only_b": [str(name) for name in b.data_vars if name not in a.data_vars],
+    }
+    return {"axes": axes, "points": points, "responses": None, "variables": rows, **only}
 
 
 def common_places(a: Array, b: Array) -> tuple[Array, Array, bool]:

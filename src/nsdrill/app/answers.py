@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 from nsdrill.analysis import contrast as analysis
 from nsdrill.analysis import sensitivity as indices
-from nsdrill.analysis.comparison import compare_results, compare_traces
+from nsdrill.analysis.comparison import compare_branches, compare_results, compare_traces
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, needed, probabilities_of
 from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import is_whole, name_in
 from nsdrill.app.check import passed_over
-from nsdrill.app.datasets import data_in, is_dataset, sweep_in
+from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import IN_MEMORY, PASSED_OVER, Answer, Attributes, Resolved, Results, Trace, json_text, resolved_study
 from nsdrill.errors import FileError, NsdrillError, Refusal
@@ -222,7 +222,7 @@ RUN_ATTRIBUTE_UNITS = {
 
 def diff(a: object, b: object) -> Answer:
     """The differences between ``a`` and ``b``, Datasets or files of results, unfinished
-    runs or traces, as plain data in SI units.
+    runs, traces or branches, as plain data in SI units.
 
     ============ =======================================================================
     same_study   Whether the studies are equal, apart from the title and the units.
@@ -231,15 +231,19 @@ def diff(a: object, b: object) -> Answer:
                  missing); thresholds are those in force.
     run          Of traces, the attributes of the run that differ.
     made         The attributes of the origin that differ: date, versions, machine.
-    kinds        The kinds of the two, ``results`` or ``trace``.
+    kinds        The kinds of the two, ``results``, ``trace`` or ``branches``.
     ============ =======================================================================
 
     For two of one kind there are also the ``axes``, ``points``, ``responses``,
     ``variables``, ``only_a`` and ``only_b`` of
-    :func:`nsdrill.analysis.comparison.compare_results` or ``compare_traces``.
+    :func:`nsdrill.analysis.comparison.compare_results`, ``compare_traces`` or
+    ``compare_branches``.
     FileError for a file that cannot be read.
     """
-    data_a, data_b = (data_in(data, None) for data in (a, b))
+    branches = [branches_in(data) for data in (a, b)]
+    data_a, data_b = (
+        data_in(data, None) if found is None else found for data, found in zip((a, b), branches, strict=True)
+    )
     names = [f"Dataset {label}" if is_dataset(data) else name_in(data) for label, data in (("a", a), ("b", b))]
     study = _study_changes(data_a, data_b, names)
     differences: Answer = {
@@ -259,6 +263,8 @@ def diff(a: object, b: object) -> Answer:
             "run": _attributes(data_a.attrs, data_b.attrs, RUN_ATTRIBUTE_UNITS),
             **compare_traces(data_a, data_b),
         }
+    elif branches[0] is not None and branches[1] is not None:
+        differences |= compare_branches(branches[0], branches[1])
     else:
         return differences
     differences["same_numbers"] = (
@@ -269,7 +275,7 @@ def diff(a: object, b: object) -> Answer:
     return differences
 
 
-def _study_changes(a: Results | Trace, b: Results | Trace, names: list[str]) -> list[Answer]:
+def _study_changes(a: Results | Trace | Dataset, b: Results | Trace | Dataset, names: list[str]) -> list[Answer]:
     """The keys of the studies that differ, with both values; FileError, about these
     ``names``, where one holds no study."""
     try:
@@ -279,8 +285,8 @@ def _study_changes(a: Results | Trace, b: Results | Trace, names: list[str]) -> 
         raise FileError(f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
 
 
-def _kind(data: Results | Trace) -> str:
-    return "trace" if isinstance(data, Trace) else "results"
+def _kind(data: Results | Trace | Dataset) -> str:
+    return "trace" if isinstance(data, Trace) else "results" if isinstance(data, Results) else "branches"
 
 
 def _study(attrs: Attributes) -> Resolved:

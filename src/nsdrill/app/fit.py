@@ -273,9 +273,9 @@ class _Simulator:
         share = -(-plan.points // self.workers)
         with ThreadPoolExecutor(self.workers) as threads:
             for part, points in work.by_method(np.arange(plan.points)):
-                lanes = widened(choose_lanes(share), share, part.variant.rows)
+                lanes = widened(choose_lanes(share), share, part.program.rows)
                 with compiling(self.progress, self.watch):
-                    compiled_parts(lanes, part.variant)
+                    compiled_parts(lanes, part.program)
                 Engine(part, threads, self.workers, lanes, deliver, watch).run(None, points)
                 self.done += len(points)
         return features

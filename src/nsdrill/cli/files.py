@@ -48,7 +48,7 @@ def diff(
     exit_code: Annotated[Switch, "Exit with 1 if the studies or any numbers differ."] = False,
 ) -> int:
     """Compare the files A and B: results, .part files of runs that go
-    on, or traces.
+    on, traces or branches.
 
     First the keys of the studies, and what changed for the driller: the safe points,
     the borders of the window, the responses; then whether the numbers are the same.

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import os
-import shlex
 import webbrowser
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated
 
 import click
 
 from nsdrill import interrupt
 from nsdrill.cli.building import Given, command_of, load, print_answer, requested_values, say
-from nsdrill.errors import InputError, NsdrillError, Refusal, option
+from nsdrill.errors import InputError, Refusal
 from nsdrill.late import deferred
 from nsdrill.operations import answers, pictures
 from nsdrill.operations.argument import Argument, Whole, arguments_of
@@ -21,40 +20,28 @@ from nsdrill.operations.arguments import (
     OUTPUT,
     AnyData,
     Begin,
-    Confidence,
     End,
     Json,
-    ManyResults,
     NameOfFile,
     NoTitle,
-    Output,
     Overlay,
     Overwrite,
-    Severity,
     Switch,
-    Units,
 )
 from nsdrill.operations.pictures import SPEED_OF_FILM
 
 with deferred():
     from nsdrill import data as forms
     from nsdrill import files, store
-    from nsdrill.analysis import probability
-    from nsdrill.app import answers as found_in
-    from nsdrill.app import datasets, experiment, summary
+    from nsdrill.app import datasets, experiment
     from nsdrill.app import pictures as drawing
     from nsdrill.text import runs as runs_text
-    from nsdrill.text import show as show_text
-    from nsdrill.text import window as window_text
     from nsdrill.text import words
-    from nsdrill.web import report as pages
-    from nsdrill.web import session as sessions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nsdrill.app.pictures import Drawable
-    from nsdrill.web.session import Session
 
 
 @command_of(
@@ -242,69 +229,14 @@ def view(
     return 0
 
 
-Motions = Annotated[
-    int, Argument("Number of example motions to include, one of each kind of response.", metavar="N", kind=Whole(0, 8))
-]
-
-
-@command_of(examples=("report out.h5 -o report.html", "report up.h5 down.h5 -o report.html --units field --motions 6"))
-def report(
-    given: Given,
-    results: ManyResults,
-    output: Annotated[Output, "Page to write: .html."],
-    motions: Motions = 4,
-    units: Units = None,
-    severity: Severity = None,
-    confidence: Confidence = None,
-    overwrite: Overwrite = False,
-) -> int:
+@command_of(
+    answers.report,
+    examples=("report out.h5 -o report.html", "report up.h5 down.h5 -o report.html --units field --motions 6"),
+)
+def report(given: Given) -> int:
     """Write RESULTS, files of sweeps or branches, as one page of HTML that opens
     without a network: what was run, diagrams with numbers, where history matters, the
     operating window, motions, and the command lines that reproduce it."""
-    assert units is not None
-    if not output.lower().endswith((".html", ".htm")):
-        raise InputError(f"{output}: found another ending; allowed: .html.")
-    store.claim_file(output, overwrite)
-    names = [os.fspath(one) for one in results]
-    branches = [file for file in names if datasets.is_branches(file)]
-    # drawn over the sweeps along the same number
-    over = branches[0] if len(branches) == 1 else None
-    opened = [_session(file, units, None if file in branches else over) for file in names]
-    parts = [pages.Part(one, _summaries(one, units, severity, confidence)) for one in opened]
-    words = ["nsdrill", "report", *names, "-o", output]
-    words += ["--motions", str(motions)] if motions != 4 else []
-    words += ["--units", units] if units != "si" else []
-    words += ["--severity", str(severity)] if severity is not None else []
-    words += ["--confidence", f"{100 * confidence:g}"] if confidence is not None else []
-    text = pages.report(parts, shlex.join(words), motions, severity, confidence)
-    files.write_text(output, text, overwrite=overwrite)
-    say(f"{output}: written, {files.amount(len(text.encode()))}.")
+    path = answers.report(**given)
+    say(f"{path}: written, {files.amount(os.path.getsize(path))}.")
     return 0
-
-
-def _session(file: str, units: str, over: str | None) -> Session:
-    """A session of ``file``, with the branches ``over`` if they are of the same
-    model."""
-    if over is not None:
-        with suppress(InputError):
-            return sessions.Session(file, units, over=over)
-    return sessions.Session(file, units)
-
-
-def _summaries(
-    session: Session, units: str, severity: int | None, confidence: float | None
-) -> list[tuple[str, list[str]]]:
-    """The summaries that ``nsdrill show`` and ``nsdrill window`` print of the file; not
-    the answer of the window and its warnings, with which the page begins."""
-    if session.branches is not None and session.results is None:
-        return []
-    if session.results is None:
-        raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
-    if confidence is not None:
-        probability.check_samples(session.results, f"{session.path}: {option('confidence')}")
-    found_in.check_severity(session.results, severity, session.path)
-    summaries = [("Numbers", list(show_text.lines(session.path, summary.summarize(session.results), units)))]
-    with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
-        window = found_in.window(session.results, severity, confidence)
-        summaries.append(("Operating window", list(window_text.number_lines(window, units))))
-    return summaries

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import shlex
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
+from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.late import deferred
+from nsdrill.operations.argument import Argument, File, Whole
 from nsdrill.operations.arguments import (
+    FILE,
     AnyData,
     At,
     Confidence,
     Depth,
     Everything,
     One,
+    Other,
+    Overwrite,
+    PathLike,
     ResultsLike,
     Settings,
     Severity,
@@ -26,19 +34,46 @@ from nsdrill.operations.arguments import (
 )
 
 with deferred():
-    from nsdrill import store
+    from nsdrill import files, store
     from nsdrill.analysis import hysteresis as directions
+    from nsdrill.analysis import probability as probabilities
     from nsdrill.app import answers, arguments, datasets, summary, unfinished
     from nsdrill.app import attractors as attractors_of
     from nsdrill.app import check as checking
     from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
+    from nsdrill.text import window as window_text
+    from nsdrill.web import report as pages
+    from nsdrill.web import session as sessions
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.check import Report
     from nsdrill.data import Answer
+    from nsdrill.web.session import Session
+
+MOST_MOTIONS = 8
+ResultsFiles = Annotated[
+    "PathLike | Sequence[PathLike]",
+    Argument(
+        "The name of a file of a sweep or of branches, or several of them.",
+        "str, Path or sequence of them",
+        "RESULTS",
+        kind=File(several=True),
+    ),
+]
+ReportPath = Annotated["PathLike", Argument("Page to write: .html.", FILE, "-o --output", "FILE", File(writes=True))]
+Motions = Annotated[
+    int,
+    Argument(
+        "Number of example motions to include, one of each kind of response.",
+        "int",
+        "--motions",
+        "N",
+        Whole(0, MOST_MOTIONS),
+    ),
+]
 
 
 def check(study: StudyLike, set: Settings = None, units: Units = None) -> Report:
@@ -110,8 +145,11 @@ def _summary(data: AnyData, name: str) -> Answer:
         return summary.summarize(datasets.data_in(data, summary.needed(name if is_sweep else None)))
 
 
-def window(results: ResultsLike, severity: Severity = None, confidence: Confidence = None) -> Answer:
-    """Find the safe operating window: the points that are safe for every history.
+def window(
+    results: ResultsLike, other: Other = None, severity: Severity = None, confidence: Confidence = None
+) -> Answer:
+    """Find the safe operating window: the points that are safe for every history. With
+    ``other`` results over the same axes, compare the two windows.
 
     Returns
     -------
@@ -129,8 +167,21 @@ def window(results: ResultsLike, severity: Severity = None, confidence: Confiden
     >>> found = nsdrill.window("out.h5")
     >>> 0 <= found["safe"] <= found["points"]
     True
+    >>> found = nsdrill.window("out.h5", "out.h5")
+    >>> found["gained"], found["lost"]
+    (0, 0)
     """
-    return answers.window(results, severity, confidence)
+    if other is None:
+        return answers.window(results, severity, confidence)
+    if not datasets.is_dataset(other) and not isinstance(other, str | os.PathLike):  # the severity, in earlier scripts
+        return answers.window(results, other, severity if confidence is None else confidence)
+    both = (results, other)
+    data = [answers.results_for_window(one, severity, confidence) for one in both]
+    names = [
+        letter if datasets.is_dataset(one) else os.path.basename(arguments.name_in(one))
+        for letter, one in zip("ab", both, strict=True)
+    ]
+    return answers.contrast(data[0], data[1], severity, confidence, names)
 
 
 def probability(results: ResultsLike, severity: Severity = None) -> Dataset:
@@ -243,7 +294,7 @@ def attractors(results: ResultsLike) -> list[Answer]:
 
 
 def diff(a: One, b: Two) -> Answer:
-    """Compare two results or traces.
+    """Compare two results, traces or files of branches.
 
     Returns
     -------
@@ -263,3 +314,91 @@ def diff(a: One, b: Two) -> Answer:
     True
     """
     return answers.diff(a, b)
+
+
+def report(
+    results: ResultsFiles,
+    path: ReportPath,
+    motions: Motions = 4,
+    units: Units = None,
+    severity: Severity = None,
+    confidence: Confidence = None,
+    overwrite: Overwrite = False,
+) -> str:
+    """Write files of sweeps or branches as one page of HTML, as ``nsdrill report`` does.
+
+    Returns
+    -------
+    str
+        The name of the page.
+
+    Raises
+    ------
+    FileError
+        Where the page exists, unless ``overwrite``.
+    InputError
+        Where a file is a study or a trace, or an argument is invalid.
+
+    Examples
+    --------
+    >>> nsdrill.report("out.h5", "report.html", motions=0)
+    'report.html'
+    """
+    path = arguments.name_in(path, "path")
+    if not path.lower().endswith((".html", ".htm")):
+        raise InputError(f"{path}: found another ending; allowed: .html.")
+    if not arguments.is_whole(motions) or not 0 <= motions <= MOST_MOTIONS:
+        raise Refusal("motions", repr(motions), f"0 to {MOST_MOTIONS}")
+    answers.check_choices(severity, confidence)
+    store.claim_file(path, overwrite)
+    given = [results] if isinstance(results, str | os.PathLike) or datasets.is_dataset(results) else list(results)
+    if not given:
+        raise Refusal("results", "no file", "one or more")
+    if any(map(datasets.is_dataset, given)):
+        allowed = "names of files, as the page says how they were made"
+        raise Refusal("results", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')
+    names = [arguments.name_in(one) for one in given]
+    for name in names:
+        if not datasets.is_study(name) and os.path.lexists(name) and store.kind_of(name) == "trace":
+            raise InputError(f"{name}: found a trace; allowed: results or branches. Draw it with nsdrill plot.")
+    units = datasets.units_for(units, names[0])
+    branches = [file for file in names if datasets.is_branches(file)]
+    # drawn over the sweeps along the same number
+    over = branches[0] if len(branches) == 1 else None
+    opened = [_session(file, units, None if file in branches else over) for file in names]
+    parts = [pages.Part(one, _summaries(one, units, severity, confidence)) for one in opened]
+    words = ["nsdrill", "report", *names, "-o", path]
+    words += ["--motions", str(motions)] if motions != 4 else []
+    words += ["--units", units] if units != "si" else []
+    words += ["--severity", str(severity)] if severity is not None else []
+    words += ["--confidence", f"{100 * confidence:g}"] if confidence is not None else []
+    files.write_text(path, pages.report(parts, shlex.join(words), motions, severity, confidence), overwrite=overwrite)
+    return path
+
+
+def _session(file: str, units: str, over: str | None) -> Session:
+    """A session of ``file``, with the branches ``over`` if they are of the same
+    model."""
+    if over is not None:
+        with suppress(InputError):
+            return sessions.Session(file, units, over=over)
+    return sessions.Session(file, units)
+
+
+def _summaries(
+    session: Session, units: str, severity: int | None, confidence: float | None
+) -> list[tuple[str, list[str]]]:
+    """The summaries that ``nsdrill show`` and ``nsdrill window`` print of the file; not
+    the answer of the window and its warnings, with which the page begins."""
+    if session.branches is not None and session.results is None:
+        return []
+    if session.results is None:
+        raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
+    if confidence is not None:
+        probabilities.check_samples(session.results, f"{session.path}: {option('confidence')}")
+    answers.check_severity(session.results, severity, session.path)
+    summaries = [("Numbers", list(text.lines(session.path, summary.summarize(session.results), units)))]
+    with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
+        found = answers.window(session.results, severity, confidence)
+        summaries.append(("Operating window", list(window_text.number_lines(found, units))))
+    return summaries

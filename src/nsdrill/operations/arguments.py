@@ -123,7 +123,10 @@ ManyResults = Annotated[
     "Sequence[Dataset | PathLike]",
     Argument("Two or more.", f"sequence of {RESULTS}", "RESULTS", kind=File(several=True)),
 ]
-Other = Annotated["str | None", Argument("", option="[OTHER]", kind=File())]
+Other = Annotated[
+    "Dataset | PathLike | None",
+    Argument("Results over the same axes, whose window is compared with the first.", RESULTS, "[OTHER]", kind=File()),
+]
 AnyData = Annotated[
     "Dataset | PathLike", Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())
 ]

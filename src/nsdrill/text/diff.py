@@ -43,7 +43,9 @@ def lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
             yield from aligned([("", "a", "b"), *((name, _cell(name, x), _cell(name, y)) for name, x, y in differing)])
     yield ""
     if d["kinds"][0] != d["kinds"][1]:
-        yield "One is a sweep, the other a trace: there are no numbers to compare."
+        words = {"results": "a sweep", "trace": "a trace", "branches": "branches"}
+        one, other = (words[kind] for kind in d["kinds"])
+        yield f"One is {one}, the other {other}: there are no numbers to compare."
     elif d["same_numbers"]:
         compared = count(d["points"], "sample" if d["kinds"][0] == "trace" else "point")
         subject = "numbers" if d["study"] or d["run"] or d["made"] else "files"
@@ -82,8 +84,8 @@ def _cell(name: str, value: str | None) -> str:
 
 def _number_lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     """Axes, responses and variables of two files of one kind that differ; the variables
-    one by one with ``bits``, which traces, of numbers alone, always have."""
-    trace = d["kinds"][0] == "trace"
+    one by one with ``bits``, which traces and branches, of numbers alone, always have."""
+    trace, branches = (d["kinds"][0] == kind for kind in ("trace", "branches"))
     noun = "samples" if trace else "points"
     for axis in d["axes"]:
         if "values" in axis:
@@ -102,6 +104,8 @@ def _number_lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     if not d["points"]:
         if probabilities:
             yield "The samples differ, so their runs are not compared one by one."
+        elif branches:
+            yield "The branches have other points, so their numbers are not compared one by one."
         else:
             yield f"The files have no {noun} in common, so there are no numbers to compare."
         return
@@ -115,7 +119,7 @@ def _number_lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     for row in d["variables"]:
         if sizes := row.get("not_compared"):
             yield (f"{row['name']}: {sizes['a']} and {sizes['b']} values of {sizes['of']}, not compared.")
-    differing = [row for row in d["variables"] if row["points"]] if bits or trace else []
+    differing = [row for row in d["variables"] if row["points"]] if bits or trace or branches else []
     equal = sum(row["same"] for row in d["variables"])
     yield (
         f"Variables: {equal} of {len(d['variables'])} are equal to the "
@@ -151,6 +155,9 @@ def _response_lines(responses: Answer, points: int, swept: list[str], units: str
 
 
 def _place_text(point: Answer, swept: list[str], units: str) -> str:
+    for name in ("point", "branch"):  # of branches
+        if name in point:
+            return f"{name} {point[name]}"
     words = [point_text({name: point[name]}, units) for name in swept if name not in ("procedure", "start", "sample")]
     words += [f"{name} {point[name]}" for name in ("sample", "start") if name in swept]
     words += [point["procedure"]] if "procedure" in swept else []

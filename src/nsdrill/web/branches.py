@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import END, REGULAR, meanings_of
+from nsdrill.analysis.bifurcations import END, PERIODIC, REGULAR, meanings_of, motion_text
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.errors import FileError, InputError, count
@@ -28,8 +28,8 @@ class Branches:
     """All branches of a file, their points one after the other.
 
     * ``along``, ``key``: name and study key of the parameter that is continued;
-    * ``sizes``, ``names``, ``ends`` [branch]: the number of points, the kind of motion,
-      and why the branch ends;
+    * ``sizes``, ``motions``, ``names``, ``ends`` [branch]: the number of points, the
+      kind of motion, that in words, and why the branch ends;
     * ``features`` [point], ``period`` [point] in s, ``unstable`` [point]: the number of
       unstable directions;
     * ``state`` [point, states]: the state at the drive angle 0;
@@ -41,6 +41,7 @@ class Branches:
     along: str
     key: str
     sizes: Array
+    motions: tuple[str, ...]
     names: tuple[str, ...]
     ends: tuple[str, ...]
     features: dict[str, Array]
@@ -98,6 +99,7 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
         along,
         str(attrs.get("along_key", along)),
         data["row_size"].values,
+        tuple(map(str, data["motion"].values)),
         tuple(map(_name, data["motion"].values, data["lobes"].values)),
         tuple(map(str, data["end_reason"].values)),
         features,
@@ -110,8 +112,7 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
 
 
 def _name(motion: str, lobes: int) -> str:
-    words = str(motion).replace("_", " ")
-    return f"{words} over {count(int(lobes), 'lobe')}" if words == "periodic" else words
+    return motion_text(str(motion), int(lobes)).removeprefix("a ")
 
 
 def curves(branches: Branches, name: str, units: str) -> tuple[Answer, dict[str, Array]]:
@@ -122,11 +123,11 @@ def curves(branches: Branches, name: str, units: str) -> tuple[Answer, dict[str,
     x, y = quantity(branches.along, units), quantity(name, units)
     points = np.flatnonzero(~np.isin(branches.label, (REGULAR, END)))
     codes = list(dict.fromkeys(branches.label[points].tolist()))
-    kinds = list(dict.fromkeys(branches.names))
+    kinds = dict(zip(branches.names, branches.motions, strict=True))
     head = {
         "sizes": branches.sizes,
         "kinds": [{"name": kind, "colour": _colour(kind, kinds)} for kind in kinds],
-        "kind": [kinds.index(kind) for kind in branches.names],
+        "kind": [list(kinds).index(kind) for kind in branches.names],
         "special": [[int(i), codes.index(int(branches.label[i]))] for i in points],
         "marks": [{"name": branches.meanings.get(code, str(code)), **_mark(code, codes)} for code in codes],
     }
@@ -143,14 +144,13 @@ def curves(branches: Branches, name: str, units: str) -> tuple[Answer, dict[str,
 FURTHER_COLOURS = ("#332288", "#AA4499", "#882255", "#117733")
 
 
-def _colour(kind: str, kinds: list[str]) -> str:
-    """The colour of a kind of motion: that of the pictures; of several periodic kinds
-    one each."""
-    name = kind.partition(" over ")[0]
-    periodic = [one for one in kinds if one.startswith("periodic over ")]
+def _colour(kind: str, kinds: Mapping[str, str]) -> str:
+    """The colour of a kind of motion, of all ``kinds`` with their motions: that of the
+    pictures; of several periodic kinds one each."""
+    periodic = [one for one, motion in kinds.items() if motion == PERIODIC]
     if kind in periodic[1:]:
         return FURTHER_COLOURS[(periodic.index(kind) - 1) % len(FURTHER_COLOURS)]
-    return COLOURS.get(name.replace(" ", "_"), "#000000")
+    return COLOURS.get(kinds[kind], "#000000")
 
 
 def _mark(code: int, codes: list[int]) -> dict[str, str]:

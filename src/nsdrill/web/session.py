@@ -30,6 +30,7 @@ from nsdrill.store import kind_of, variables_in
 from nsdrill.study import load_study
 from nsdrill.study.keys import Leaf
 from nsdrill.study.study import Study
+from nsdrill.units import QuantityError
 from nsdrill.variables import OK, POINT
 from nsdrill.web import asked, diagrams, maps, moving
 from nsdrill.web.asked import Request
@@ -38,7 +39,7 @@ from nsdrill.web.diagrams import Reply
 from nsdrill.web.moving import MAX_POINTS
 from nsdrill.web.shown import DEFAULT_SLIDERS, adjustable, response_styles, sliders
 
-_READ_GROUPS = ("run", "feature", "label", "trust", "peaks", "section", "states")
+_READ = ("run", "feature", "label", "trust", "peaks", "section", "states")
 
 
 class Session:
@@ -94,7 +95,7 @@ class Session:
             raise FileError(f"{self.path}: found a trace; allowed: results, or a study. Draw it with nsdrill plot.")
         names = None
         if os.path.lexists(self.path):
-            names = [v.name for v in variables_in(self.path) if v.room in _READ_GROUPS or v.dims == POINT]
+            names = [v.name for v in variables_in(self.path) if v.origin in _READ or v.dims == POINT]
         results = read_any(self.path, names)
         assert not isinstance(results, Trace)
         return results
@@ -156,7 +157,12 @@ class Session:
                 raise InputError(f"{str(key)[:60]}: found an unknown key; allowed: a number or a word of the study.")
             if leaf.kind == "whole" and isinstance(value, float) and value.is_integer():
                 value = int(value)
-            if isinstance(value, str) and len(value) <= 60 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n"):
+            if isinstance(value, str) and len(value) <= 60 and leaf.kind == "quantity":
+                try:
+                    texts[key] = leaf.text(leaf.read(value))
+                except QuantityError as error:
+                    raise InputError(f"{key}: {error}") from None
+            elif isinstance(value, str) and len(value) <= 60 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n"):
                 texts[key] = value
             elif (number := asked.finite(value)) is not None and leaf.low <= number <= leaf.high:
                 texts[key] = leaf.text(value if leaf.kind == "whole" else number)
