@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Protocol, TypeVar
 
 from nsdrill.data import Resolved
-from nsdrill.errors import Fault
+from nsdrill.errors import Fault, printable
 from nsdrill.models.leaves import place_of, words_of
 from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, Value, colon_hint, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath, dotted
@@ -262,6 +262,8 @@ class Section:
         elsewhere = [key for key in at.keys.meanings if key.rpartition(".")[2] == name]
         if colon := colon_hint(str(name), self.members):
             suggestion = colon
+        elif odd := next((char for char in str(name) if not char.isascii()), None):
+            suggestion = f"It has the character {printable(odd)} (U+{ord(odd):04X}): type it anew, with plain spaces."
         elif dotted(path) in at.keys.leaves:  # a part of the name is a section
             parts = str(name).split(".")
             suggestion = f"In a file keys are nested: {': {'.join(parts)}: ...{'}' * (len(parts) - 1)}"

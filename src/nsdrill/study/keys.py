@@ -230,6 +230,8 @@ class Leaf:
             value = self._number(raw)
         else:
             bare = "Write it bare, without quotes or unit."
+            if isinstance(raw, str) and self.units == "" and (percent := re.fullmatch(r"(\d+\.?\d*) ?%", raw)):
+                bare = f"Write {float(percent[1]) / 100:g}."
             hint = si.comma_hint(raw) or bare if isinstance(raw, str) and self.kind != "switch" else None
             remark = "without a unit" if self.kind == "quantity" else ""
             raise QuantityError(shown(raw, remark), self.allowed(), hint)
