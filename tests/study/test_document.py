@@ -87,7 +87,7 @@ def test_aliases_serve_within_bounds():
         ("sweep: {depth: [1 km,, 2 km]}", 1, "a comma without a value before it"),
         ("sweep: 'depth", 1, "a quote that is not closed"),
         ("sweep:\n  a: 3\n b: 4", 3, "another indentation than above"),
-        ("title: [a] b", 1, "or quotes around all"),
+        ("title: [a] b", 1, "a key: value in each line, or quotes"),
         ("title: @b", 1, "begins with '@'"),
         ("a: 'b',\n", 1, "text behind a value"),
         ("a:\n  b\n  c:\n", 3, "a colon where no key can be"),

@@ -205,11 +205,7 @@ _SYNTAX = (
     (r"expected .* '([]}])'$", "a closing {} for which there is no opening one", "brackets in pairs"),
     (r"expected .* '<block \w+ start>'$", "another indentation than above", "keys of one section in one column"),
     ("could not find expected ':'", "a line without a colon", "key: value, or - value, in each line"),
-    (
-        r"expected <block end>, .* '(?:<scalar>|,)'$",
-        "text behind a value",
-        "a key with a colon, or the whole text in quotes",
-    ),
+    (r"expected <block end>, .* '(?:<scalar>|,)'$", "text behind a value", "a key: value in each line, or quotes"),
     (r"expected .* ','$", "a comma without a value before it", "values between commas"),
     (r"expected '<document start>'", "text behind the end of the document", YAML),
     (r"expected .* '(?:<stream end>|<document end>|\\x00)'$", "the end of the text in place of a value", "a value"),
