@@ -144,6 +144,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file():
         ("mud: {drag: '1'}", 2, "mud.drag", "without quotes or unit"),
         ("mud: {drag: 1_000}", 2, "mud.drag", "1_000"),
         ("title: 5", 2, "title", "in quotes"),
+        ("mud:\n  drag: 1\n  5:\n", 4, "mud.5", "an unknown key"),
         ("mud: {drag: 1,5}", 2, "mud.drag", "Write a decimal point: 1.5."),
         ("bit:\n  friction:\n    static: 0,5", 4, "bit.friction.static", "Write a decimal point: 0.5."),
         (
