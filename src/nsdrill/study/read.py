@@ -299,14 +299,12 @@ class _Builder:
             return event.value if event.style else _scalar(event.value)
         if len(path) >= DEEPEST:
             raise self.fault(event, path[:-1], f"more than {DEEPEST} levels", "the five levels of a study")
-        if event.flow_style:
+        in_brackets = bool(event.flow_style)
+        if in_brackets:
             self.open.append(event)
-        found = (
-            self.items(path)
-            if type(event).__name__ == "SequenceStartEvent"
-            else self.members(path, bool(event.flow_style))
-        )
-        if event.flow_style:
+        is_list = type(event).__name__ == "SequenceStartEvent"
+        found = self.items(path) if is_list else self.members(path, in_brackets)
+        if in_brackets:
             self.open.pop()
         return found
 
