@@ -260,7 +260,7 @@ SMALL_PLANE = """async () => {
     const box = document.createElement("div");
     box.style.width = "150px";
     document.body.append(box);
-    const o = { x: [-0.1061, -0.1029], y: [0, 1], xlabel: "z", height: 150, low: true, narrow: true };
+    const o = { x: [-0.1055, -0.1028], y: [0, 1], xlabel: "z", height: 150, low: true, narrow: true };
     const { plot } = nsdrill.chart(box, { ...o, draw() {}, over() {} }), axis = plot.axes[0];
     await new Promise((drawn) => setTimeout(drawn, 200));
     const context = document.createElement("canvas").getContext("2d");
