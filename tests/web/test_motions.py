@@ -299,6 +299,8 @@ def test_their_motions_have_the_words_of_texts_and_the_colours_of_pictures(share
         {"name": "steady drilling", "colour": COLOURS["equilibrium"]},
         {"name": "whirl on an invariant circle over 2 lobes", "colour": COLOURS["invariant_circle"]},
     ]
+    begins = [session.orbit({"point": point})[0]["begins"] for point in (0, 4)]
+    assert ["its period is" in text for text in begins] == [False, True]  # steady drilling repeats at once
     told = [motion_text(motion, lobes) for motion, lobes in zip(motions, (1, 2), strict=True)]
     assert [one["name"] for one in head["curves"]["kinds"]] == told
 
