@@ -322,7 +322,13 @@ def test_another_string_is_told_and_units_are_those_of_the_page(shared, tmp_path
         file.attrs["study_resolved"] = json.dumps(resolved)
     head, columns = Session(shared / "small.h5", over=other).diagram({"y": "radius_peaks"})
     assert "curve x" not in columns
-    assert "bit.lobes is 7 there" in head["note"]
+    assert "bit.lobes is 7 there, 3 here." in head["note"]
+    with hdf5.writing(other, copy_of=other) as file:
+        resolved["bit"]["lobes"] = 3
+        resolved["well"]["diameter"] = 0.5
+        file.attrs["study_resolved"] = json.dumps(resolved)
+    head, _ = Session(shared / "small.h5", "field", over=other).diagram({"y": "radius_peaks"})
+    assert "well.diameter is 19.685 in there, 15 in here." in head["note"]
 
 
 def test_a_click_runs_the_motion_of_a_branch(branches):

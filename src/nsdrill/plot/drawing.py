@@ -126,7 +126,7 @@ class Drawing:
                 f"branches first and the sweep with {option('over')}."
             )
         fixed = {name: float(curves[name].values.ravel()[0]) for name in data.held if name in curves}
-        check_same_string(curves, data, fixed)
+        check_same_string(curves, data, fixed, self.units)
         draw_branch_curves(figure, curves, Planes.of(data, self.units))
 
 
