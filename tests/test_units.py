@@ -80,7 +80,7 @@ def test_damping_without_its_radian_is_refused():
         to_si("50 N*m*s", "N m s/rad")
 
 
-@pytest.mark.parametrize(("text", "meant"), [("5 KN", "kN"), ("5 KLBF", "klbf")])
+@pytest.mark.parametrize(("text", "meant"), [("5 KN", "kN"), ("5 Klbf", "klbf")])
 def test_capitals_are_suggested(text, meant):
     with pytest.raises(QuantityError, match=f"Did you mean {meant}"):
         to_si(text, "N")
@@ -98,6 +98,10 @@ def test_capitals_are_suggested(text, meant):
         ("-1 1/2 in", "m", -1.5 * 0.0254),
         ("65'", "m", 65 * 0.3048),
         ("60 RPM", "rad/s", 2 * math.pi),
+        ("60 r/min", "rad/s", 2 * math.pi),
+        ("5 KLBF", "N", 22241.1080763025),
+        ("8 1/2 IN", "m", 8.5 * 0.0254),
+        ("10 FT", "m", 3.048),
         ("3 1/s", "1/s", 3.0),  # no fraction
     ],
 )
@@ -117,6 +121,7 @@ def test_quantities_as_people_write_them(text, si, value):
         ("20 rpm, 30 rpm", "rad/s", "A list of values stands in brackets: [20 rpm, 30 rpm]."),
         ("1/0 in", "m", "a fraction over zero"),
         ("8 1/2", "m", "a number without a unit"),
+        ("8 3/2 in", "m", "a fraction that is not below one"),
     ],
 )
 def test_a_hint_says_what_to_write(text, si, hint):
@@ -269,6 +274,11 @@ def test_display():
         "12.7 mm",
         "22.24 kN",
         "25 MN/m",
+    ]
+    assert [exact_text(0.0002, "m"), exact_text(2.5e10, "N/m"), exact_text(1e-9, "rad/s")] == [
+        "0.2 mm",
+        "25000 MN/m",
+        "1e-09 rad/s",
     ]
 
 

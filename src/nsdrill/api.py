@@ -12,7 +12,7 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING
 
-from nsdrill.errors import ENDINGS, RunWarning
+from nsdrill.errors import ENDINGS, RunWarning, count
 from nsdrill.late import deferred
 from nsdrill.operations import answers, files, pictures, runs
 from nsdrill.operations import fit as fits
@@ -50,7 +50,7 @@ def _of_run(found: RunResult | Results) -> Dataset:
 
 def _warn_failed(failed: int, points: int) -> None:
     if failed:
-        text = f"{failed} of {points} points failed; status says which and how, and nsdrill.show lists them."
+        text = f"{failed} of {count(points, 'point')} failed; status says which and how, and nsdrill.show lists them."
         warnings.warn(text, RunWarning, stacklevel=4)
 
 

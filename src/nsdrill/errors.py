@@ -62,6 +62,11 @@ def again(name: str) -> str:
     return f"the same {'command' if _commanded else 'call'} and {option(name)}"
 
 
+def count(number: int, noun: str) -> str:
+    """``1 point``, ``2 points``, ``2 branches``."""
+    return f"{number} {noun}{'' if number == 1 else 'es' if noun.endswith('ch') else 's'}"
+
+
 def printable(text: str) -> str:
     """``text`` with escapes for unprintable characters, such as control characters and
     lone surrogates; a byte of a file name that is not UTF-8 as that byte."""

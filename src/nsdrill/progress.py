@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from nsdrill.compiler.functions import compiling
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, count
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -204,8 +204,7 @@ def _lines() -> Watch:
         printed = now
         failed = f", {counts.failed} failed" if counts.failed else ""
         note = f" ({counts.note})" if counts.note else ""
-        _print(
-            f"{counts.before + counts.done} of {counts.total} points{failed}; {_pace(counts, clock.seconds())}{note}"
-        )
+        points = f"{counts.before + counts.done} of {count(counts.total, 'point')}"
+        _print(f"{points}{failed}; {_pace(counts, clock.seconds())}{note}")
 
     return update

@@ -96,6 +96,9 @@ def to_si(text: str, units: str) -> float:
         raise _wrong_dimension(text, units, unit, dimensions)
     try:
         return float(_exact(number) * factor / base) + 0.0  # + 0.0: no negative zero
+    except ValueError:
+        found = f"{quoted(text)}, a whole number and a fraction that is not below one"
+        raise QuantityError(found, allowed_units(units)) from None
     except ZeroDivisionError:
         raise QuantityError(f"{quoted(text)}, a fraction over zero", allowed_units(units)) from None
     except OverflowError:
@@ -105,9 +108,11 @@ def to_si(text: str, units: str) -> float:
 
 def _exact(number: str) -> Fraction:
     """The number of a text, ``8.5``, ``8.5e3``, ``8 1/2`` or ``1/2``; OverflowError beyond
-    the range of floating-point numbers."""
+    the range of floating-point numbers, ValueError for ``8 3/2``."""
     if "/" in number:
         whole, _, part = number.lstrip("+-").replace("-", " ").rpartition(" ")
+        if whole and Fraction(part) >= 1:
+            raise ValueError(number)
         size = Fraction(whole or 0) + Fraction(part)
         return -size if number.startswith("-") else size
     value = float(number)  # first as a float: a Fraction of 1e999999999 would not end
@@ -167,15 +172,18 @@ def plain_units(cf: str) -> str:
 
 def exact_text(value: float, units: str) -> str:
     """The text that :func:`to_si` reads back as exactly ``value``, in the usual unit
-    that needs the fewest digits: 0.2286 m is "9 in"."""
+    that needs the fewest digits: 0.2286 m is "9 in"; and where it is small or large in
+    all of them, the fewest characters: 0.0002 m is "0.2 mm"."""
     candidates = []
     for unit in USUAL.get(units, ()):
         number = f"{from_si(value, unit):.12g}"
-        if (value == 0.0 or 1.0 <= abs(float(number)) < 1e4) and to_si(f"{number} {unit}", units) == value:
-            candidates.append((len(number.replace(".", "").strip("-0")), f"{number} {unit}"))
+        handy = value == 0.0 or 1.0 <= abs(float(number)) < 1e4
+        if (handy or 1e-4 <= abs(float(number)) < 1e6) and to_si(f"{number} {unit}", units) == value:
+            digits = len(number.replace(".", "").strip("-0")) if handy else len(number)
+            candidates.append((not handy, digits, f"{number} {unit}"))
     if not candidates:
         return f"{value!r} {units.replace(' ', '*')}"
-    return min(candidates, key=lambda candidate: candidate[0])[1]
+    return min(candidates, key=lambda candidate: candidate[:2])[2]
 
 
 def allowed_units(units: str) -> str:
@@ -216,10 +224,11 @@ def comma_hint(text: str) -> str | None:
 
 def _tidy(text: str) -> str:
     """``text`` in plain ASCII, without typographic signs (·, ², −, ½), and with ``in``
-    and ``ft`` for the marks of inches and feet."""
+    and ``ft`` for the marks of inches and feet, and rpm for r/min, as ISO 80000 has it."""
     plain = text.translate(_PLAIN).strip()
     if plain[-1:] in _MARKS and re.search(r"\d\s*$", plain[:-1], re.ASCII):
         plain = plain[:-1] + _MARKS[plain[-1]]
+    plain = re.sub(r"\br/min\b", "rpm", plain)
     return _SUPERSCRIPTS.sub(lambda match: "^" + match.group().translate(_SUPERSCRIPT), plain)
 
 

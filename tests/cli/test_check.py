@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store import record_dtype
 
 from .helpers import unwrapped
@@ -48,7 +48,10 @@ def test_json(call, small):
     assert answer.err == ""
     report = json.loads(answer.out)
     assert list(report["coefficients"]) == NAMES
-    assert report["size"]["disk"] == {"value": 16 * record_dtype(Kept(4, options=("drilled",))).itemsize, "units": "B"}
+    assert report["size"]["disk"] == {
+        "value": 16 * record_dtype(Contents(4, options=("drilled",))).itemsize,
+        "units": "B",
+    }
     for coefficient in report["coefficients"].values():
         assert set(coefficient) == {"value", "units"}
     for name, value in KNOWN.items():
@@ -134,7 +137,7 @@ def test_a_model_without_figures_of_its_own(call):
     Path("twist.yaml").write_text("model: torsion\nsimulation: {transient: 10 s, observe: 5 s}\n")
     answer = call("check", "twist.yaml")
     assert answer.out.startswith("twist.yaml: valid.")
-    assert answer.out.rstrip().endswith("3 rad/s (28.65 rpm).")
+    assert answer.out.rstrip().endswith("3 rad/s (28.6479 rpm).")
     assert "Short: at 3 rad/s" in answer.err
     report = json.loads(call("check", "twist.yaml", "--json").out)
     assert report["coefficients"] == report["figures"] == {}

@@ -366,6 +366,7 @@ def test_seeds_of_a_sweep_of_a_choice(call):
     Path("study.yaml").write_text(f"{study}continue: {{along: rotary_speed, from: 3 rad/s, to: 8 rad/s, points: 20}}\n")
     nsdrill.run("sweep.yaml", "out.h5", progress=False)
     for kind, said in (
+        ("ideal", "1 of 1 point had not settled: no seeds"),
         ("ideal", "found no settled point"),
         ("pi", "found drive_kind from ideal to stiff, of which none is pi"),
     ):

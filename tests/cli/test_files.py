@@ -35,8 +35,8 @@ def test_show_results(call, shared):
     assert answer.err == ""
     for text in (
         "results of a sweep. Small",
-        "2000 m (6562 ft)",
-        "22.24 kN (5 klbf)",
+        "2000 m (6561.68 ft)",
+        "22.24 kN (4.99975 klbf)",
         "1 rad/s to 8 rad/s, 8 values",
         "16: 16 ok",
         "Responses, up:",
@@ -75,7 +75,7 @@ def test_show_lists_failed_points(call, shared):
 def test_show_trace(call, shared):
     call("simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s")
     out = call("show", "trace.h5").out
-    for text in ("trace of one run. Small", "22.24 kN (5 klbf)", "101 over 1 s", "ended ok", "bit_torque", "N m"):
+    for text in ("trace of one run. Small", "22.24 kN (4.99975 klbf)", "101 over 1 s", "ended ok", "bit_torque", "N m"):
         assert text in out
     summary = json.loads(call("show", "trace.h5", "--json").out)
     assert summary["samples"] == 101

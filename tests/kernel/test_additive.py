@@ -104,7 +104,7 @@ def run(work: Work, lanes: int = 8) -> dict[str, np.ndarray]:
     points = np.arange(work.plan.points)
     batch = work.new_batch(lanes, len(points))
     batch.add_many(points, work.prepare(points))
-    done = batch.advance(compiled_parts(lanes, work.variant), 1e9, True)
+    done = batch.advance(compiled_parts(lanes, work.program), 1e9, True)
     order = np.argsort(done.job)
     return {name: values[order] for name, values in work.columns(done).items()}
 
@@ -164,7 +164,7 @@ def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(fric
     error of third order, which is a small part of it."""
     exact = run(smooth_work(friction, "explicit", 1e-12))["final_state"][0, :8]
     work = smooth_work(friction, "implicit", 1e-6)
-    size = work.kind.state_scales(work.prepare(np.arange(1)).parameters, work.variant.fixed)[0]
+    size = work.kind.state_scales(work.prepare(np.arange(1)).parameters, work.program.variant)[0]
     errors, steps = [], []
     for rtol in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
         out = run(smooth_work(friction, "implicit", rtol))

@@ -35,7 +35,7 @@ def test_an_empty_batch_is_idle_and_gives_nothing():
     batch = work.new_batch(8, 4)
     assert batch.idle
     assert batch.free == 4
-    assert len(batch.advance(compiled_parts(8, work.variant), 0.01, True).job) == 0
+    assert len(batch.advance(compiled_parts(8, work.program), 0.01, True).job) == 0
 
 
 def test_slots_are_taken_and_given_back():
@@ -72,7 +72,7 @@ def test_four_registers_to_a_row_where_steps_wait_for_themselves(monkeypatch):
     """With implicit friction, with runs for all lanes, in a cache that nearly holds them;
     unless the user has chosen."""
     monkeypatch.delenv("NSDRILL_LANES", raising=False)
-    rows = {method: work_for(Case(), replace(BRIEF, method=method)).variant.rows for method in ("explicit", "implicit")}
+    rows = {method: work_for(Case(), replace(BRIEF, method=method)).program.rows for method in ("explicit", "implicit")}
     needed = rows["implicit"].total * 32 * 8
     for cache, lanes in ((needed, 32), (needed // 2, 16), (0, 16)):
         monkeypatch.setattr(batch_module, "first_level_cache", lambda cache=cache: cache)
@@ -102,7 +102,7 @@ def test_a_refilled_slot_keeps_nothing_of_its_last_run():
     with room for all."""
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
     batch = work.new_batch(8, 9)
-    parts, done, left = compiled_parts(8, work.variant), [], list(range(13))
+    parts, done, left = compiled_parts(8, work.program), [], list(range(13))
     while left or not batch.idle:
         points = np.array([left.pop(0) for _ in range(min(batch.free, len(left)))], dtype=np.int64)
         if len(points):
@@ -116,7 +116,7 @@ def test_a_batch_goes_on_after_a_journey_to_another_process():
     work = work_for(Case(), Simulation(transient=50.0, observe=50.0), rotary_speed=SPEEDS)
     batch = work.new_batch(8, 13)
     batch.add_many(np.arange(13), work.prepare(np.arange(13)))
-    done, parts = [], compiled_parts(8, work.variant)
+    done, parts = [], compiled_parts(8, work.program)
     while not batch.idle:
         batch = pickle.loads(pickle.dumps(batch))
         assert batch._buffer.ctypes.data % 64 == 0

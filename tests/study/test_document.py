@@ -202,6 +202,14 @@ def test_the_digest_knows_what_matters():
         assert parse_study(text).sha256 != base.sha256
 
 
+def test_studies_are_equal_that_have_the_same_numbers():
+    text = "operation: {wob: 20 kN}\nsweep: {depth: [1 km, 2 km]}"
+    same, other = parse_study(f"title: T\nunits: field\n{text}"), parse_study(text, "s.yaml", ["operation.wob=21 kN"])
+    assert same == parse_study(text) != other
+    assert len({same, parse_study(text), other}) == 2
+    assert same != same.sha256
+
+
 def test_differences_name_the_keys():
     a = parse_study(SWEEP).resolved
     b = parse_study("sweep: {depth: [1 km]}\nmud: {drag: 2}\n").resolved

@@ -287,6 +287,8 @@ def test_thresholds_of_a_finished_file():
     for override in refused:
         with pytest.raises(StudyError):
             change_thresholds(Thresholds(), [override])
+    with pytest.raises(StudyError, match=r"Did you mean classify.whirl\?"):
+        change_thresholds(Thresholds(), ["whirl.direction=0.2"])
 
 
 @pytest.mark.parametrize(

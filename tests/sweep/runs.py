@@ -76,7 +76,7 @@ def run_from(work: Work, states: np.ndarray, lanes: int = 8) -> dict[str, np.nda
 
 def finish(work: Work, batch: Any, seconds: float = 0.05) -> list[FinishedRuns]:
     """Advance a batch until it is idle."""
-    parts = compiled_parts(batch.lanes, work.variant)
+    parts = compiled_parts(batch.lanes, work.program)
     done = []
     while not batch.idle:
         done.append(batch.advance(parts, seconds, True))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nsdrill.errors import count
 from nsdrill.models.description import Description
 
 EQUILIBRIUM, PERIODIC, CYCLE, CIRCLE = "equilibrium", "periodic", "limit_cycle", "invariant_circle"
@@ -62,7 +63,7 @@ MOTION_WORDS = {
 def motion_text(motion: str, lobes: int) -> str:
     """A motion in words."""
     if motion == PERIODIC:
-        return f"periodic over {lobes} lobe{'s' if lobes != 1 else ''}"
+        return f"periodic over {count(lobes, 'lobe')}"
     if motion == CIRCLE and lobes > 1:
-        return f"{MOTION_WORDS[CIRCLE]} over {lobes} lobes"
+        return f"{MOTION_WORDS[CIRCLE]} over {count(lobes, 'lobe')}"
     return MOTION_WORDS.get(motion, motion)

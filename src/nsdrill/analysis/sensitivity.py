@@ -24,7 +24,7 @@ import numpy as np
 from nsdrill.analysis import probability
 from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, independent, run_safety
 from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, count
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.variables import OK, SAMPLE, Unknown
@@ -169,7 +169,7 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
     values = np.column_stack([*results.drawn.values()])
     if len(values) < MIN_SAMPLES:
         raise InputError(
-            f"sensitivity: found {len(values)} samples; allowed: at least {MIN_SAMPLES}. "
+            f"sensitivity: found {count(len(values), 'sample')}; allowed: at least {MIN_SAMPLES}. "
             "Run with more, uncertain.samples=64 say."
         )
     dependent = bool(uncertain.get("correlations") or len(uncertain.get("table") or ()) > 1)

@@ -25,8 +25,7 @@ from nsdrill.orbit.explore import Found
 from nsdrill.orbit.flow import Flow
 from nsdrill.orbit.special import unstable_beside
 from nsdrill.study.study import Study
-from nsdrill.sweep.work import Variant as Compiled
-from nsdrill.sweep.work import compiled_parts
+from nsdrill.sweep.work import Program, compiled_parts
 from nsdrill.unit_table import CF
 from nsdrill.variables import OK, dimension_of
 
@@ -172,8 +171,8 @@ def _features(
     study, model = setup.study, setup.model
     record = Record(peaks=1)
     lanes = choose_lanes(1000)
-    variant = Compiled(study.model, setup.variant)
-    rows, width = variant.rows, model.outcome_width(record, setup.variant)
+    program = Program(study.model, setup.variant)
+    rows, width = program.rows, model.outcome_width(record, setup.variant)
     n = len(states)
     durations = np.where(circles, CIRCLE_PERIODS * periods, periods)
     values = setup.values(numbers[:, None], (setup.continuation.along,))
@@ -184,7 +183,7 @@ def _features(
     batch = Batch(lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000))
     batch.add_many(np.arange(n), runs)
     outcome, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
-    parts = compiled_parts(lanes, variant)
+    parts = compiled_parts(lanes, program)
     remaining = n
     while remaining:
         interrupt.check()

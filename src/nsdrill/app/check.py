@@ -17,7 +17,7 @@ import numpy as np
 
 from nsdrill.app.experiment import Experiment, prepare
 from nsdrill.data import Answer
-from nsdrill.errors import InputError, option
+from nsdrill.errors import InputError, count, option
 from nsdrill.files import amount as bytes_text
 from nsdrill.late import deferred
 from nsdrill.models.description import Description
@@ -41,7 +41,7 @@ PER_POINT = 40  # bytes for each point: axes, order and status; measured on swee
 def disk(experiment: Experiment) -> int:
     """The bytes of all points, at most; the results file takes up to as many again
     while it is written."""
-    return experiment.plan.points * record_dtype(experiment.kept).itemsize
+    return experiment.plan.points * record_dtype(experiment.contents).itemsize
 
 
 def memory(plan: Plan) -> float:
@@ -72,7 +72,7 @@ def check_large(what: str, runs: int, seconds: float, size: str, workers: int, *
     hours = runs * seconds / (PACE * workers * 3600)
     raise InputError(
         f"found {what}: {runs} runs of {seconds:g} s, which take roughly {hours:.2g} hours on "
-        f"{workers} processor{'s' * (workers > 1)}, {size}; allowed: up to {MANY} runs, or more "
+        f"{count(workers, 'processor')}, {size}; allowed: up to {MANY} runs, or more "
         f"where they are meant: {option('large')}."
     )
 

@@ -30,7 +30,7 @@ from nsdrill.app.seeding import (
 from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.app.unfinished import Part
 from nsdrill.data import Attributes, json_text, resolved_study
-from nsdrill.errors import FileError, InputError, Refusal, option
+from nsdrill.errors import FileError, InputError, Refusal, count, option
 from nsdrill.models.leaves import OPERATION
 from nsdrill.orbit.branch import Branch, Key, from_arrays, to_arrays
 from nsdrill.orbit.explore import Explorer, Found
@@ -121,8 +121,7 @@ def _followed(
 
     def save(finished: dict[Key, Branch]) -> None:
         branches.update(finished)
-        number, points = len(branches), sum(map(len, branches.values()))
-        kept = f"{number} branch{'' if number == 1 else 'es'}, {points} points"
+        kept = f"{count(len(branches), 'branch')}, {count(sum(map(len, branches.values())), 'point')}"
         if part is not None:
             arrays, data = to_arrays(branches)
             part.write(digest, data, arrays, kept)
@@ -134,7 +133,7 @@ def _followed(
         raise InputError(_no_branch(setup.study, found, seeds))
     if words := dropped_words(len(branches), len(found.branches)):
         say(words)
-    say(f"measuring {sum(map(len, found.branches))} points")
+    say(f"measuring {count(sum(map(len, found.branches)), 'point')}")
     data = dataset_of(setup, flow, found)
     if continuation.curves is not None:
         say("curves")
@@ -297,7 +296,9 @@ def simulate_orbit(
     ``study`` must have the numbers of the point."""
     states = study.model.states(study.parameters)
     if len(states) != len(point.state):
-        raise FileError(f"{path}: its motions have {len(point.state)} states, the study {len(states)}. {_ITS_STUDY}")
+        raise FileError(
+            f"{path}: its motions have {count(len(point.state), 'state')}, the study {len(states)}. {_ITS_STUDY}"
+        )
     span = point.period if duration is None else duration
     fine = replace(study, simulation=replace(study.simulation, rtol=RTOL))
     return simulate(

@@ -21,9 +21,9 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.data import OVERRIDES, Array, Attributes, Results, Trace, json_text, overrides
-from nsdrill.errors import FileError, InputError, NsdrillError, printable
+from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
 from nsdrill.models.registry import sources_of
 from nsdrill.models.starts import Starts
@@ -76,12 +76,12 @@ class Experiment:
         return self.chosen.words()
 
     @cached_property
-    def kept(self) -> Kept:
+    def contents(self) -> Contents:
         """The contents of the record of each point."""
         study, model = self.study, self.study.model
         options = [word for parameters, _ in self.parts for word in self._options(parameters)]
         derived = [one.only for one in model.derived if one.only]  # optional in files
-        return Kept(
+        return Contents(
             study.record.peaks,
             study.record.poincare,
             study.record.exponent,
@@ -208,13 +208,17 @@ def _coordinate_differences(plan: Plan, coords: Mapping[str, Array]) -> list[str
             f"procedure {' and '.join(coords['procedure'])}, of {' and '.join(plan.procedures)} in its study"
         )
     if (starts := len(coords.get("start", ()))) != plan.starts:
-        differences.append(f"{starts or 'no'} starts, of {plan.starts or 'none'} in its study")
+        differences.append(
+            f"{count(starts, 'start') if starts else 'no starts'}, of {plan.starts or 'none'} in its study"
+        )
     if (samples := len(coords.get("sample", ()))) != plan.samples:
-        differences.append(f"{samples or 'no'} samples, of {plan.samples or 'none'} in its study")
+        differences.append(
+            f"{count(samples, 'sample') if samples else 'no samples'}, of {plan.samples or 'none'} in its study"
+        )
     for name, values in plan.dimensions.items():
         in_file = coords.get(name, np.empty(0))
         if len(in_file) != len(values):
-            differences.append(f"{len(in_file)} values of {name}, of {len(values)} in its study")
+            differences.append(f"{count(len(in_file), 'value')} of {name}, of {len(values)} in its study")
         elif not np.array_equal(values, in_file):
             differences.append(f"other values of {name} than in its study")
     return differences

@@ -28,7 +28,7 @@ from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.app.stages import Watch, compiling
 from nsdrill.app.unfinished import Rounds
 from nsdrill.data import Answer
-from nsdrill.errors import FileError, InputError, StudyError
+from nsdrill.errors import FileError, InputError, StudyError, count
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.models.leaves import OPERATION
@@ -119,7 +119,7 @@ def fit(
         raise InputError(f"{measured.source}: found a column of {clash[0]}, which is an unknown; allowed: one of both.")
     most = batch * (rounds + 2)
     check_large(
-        f"{measured.points} operating points, each with up to {most} samples",
+        f"{count(measured.points, 'operating point')}, each with up to {most} samples",
         measured.points * most,
         study.simulation.transient + study.simulation.observe,
         f"{amount(8.0 * measured.points * most * len(measured.values))} of memory and of the disk",
@@ -273,9 +273,9 @@ class _Simulator:
         share = -(-plan.points // self.workers)
         with ThreadPoolExecutor(self.workers) as threads:
             for part, points in work.by_method(np.arange(plan.points)):
-                lanes = widened(choose_lanes(share), share, part.variant.rows)
+                lanes = widened(choose_lanes(share), share, part.program.rows)
                 with compiling(self.progress, self.watch):
-                    compiled_parts(lanes, part.variant)
+                    compiled_parts(lanes, part.program)
                 Engine(part, threads, self.workers, lanes, deliver, watch).run(None, points)
                 self.done += len(points)
         return features

@@ -89,7 +89,7 @@ def run_schedule(
     )
     run = _run(study, fixed, rows, parts, segments, initial, samples, interval, study.simulation.max_steps)
     taken = run.states.copy()
-    model.ramps.mend(taken, table, cuts, np.arange(len(taken)) * interval, fixed)
+    model.ramps.correct(taken, table, cuts, np.arange(len(taken)) * interval, fixed)
     return replace(run, states=taken)
 
 

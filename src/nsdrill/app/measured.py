@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
-from nsdrill.errors import FileError, InputError, Refusal, option
+from nsdrill.errors import FileError, InputError, Refusal, count, option
 from nsdrill.models.registry import of_all
 from nsdrill.quantity import SHOWN
 from nsdrill.study.keys import Keys
@@ -238,9 +238,9 @@ class _Table:
             rows.append(values)
             self.at.append(line)
         if skipped:
-            self.notes.append(f"{skipped} of {len(self.body)} rows have gaps and are left out")
+            self.notes.append(f"{skipped} of {count(len(self.body), 'row')} left out: with gaps")
         if missing:
-            self.notes.append(f"in {missing} of {len(self.body)} rows some values are not measured")
+            self.notes.append(f"in {missing} of {count(len(self.body), 'row')} some values are not measured")
         if not rows:
             raise FileError(
                 f"{self.path}: found no row of numbers{' without gaps' if skipped else ''}; allowed: at least one."
@@ -320,8 +320,8 @@ class _Table:
                 f"takes shorter ones."
             )
         self.notes.append(
-            f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
-            + (f"; {short} shorter than {options.shortest:g} s are left out" if short else "")
+            f"{count(len(kept), 'stretch')} of constant settings, without their first {options.settle:g} s"
+            + (f"; {short} shorter than {options.shortest:g} s left out" if short else "")
         )
         return kept
 
@@ -382,7 +382,7 @@ def _heads(
     for line, row in rows[1:]:
         if any(row[len(head) :]):
             raise FileError(
-                f"{path}, line {line}: found {len(row)} cells under {len(head)} columns; allowed: a "
+                f"{path}, line {line}: found {count(len(row), 'cell')} under {count(len(head), 'column')}; allowed: a "
                 f"cell for each column. Write a decimal point in place of a comma and no thousands "
                 f"separators, or separate the columns by semicolons."
             )

@@ -216,7 +216,7 @@ class Motions:
         motion = _motion(study, work.simulation, runs.initial[0], seconds, sample)
         batch = work.new_batch(lanes, 1)
         batch.add(np.array([0]), runs)
-        columns = work.columns(batch.run_alone(compiled_parts(lanes, work.variant)))
+        columns = work.columns(batch.run_alone(compiled_parts(lanes, work.program)))
         return replace(motion, found={name: v[0].item() for name, v in columns.items() if np.ndim(v) == 1})
 
     def run_along(
@@ -228,7 +228,7 @@ class Motions:
         work = self._work(study, state, {key: np.asarray(values, dtype=float)}, settle, observe, Record())
         workers = min(processors(), max(1, len(values) // 8))
         lanes = choose_lanes(-(-len(values) // workers))
-        compiled_parts(lanes, work.variant)
+        compiled_parts(lanes, work.program)
         variables: dict[str, Array] = {}
 
         def deliver(points: Array, columns: dict[str, Array]) -> None:

@@ -17,7 +17,7 @@ from nsdrill import interrupt
 from nsdrill.analysis.comparison import string_differences
 from nsdrill.compiler.functions import compiling
 from nsdrill.data import Array, Results, resolved_study, value_at
-from nsdrill.errors import FileError, InputError, option
+from nsdrill.errors import FileError, InputError, count, option
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.leaves import OPERATION, Values, as_value, values_at, word_or_number
 from nsdrill.orbit.explore import Wave
@@ -164,14 +164,16 @@ class Following:
         now = _seconds()
         if wave.number != self.number:
             self.number, self.began, self.told = wave.number, now, now
-            self.say(f"round {self.number}: {_branches(wave.branches)} followed side by side, kept when all have ended")
+            self.say(
+                f"round {self.number}: {count(wave.branches, 'branch')} followed side by side, kept when all have ended"
+            )
         elif now - self.told >= LINE_SECONDS:
             self.told = now
             limit = wave.left * (now - self.began) / max(wave.longest, 1)
             left = f"at this pace up to {_time(limit)} more in this round"
             self.say(
-                f"round {self.number}: {wave.running} of {_branches(wave.branches)} "
-                f"go{'es' if wave.running == 1 else ''} on, {wave.points} points; "
+                f"round {self.number}: {wave.running} of {count(wave.branches, 'branch')} "
+                f"go{'es' if wave.running == 1 else ''} on, {count(wave.points, 'point')}; "
                 f"{left if wave.left else 'the last special points are located'}"
             )
 
@@ -181,16 +183,12 @@ def _time(seconds: float) -> str:
     return f"{minutes}:{rest:02d}"
 
 
-def _branches(number: int) -> str:
-    return f"{number} branch{'' if number == 1 else 'es'}"
-
-
 def dropped_words(followed: int, kept: int) -> str:
     """Why there are fewer branches than were followed; "" where there are not."""
     if followed == kept:
         return ""
     return (
-        f"{_branches(followed)} were followed; {followed - kept} of them turned out to be parts of "
+        f"{count(followed, 'branch')} were followed; {followed - kept} of them turned out to be parts of "
         f"others, which other seeds had led to, and count once"
     )
 
@@ -202,7 +200,7 @@ def seeds_of(setup: ContinuationSetup, flow: Flow, path: str | os.PathLike[str] 
     """The seeds of a continuation, from the results file ``path`` if given."""
     source = setup.continuation.seeds if path is None else path
     if isinstance(source, str | os.PathLike):
-        return _seeds_in(setup, Path(source))
+        return _seeds_in(setup, Path(source), say)
     return _settled(setup, flow, np.array(source[setup.continuation.along], dtype=float), say)
 
 
@@ -217,7 +215,7 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     states, phase = state[:, :-1], state[:, -1]
     duration = study.simulation.transient + study.simulation.observe
     first = [Seed(*one, steady=True) for one in zip(states[::starts], phase[::starts], at[::starts], strict=True)]
-    say(f"{len(at)} motions settle for {duration:g} s")
+    say(f"{count(len(at), 'motion')} settle{'s' if len(at) == 1 else ''} for {duration:g} s")
     ok = np.ones(len(at), dtype=bool)
     pieces, following = max(1, int(np.ceil(duration / PIECE))), Following(say)
     for piece in range(pieces):
@@ -230,19 +228,24 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     return [*first, *(Seed(*one, near=True) for one in zip(states[ok], phase[ok], at[ok], strict=True))]
 
 
-def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
+def _seeds_in(setup: ContinuationSetup, path: Path, say: Say) -> list[Seed]:
     """The settled points of a results file with the same string and, except for the
-    continued number, the same operating point as the study, from all of its starts."""
+    continued number, the same operating point as the study, from all of its starts. Of
+    points that have not settled it is said how many there are."""
     results, along = read_results(path, ("status", "settled", "final_state")), dimension_of(setup.continuation.along)
     _check_string(setup, results, path)
     if along not in results.axes and along in OPERATION:
         raise FileError(f"{path}: found no {along}. Choose results of a sweep as seeds.")
-    good = (results["status"] == OK) & (results["settled"] == 1)
+    good = results["status"] == OK
     from_other_starts = {one.name for one in results.more if one.key.startswith("initial.")}
     for place, name in enumerate(results.grid):
         if name not in ("procedure", "start", "sample", along) and name not in from_other_starts:
             near = _place_of(setup, results, name, path)
             good &= np.indices(results.shape, sparse=True)[place] == near
+    unsettled = np.count_nonzero(good & (results["settled"] == 0))
+    if unsettled:
+        say(f"{unsettled} of {count(int(np.count_nonzero(good)), 'point')} had not settled: no seeds")
+    good &= results["settled"] == 1
     if along in results.grid:
         numbers = results.coords[along][np.nonzero(good)[results.grid.index(along)]]
     else:

@@ -67,10 +67,10 @@ class RunStages:
         def engine(one: Work, **more: Any) -> Engine:
             nonlocal base
             base = replace(progress)
-            lanes = widened(self.lanes, self.chains, one.variant.rows)
+            lanes = widened(self.lanes, self.chains, one.program.rows)
             if not one.compiled:
                 with compiling(progress, self.watch):
-                    compiled_parts(lanes, one.variant)
+                    compiled_parts(lanes, one.program)
             return Engine(one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more)
 
         if work.plan.chain_length > 1:
@@ -95,7 +95,7 @@ class RunStages:
     def store(self, points: Array, columns: dict[str, Array]) -> None:
         """Write the columns of finished points to the log; fields that they lack stay
         as in a pending record."""
-        records = pending_records(len(points), self.log.kept)
+        records = pending_records(len(points), self.log.contents)
         for name in records.dtype.names or ():
             if name in columns:
                 records[name] = columns[name]

@@ -16,7 +16,7 @@ from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
 from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
-from nsdrill.errors import InputError, option
+from nsdrill.errors import InputError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
 from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
@@ -32,7 +32,7 @@ with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import refinement as refining
     from nsdrill.study import load as loading
 
-# the rooms of the variables that decide labels
+# the origins of the variables that decide labels
 MEASURED = ("feature", "label", "section", "trust")
 EXPONENT = ("lyapunov_exponent", "lyapunov_error")  # where it is recorded
 
@@ -323,7 +323,7 @@ def reclassify(
 
     Returns, for each label, the number of changed points and of all points.
     """
-    results = read_results(path, [*(v.name for v in variables_in(path) if v.room in MEASURED), "status"])
+    results = read_results(path, [*(v.name for v in variables_in(path) if v.origin in MEASURED), "status"])
     labels, line, attrs = new_labels(results, overrides, path)
     changed = {name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     rewrite_labels(path, labels, line, attrs, output, overwrite=overwrite)
@@ -365,7 +365,7 @@ def new_labels(
             raise InputError(
                 f"{path}: with these thresholds the responses differ between neighbours where the "
                 f"map was not refined; "
-                f"at least {missing} more points would have to be run. Nothing was changed. Run "
+                f"at least {count(missing, 'further point')} would have to be run. Nothing was changed. Run "
                 f"the study with these "
                 f"thresholds: nsdrill run with the same {option('set')}."
             )

@@ -21,7 +21,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.app import experiment
 from nsdrill.data import Answer, Array, json_text
-from nsdrill.errors import FileError, NsdrillError, again, option
+from nsdrill.errors import FileError, NsdrillError, again, count, option
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
 from nsdrill.store import claim_file, part_path
 from nsdrill.store.hdf5 import ZIP
@@ -341,7 +341,7 @@ class Rounds:
             return
         arrays = {f"samples_{i}": samples for i, (samples, _) in enumerate(self.calls)}
         arrays |= {f"answers_{i}": answers for i, (_, answers) in enumerate(self.calls)}
-        self.part.write(self.digest, len(self.calls), arrays, f"{self.runs} runs")
+        self.part.write(self.digest, len(self.calls), arrays, count(self.runs, "run"))
 
 
 def _digest(study: Study, measured: Measured, batch: int) -> str:

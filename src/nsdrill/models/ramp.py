@@ -108,7 +108,7 @@ class Ramps:
         ahead = cuts[:-1], 0.5 * slope[:, speed], -0.5 * slope[:, speed] * length
         return np.column_stack([first, ends[:-1, moving], slope[:, moving], *ahead])
 
-    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
+    def correct(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
         """Convert, in place, the states that the kernel has sampled at ``time`` [s],
         shape (samples, states), to the true ones."""
         states = self.model.states(variant)

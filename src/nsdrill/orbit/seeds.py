@@ -10,6 +10,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, EQUILIBRIUM, PERIODIC
 from nsdrill.data import Array
+from nsdrill.errors import count
 from nsdrill.orbit.branch import Key
 from nsdrill.orbit.circle import MAX_TAIL, Circle, fitted_circle, harmonic_tail
 from nsdrill.orbit.flow import Flow, Legs, Task
@@ -186,7 +187,7 @@ def candidate_of(flow: Flow, guess: Guess) -> Task[Candidate | str]:
     point = yield from corrected_at_parameter(guess.problem, guess.x)
     motion, lobes = guess.kind
     if point is None or np.linalg.norm(point.x - guess.x) > guess.max_correction:
-        words = f"motion of {lobes} lobes" if motion == PERIODIC else motion.replace("_", " ")
+        words = f"motion of {count(lobes, 'lobe')}" if motion == PERIODIC else motion.replace("_", " ")
         return f"Newton's method finds no {words} near the seed"
     found, problem = [], guess.problem
     if isinstance(problem, Circle):

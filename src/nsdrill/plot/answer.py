@@ -14,6 +14,7 @@ import numpy as np
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
 from nsdrill.data import Answer
+from nsdrill.errors import count
 from nsdrill.models.responses import RESPONSES
 from nsdrill.plot.labels import quantity as shown_quantity
 from nsdrill.quantity import quantity
@@ -273,14 +274,14 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "and their points are unknown."
         )
     if failed := summary["failed_runs"] - summary["pending_runs"]:
-        points = _count(summary["failed_points"], "point")
+        points = count(summary["failed_points"], "point")
         yield f"FAILED: {failed} of {summary['runs']} runs failed, at {points}. No window goes there."
     if inferred := summary["unknown"] - summary["unknown_failed"]:
-        yield (f"NOT KNOWN at {_count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
+        yield (f"NOT KNOWN at {count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
     if distrusted := summary["distrusted_points"]:
         is_one = distrusted == 1
         yield (
-            f"CHECKS DISAGREE at {_count(distrusted, 'point')}, which "
+            f"CHECKS DISAGREE at {count(distrusted, 'point')}, which "
             f"{'is' if is_one else 'are'} not to be trusted and {'counts' if is_one else 'count'} "
             "as not safe."
         )
@@ -300,12 +301,12 @@ def _of_motions(summary: Answer) -> Iterator[str]:
         which = "" if not best or best["settled"] else ", the best one among them,"
     if unsettled:
         yield (
-            f"NOT SETTLED: at {unsettled} of {_count(points, of)}{which} a motion was still "
+            f"NOT SETTLED: at {unsettled} of {count(points, of)}{which} a motion was still "
             "changing when it was observed. Run with a longer simulation.transient."
         )
     if decided := summary["by_history"]:
         yield (
-            f"HISTORY DECIDES at {_count(decided, 'point')} "
+            f"HISTORY DECIDES at {count(decided, 'point')} "
             f"({100 * decided / summary['points']:.1f} %): there it depends on the history whether "
             "the setting is safe."
         )
@@ -383,7 +384,3 @@ def notes(summary: Answer, units: str) -> list[str]:
     """The warnings and reasons without their advice, for a picture."""
     texts = [*warnings(summary, units), *explained(summary, units)]
     return [f"{text.partition('. ')[0].rstrip('.')}." for text in texts]
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

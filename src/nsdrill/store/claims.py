@@ -8,7 +8,7 @@ import stat
 from pathlib import Path
 from typing import Literal
 
-from nsdrill.errors import FileError, option
+from nsdrill.errors import FileError, count, option
 from nsdrill.files import reason, sweep_away
 from nsdrill.store.log import RunLog, part_path
 from nsdrill.store.log_format import MAGIC
@@ -49,7 +49,7 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
             with RunLog.open(part) as log:
                 done, total = int(log.done().sum()), log.n_points
             raise FileError(
-                f"{part}: an unfinished run with {done} of {total} points is there. Go on with it "
+                f"{part}: an unfinished run with {done} of {count(total, 'point')} is there. Go on with it "
                 f"by {option('resume')}, or "
                 f"start anew by {option('overwrite')}."
             )

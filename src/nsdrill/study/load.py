@@ -7,7 +7,7 @@ they meet the same checks.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from functools import reduce
 from io import StringIO
 from operator import getitem
@@ -76,7 +76,9 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
     for section in document.data:
         if section != "classify":
             found = f"a change of something else ({document.place((section,)).override})"
-            faults.append(Fault(section, found, "keys of classify, on a finished file"))
+            known = section in {item.name for item in fields(Thresholds)}
+            hint = f"Did you mean classify.{section}?" if known else None
+            faults.append(Fault(section, found, "keys of classify, on a finished file", suggestion=hint))
     classify = document.data.get("classify")
     if isinstance(classify, dict) and "stuck_below" in classify:
         found, hint = ("a change on a finished file", "It enters the run itself, and needs a new one.")

@@ -39,9 +39,12 @@ T = TypeVar("T", bound="DataclassInstance")
 Procedure = Literal["same", "up", "down", "up-down"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Study:
     """One study, which :func:`load_study` makes.
+
+    Two are equal that have the same ``sha256``: their sweeps have the same numbers,
+    whatever their title and units.
 
     Attributes
     ----------
@@ -106,6 +109,12 @@ class Study:
     drawn: dict[str, np.ndarray] = field(default_factory=dict)
     unknowns: tuple[Unknown, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def __eq__(self, other: object) -> bool:
+        return self.sha256 == other.sha256 if isinstance(other, Study) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.sha256)
 
     @property
     def model(self) -> Description:

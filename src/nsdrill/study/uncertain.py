@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from nsdrill.data import Resolved
+from nsdrill.errors import count
 from nsdrill.models.leaves import is_compiled_in
 from nsdrill.sampling import (
     BOUNDS,
@@ -209,9 +210,9 @@ def _check_table(at: Reading, given: Resolved, table: Resolved) -> None:
     for key, column in table.items():
         if len(column) != length:
             allowed = f"as many values as of {first}, {length}: each row is a sample"
-            at.refuse(("uncertain", "table", key), f"{len(column)} values", allowed)
+            at.refuse(("uncertain", "table", key), count(len(column), "value"), allowed)
     if not 2 <= length <= MAX_SAMPLES:
-        at.refuse(("uncertain", "table", first), f"{length} values", f"2 to {MAX_SAMPLES}")
+        at.refuse(("uncertain", "table", first), count(length, "value"), f"2 to {MAX_SAMPLES}")
     if given.get("samples") not in (None, length):
         found = f"{given['samples']} beside a table of {length} rows"
         at.refuse(("uncertain", "samples"), found, "left out: every row is a sample")

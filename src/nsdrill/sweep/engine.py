@@ -206,7 +206,7 @@ class Engine:
         if worker.batch.idle:
             return
         drain = self._pending_count() == 0 and not any(worker.ends.values())
-        future = self.executor.submit(advance, worker.batch, self.work.variant, self.quantum_seconds, drain)
+        future = self.executor.submit(advance, worker.batch, self.work.program, self.quantum_seconds, drain)
         futures[future] = worker
 
     def _is_lost(self, worker: _WorkerSlot, future: Future[tuple[Batch, FinishedRuns]]) -> bool:

@@ -17,8 +17,7 @@ from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, make_step, with_step
-from nsdrill.models.base import Model
-from nsdrill.models.base import Variant as ModelVariant
+from nsdrill.models.base import Model, Variant
 from nsdrill.models.description import Description
 from nsdrill.models.friction import METHODS
 from nsdrill.models.leaves import (
@@ -53,12 +52,12 @@ FEWEST_SLOTS = 256
 
 
 @dataclass(frozen=True)
-class Variant:
-    """What is fixed when a sweep is compiled: the model and its own
-    variant, whether the Lyapunov exponent is measured, and the name of the stepper."""
+class Program:
+    """What is fixed when a sweep is compiled: the model and its variant, whether the
+    Lyapunov exponent is measured, and the name of the stepper."""
 
     model: Description
-    fixed: ModelVariant
+    variant: Variant
     exponent: bool = False
     stepper: str = "tsitouras"
 
@@ -68,7 +67,7 @@ class Variant:
         Lyapunov exponent if that is measured."""
         model = self.model.dynamics
         observed = model.observed + (_deviation_rows(model) if self.exponent else 0)
-        return with_step(STEPPERS[self.stepper], model.rows(self.fixed, observed, tangent=self.exponent))
+        return with_step(STEPPERS[self.stepper], model.rows(self.variant, observed, tangent=self.exponent))
 
 
 def _deviation_rows(model: Model) -> int:
@@ -94,13 +93,13 @@ class Work:
         return self.model.dynamics
 
     @property
-    def variant(self) -> Variant:
+    def program(self) -> Program:
         """What is fixed when it is compiled."""
         # An option is compiled in if some value of an axis needs it.
         fixed = self.kind.variant(self.at(self.plan.varied).parameters)
         if self.simulation.method == "implicit":
             fixed = self.kind.implicit(fixed)
-        return Variant(self.model, fixed, self.record.exponent, self.simulation.stepper)
+        return Program(self.model, fixed, self.record.exponent, self.simulation.stepper)
 
     def at(self, values: Mapping[str, float | Array]) -> Values:
         """Parameters, operation and start of the points at these values of the axes,
@@ -147,10 +146,10 @@ class Work:
 
     def new_batch(self, lanes: int, slots: int) -> Batch:
         """An empty batch for these runs, with at most ``slots`` slots."""
-        model, record, rows = self.kind, self.record, self.variant.rows
+        model, record, rows = self.kind, self.record, self.program.rows
         more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
         store = model.store(lanes, self.parameters, record, more)
-        width = model.outcome_width(record, self.variant.fixed)
+        width = model.outcome_width(record, self.program.variant)
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_COLUMNS)
@@ -159,7 +158,7 @@ class Work:
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
-        model, fixed, at = self.kind, self.variant.fixed, self.at(self.plan.values(points))
+        model, fixed, at = self.kind, self.program.variant, self.at(self.plan.values(points))
         table = model.pack(at, self.thresholds)
         runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
         # The deviation comes between the states and the phase, and its frame does not
@@ -203,7 +202,7 @@ class Work:
     @property
     def state_count(self) -> int:
         """The number of states of the model."""
-        return len(self.kind.states(self.variant.fixed))
+        return len(self.kind.states(self.program.variant))
 
     def own_state(self, state: Array) -> Array:
         """States with the phase last, shape (..., states + 1), without the deviation
@@ -225,12 +224,12 @@ class Work:
     @property
     def _held(self) -> list[int]:
         """The positions of the held states, which do not move."""
-        names = self.kind.states(self.variant.fixed)
+        names = self.kind.states(self.program.variant)
         return [names.index(name) for name in self.kind.held(self.parameters)]
 
     def measured(self, done: FinishedRuns) -> dict[str, Array]:
         """The features of finished runs; NaN where a run failed."""
-        features = self.kind.features(done.outcome, done.parameters, self.simulation.observe, self.variant.fixed)
+        features = self.kind.features(done.outcome, done.parameters, self.simulation.observe, self.program.variant)
         return _or_nan(done.status == OK, features)
 
     def columns(self, done: FinishedRuns) -> dict[str, Array]:
@@ -244,9 +243,9 @@ class Work:
             growth = done.outcome[:, -len(GROWTH_COLUMNS) :]
             measured |= _or_nan(ok, exponent_of(growth, self.simulation.observe, bias))
         measured |= _or_nan(ok, model.derived(measured, self.at(self.plan.values(done.job))))
-        state_scales = model.state_scales(done.parameters, self.variant.fixed)
+        state_scales = model.state_scales(done.parameters, self.program.variant)
         if record.poincare:
-            measured |= _or_nan(ok, model.section(done.outcome, record, done.parameters, self.variant.fixed))
+            measured |= _or_nan(ok, model.section(done.outcome, record, done.parameters, self.program.variant))
             measured["zero_one"] = self._zero_one(model.returns(measured), state_scales)
         labels = model.classify(measured, done.status, self.thresholds, state_scales)
         return {
@@ -258,7 +257,7 @@ class Work:
             "method": np.full(len(state_scales), self.simulation.method == "implicit", np.int8),
             # numbered once all starts have been run
             **({"attractor": np.zeros(len(state_scales), np.int16)} if self.plan.starts else {}),
-            **_or_nan(ok, model.peaks(done.outcome, record, self.variant.fixed)),
+            **_or_nan(ok, model.peaks(done.outcome, record, self.program.variant)),
             "initial_state": self.to_all_states(self.own_state(done.initial)),
             "final_state": self.to_all_states(self.own_state(done.final)),
         }
@@ -326,17 +325,17 @@ class Rerun(Work):
 
 
 @lru_cache
-def compiled_parts(lanes: int, variant: Variant) -> Compiled:
+def compiled_parts(lanes: int, program: Program) -> Compiled:
     """The model and the observer, compiled for a number of lanes or loaded from the
     disk cache. The kernel is compiled too, before several threads need it at once."""
-    model, rows = variant.model.dynamics, variant.rows
-    if variant.exponent:
-        observer, marker = make_observers(lanes, variant)
-        right_hand_side = model.tangent(lanes, variant.fixed, _landing_place(model))
+    model, rows = program.model.dynamics, program.rows
+    if program.exponent:
+        observer, marker = make_observers(lanes, program)
+        right_hand_side = model.tangent(lanes, program.variant, _landing_place(model))
     else:
-        observer, marker = model.observer(lanes, variant.fixed)
-        right_hand_side = model.right_hand_side(lanes, variant.fixed)
-    stepper = make_step(STEPPERS[variant.stepper], lanes, rows)
+        observer, marker = model.observer(lanes, program.variant)
+        right_hand_side = model.right_hand_side(lanes, program.variant)
+    stepper = make_step(STEPPERS[program.stepper], lanes, rows)
     for function in (make_advance(), stepper, right_hand_side, observer, marker):
         address(function)
     return Compiled(right_hand_side, observer, marker)
@@ -348,15 +347,15 @@ def _landing_place(model: Model) -> int:
 
 
 @lru_cache
-def make_observers(lanes: int, variant: Variant) -> tuple[LaneFunction, LaneFunction]:
+def make_observers(lanes: int, program: Program) -> tuple[LaneFunction, LaneFunction]:
     """The compiled (observer, marker) that combine all observers: they correct the
     deviation across contacts, and measure the features of the motion and the growth of
     its deviation."""
-    model, rows, pair = variant.model.dynamics, variant.rows, STEPPERS[variant.stepper]
+    model, rows, pair = program.model.dynamics, program.rows, STEPPERS[program.stepper]
     place, contacts = _landing_place(model), len(model.contacts)
-    observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_deviation_rows(model))
-    measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
-    tangent = model.tangent(1, variant.fixed, place)
+    observer, marker = model.observer(lanes, program.variant, tangent=True, others=_deviation_rows(model))
+    measure = model.contact_functions(lanes, program.variant, place + RATES * contacts)
+    tangent = model.tangent(1, program.variant, place)
     landing = make_landing(lanes, rows, pair, place, measure, tangent, contacts)
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
@@ -375,8 +374,8 @@ def make_observers(lanes: int, variant: Variant) -> tuple[LaneFunction, LaneFunc
     return observe, observe_mark
 
 
-def advance(batch: Batch, variant: Variant, seconds: float, drain: bool) -> tuple[Batch, FinishedRuns]:
+def advance(batch: Batch, program: Program, seconds: float, drain: bool) -> tuple[Batch, FinishedRuns]:
     """Advance a batch for one quantum: a task for any executor, in this process or in
     another."""
-    done = batch.advance(compiled_parts(batch.lanes, variant), seconds, drain)
+    done = batch.advance(compiled_parts(batch.lanes, program), seconds, drain)
     return batch, done

@@ -10,11 +10,11 @@ from nsdrill.analysis.maps import least_share
 from nsdrill.app.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
 from nsdrill.data import Answer
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, count
 from nsdrill.plot.answer import WAYS, Formatter, answer, chosen_map, in_order, obstacle_words, percent, warnings
 from nsdrill.quantity import amount, find
 from nsdrill.text.window import MAX_ROWS, WIDTH
-from nsdrill.text.words import aligned, count, in_words, point_text, rest, value_text
+from nsdrill.text.words import aligned, in_words, point_text, rest, value_text
 
 MAX_CHANGES = 12
 ENDS = ("lower", "upper")
@@ -49,7 +49,7 @@ def lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     elif d["same_numbers"]:
         compared = count(d["points"], "sample" if d["kinds"][0] == "trace" else "point")
         subject = "numbers" if d["study"] or d["run"] or d["made"] else "files"
-        yield f"The {subject} are the same to the bit: {compared}, {len(d['variables'])} variables."
+        yield f"The {subject} are the same to the bit: {compared}, {count(len(d['variables']), 'variable')}."
     else:
         if d["kinds"][0] == "results":
             yield from _window_lines(d, units)

@@ -11,12 +11,13 @@ import numpy as np
 
 from nsdrill.app.check import Report, coarse_length
 from nsdrill.data import Array, Attributes
+from nsdrill.errors import count
 from nsdrill.files import amount
 from nsdrill.models.leaves import as_value, word_or_number, words_of
 from nsdrill.models.numbers import GROUPS
 from nsdrill.quantity import quantity
 from nsdrill.study.study import Study
-from nsdrill.text.words import cell, count, in_unit_of, knots_text, label_of, point_text, refinement_text, value_text
+from nsdrill.text.words import cell, in_unit_of, knots_text, label_of, point_text, refinement_text, value_text
 from nsdrill.variables import AXES, SAMPLE, dimension_of
 
 if TYPE_CHECKING:
@@ -61,7 +62,9 @@ def _size_lines(study: Study, report: Report, units: str) -> Iterator[str]:
         return
     points = count(report.points, "point")
     if study.refined:
-        points = f"{report.coarse_points} points, refined where the responses differ to at most {report.points}"
+        points = (
+            f"{count(report.coarse_points, 'point')}, refined where the responses differ to at most {report.points}"
+        )
     yield f"{points}: {_sweep_text(study, report.chains, units)}."
     yield (
         f"Size: up to {amount(report.disk)} on the disk, and as much again while the results "
@@ -159,9 +162,7 @@ def outcome_text(outcome: RunResult, units: str) -> str:
 def continuation_text(found: ContinuationResult) -> str:
     """``3 branches, 812 points, in 4.1 s``, and which seeds were not followed."""
     branches, points = found.data.sizes["branch"], found.data.sizes["point"]
-    text = (
-        f"{branches} {'branch' if branches == 1 else 'branches'}, {count(points, 'point')}, in {found.seconds:.1f} s."
-    )
+    text = f"{count(branches, 'branch')}, {count(points, 'point')}, in {found.seconds:.1f} s."
     if not_followed := [f"{number}: {word}" for word, number in found.seeds.items() if word != "followed"]:
         seeds = count(sum(found.seeds.values()), "seed")
         text += f" Of {seeds} some were not followed ({'; '.join(not_followed)})."

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.data import Answer, evenly_spaced
-from nsdrill.errors import printable
+from nsdrill.errors import count, printable
 from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
 from nsdrill.quantity import amount, quantity, sign
 from nsdrill.text.branches import lines as branch_lines
 from nsdrill.text.words import (
-    count,
     in_words,
     knots_text,
     label_of,
@@ -280,9 +279,9 @@ def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
     yield from _method_lines(s.get("method", "explicit"))
     if "procedure" in s:
         yield f"  procedure      {s['procedure']}"
+    steps = f"{count(s['steps'], 'step')}; " if "steps" in s else ""
     yield (
-        f"  samples        {s['samples']} over {s['duration']:g} s; {s.get('steps', '?')} steps; "
-        f"ended {in_words(str(s.get('status', '')))}"
+        f"  samples        {s['samples']} over {s['duration']:g} s; {steps}ended {in_words(str(s.get('status', '')))}"
     )
     if s["ranges"]:
         yield "\nLeast and greatest:"

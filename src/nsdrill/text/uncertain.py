@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.data import Answer
+from nsdrill.errors import count
 from nsdrill.quantity import find, quantity, shown_scale, sign
-from nsdrill.text.words import count, in_words, label_of, overrides_text, point_text
+from nsdrill.text.words import in_words, label_of, overrides_text, point_text
 
 MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its own
 

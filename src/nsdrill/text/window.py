@@ -8,8 +8,9 @@ from collections.abc import Iterator, Sequence
 
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import Answer, evenly_spaced
+from nsdrill.errors import count
 from nsdrill.plot.answer import ORDER, Formatter, answer, drilling, in_order, is_hint, limit, percent, warnings, why
-from nsdrill.text.words import count, label_of, overrides_text, samples_text
+from nsdrill.text.words import label_of, overrides_text, samples_text
 
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}

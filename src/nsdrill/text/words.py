@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence, Sized
 from typing import Any
 
 from nsdrill.data import Answer
+from nsdrill.errors import count
 from nsdrill.models.responses import RESPONSES
 from nsdrill.quantity import SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, from_si
@@ -43,14 +44,14 @@ def label_of(name: str) -> str:
 def value_text(name: str, value: float | str, units: str = "si", *, both: bool = False) -> str:
     """A value of an axis with its unit: in the system ``units``, or in its own unit
     where it is :class:`nsdrill.units.WithUnit`. With ``both`` also in the other
-    system."""
+    system, with as many digits, so that 22.24 kN are not 5 klbf."""
     if isinstance(value, str):  # a word
         return value
     axis = quantity(name)
     text = amount(value, value.unit) if isinstance(value, WithUnit) else axis.text(value, units)
     if both and axis.name in AXES:
         other = SYSTEMS[1 - SYSTEMS.index(units)]
-        text += f" ({amount(value, axis.unit(other), 4)})"
+        text += f" ({amount(value, axis.unit(other))})"
     return text
 
 
@@ -78,11 +79,6 @@ def knots_text(name: str, times: Sequence[float], values: Sequence[float], units
         half = MAX_KNOTS // 2
         texts = [*texts[:half], f"... {len(texts) - 2 * half} knots more ...", *texts[-half:]]
     return ", ".join(texts)
-
-
-def count(number: int, noun: str) -> str:
-    """``1 point``, ``2 points``."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def aligned(table: Sequence[tuple[str, ...]]) -> Iterator[str]:

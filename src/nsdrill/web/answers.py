@@ -12,7 +12,7 @@ from nsdrill.app.answers import contrast, sensitivity, with_passed_over
 from nsdrill.app.answers import window as window_of
 from nsdrill.app.experiment import own_numbers, study_of
 from nsdrill.data import Answer, Results
-from nsdrill.errors import InputError, NsdrillError
+from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import words_along
 from nsdrill.plot import draw, svg
 from nsdrill.plot.answer import (
@@ -268,4 +268,4 @@ def _branches(session: Session, branches: Branches) -> Rows:
         if name != branches.along and name in branches.features:
             shown = quantity(name, session.units)
             rows.append((plain(shown.words), shown.value(float(branches.features[name][0]))))
-    return [*rows, ("Points", f"{len(branches.label)} on {len(branches.sizes)} branches")]
+    return [*rows, ("Points", f"{len(branches.label)} on {count(len(branches.sizes), 'branch')}")]

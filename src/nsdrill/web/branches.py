@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.bifurcations import END, PERIODIC, REGULAR, meanings_of, motion_text
 from nsdrill.analysis.comparison import other_string
 from nsdrill.data import Answer, Array, Attributes, Results
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, InputError, count
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
 from nsdrill.plot.labels import quantity, setting
@@ -72,9 +72,9 @@ class Branches:
     def name_of(self, point: int) -> str:
         """The branch of a point, its stability, and its label where the point is
         special."""
-        branch, count = self.branch_of(point), int(self.unstable[point])
-        directions = f"unstable in {count} direction{'s' if count > 1 else ''}"
-        parts = [f"branch {branch}", self.names[branch], directions if count else "stable"]
+        branch, unstable = self.branch_of(point), int(self.unstable[point])
+        directions = f"unstable in {count(unstable, 'direction')}" if unstable else "stable"
+        parts = [f"branch {branch}", self.names[branch], directions]
         if (label := int(self.label[point])) not in (REGULAR, END):
             parts.append(self.meanings.get(label, str(label)))
         return ", ".join(parts)

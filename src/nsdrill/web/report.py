@@ -15,7 +15,7 @@ import numpy as np
 from nsdrill.analysis.bifurcations import END, REGULAR
 from nsdrill.analysis.maps import stretches
 from nsdrill.data import Array, Results, evenly_spaced
-from nsdrill.errors import InputError, NsdrillError
+from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.branches import parts_of
@@ -119,10 +119,10 @@ def _add_answer(
     elif (branches := session.branches) is not None:
         x = quantity(branches.along, units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))
-        special = np.count_nonzero((branches.label != REGULAR) & (branches.label != END))
+        special = int(np.count_nonzero((branches.label != REGULAR) & (branches.label != END)))
         page.add(
-            f'<p class="answer">{len(branches.sizes)} branches of motions along the '
-            f"{escaped(plain(x.words).lower())}, {escaped(ends)}, with {special} special points. "
+            f'<p class="answer">{count(len(branches.sizes), "branch")} of motions along the '
+            f"{escaped(plain(x.words).lower())}, {escaped(ends)}, with {count(special, 'special point')}. "
             "Branches say which motions there are and where they lose their stability, not "
             "which of them a string has: for a window run a sweep.</p>"
         )

@@ -31,6 +31,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nsdrill.errors import count
 from nsdrill.models.christoforou_yigit.coefficients import GRAVITY, Coefficients, derive, ring
 from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -252,7 +253,7 @@ def _lateral(parameters: Parameters, operation: Operation) -> dict[str, Row]:
         words = f"lateral frequency of {number} half waves, which the model leaves out"
         quantities[f"lateral_{number}"] = (_finite(in_mud[number - 1]), "rad/s", words, "lateral")
     for number in range(1, HALF_WAVES + 1):
-        words = f"lateral frequency of {number} half wave{'s' * (number > 1)}, without mud"
+        words = f"lateral frequency of {count(number, 'half wave')}, without mud"
         quantities[f"lateral_dry_{number}"] = (_finite(without_mud[number - 1]), "rad/s", words, "lateral")
     gap = float(k.gap)
     for name, words in (("plane", "in a plane"), ("circular", "on a circle")):
