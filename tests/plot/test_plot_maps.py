@@ -382,3 +382,21 @@ def test_no_label_covers_a_point_that_is_to_be_clear():
         for other, where in moved.items():
             assert np.hypot(*((where - place) / extent)) > 0.1
             assert other == text or np.allclose(where, usual[other], atol=0.02 * np.array(extent))
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_no_label_covers_the_name_of_an_area_where_there_is_another_place():
+    x, y = RATED_SPEEDS, RATED_WEIGHTS / 1e3
+    values = np.outer(RATED_WEIGHTS / 1e4, RATED_SPEEDS) / 3600.0
+
+    def labels(names):
+        axes = Figure().add_subplot()
+        axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+        assert draw_equal_rates(axes, (x, y), values, "si", names=names)
+        return {text.get_text(): np.array(text.get_position()) for text in axes.texts}
+
+    usual = labels(())
+    for text, place in usual.items():
+        moved = labels([tuple(place)])
+        assert moved.keys() == usual.keys()
+        assert np.hypot(*((moved[text] - place) / [np.ptp(x), np.ptp(y)])) > 0.05 or text == max(usual, key=float)
