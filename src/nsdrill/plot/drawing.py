@@ -89,7 +89,7 @@ class Drawing:
         alone = panel is not None or axes is not None
         with using_look(self.look), house_style(), without_glyph_warnings():
             figure = self._picture(limits_y=not alone)
-            freeze_layout(figure)
+            freeze_layout(figure, whole=not alone)
             earlier = set(axes.findobj()) if isinstance(axes, Artist) else set()
             if alone:
                 figure = draw_panel(lambda: self._picture(limits_y=True), figure, panel, axes, of_kind)
