@@ -5,12 +5,10 @@ import math
 
 import numpy as np
 import pytest
-from energies import energy, powers
 
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
 
 TORSION = """
@@ -75,21 +73,6 @@ def test_synchronous_whirl(speed, radius):
     assert found["radius_mean"] == pytest.approx(radius, rel=2e-3 if speed < 3.0 else 4e-5)
     assert found["whirl_ratio"] == pytest.approx(1.0, abs=1e-3)
     assert found["bit_speed_min"] == found["bit_speed_max"] == speed
-
-
-@pytest.mark.parametrize("modes", ["{axial: frozen, lateral: frozen}", "{axial: frozen}", "{lateral: frozen}"])
-def test_energy_balance(modes):
-    study = parse_study(
-        f"modes: {modes}\noperation: {{wob: 66.72 kN, rotary_speed: 2 rad/s}}\nsimulation: {{rtol: 1.0e-9}}"
-    )
-    trace = nsdrill.simulate(study, duration=10.0, sample=0.0005)
-    state = {name: values.values for name, values in trace.data_vars.items()}
-    held = energy(study.parameters, Operation(5000.0, 66.72e3, 2.0), state)
-    fed = powers(study.parameters, Operation(5000.0, 66.72e3, 2.0), state)
-    total = sum(fed.values())
-    work = np.concatenate([[0.0], np.cumsum(0.5 * (total[1:] + total[:-1]) * 0.0005)])
-    through = np.sum(np.abs(total)) * 0.0005
-    assert np.max(np.abs(held - held[0] - work)) < 2e-4 * through
 
 
 def test_what_is_frozen_is_not_carried_from_point_to_point():

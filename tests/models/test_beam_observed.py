@@ -190,14 +190,6 @@ def test_the_force_is_that_of_the_wall_that_presses_most():
     assert float(found.wall_contact_fraction.squeeze()) == pytest.approx(on.mean(), abs=2e-3)
 
 
-def test_the_exponent_leaves_the_motion_as_it_is():
-    """A run has the same bits with its Lyapunov exponent measured or not."""
-    plain = nsdrill.run(STUDY)
-    measured = nsdrill.run(STUDY, set={"record.exponent": True})
-    assert np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
-    assert np.all(np.isfinite(measured["lyapunov_exponent"]))
-
-
 def test_one_mode_has_the_exponent_of_the_lumped_model():
     """10 s of whirl with wall contacts, to 0.02 / s."""
     study = (
