@@ -239,7 +239,7 @@ def test_examples_use_commands_and_options_that_exist(page):
 def outline(study: Study) -> Results:
     """What the results of ``study`` would hold, without numbers."""
     experiment = prepare(study)
-    plan, kept = experiment.plan, experiment.kept
+    plan, kept = experiment.plan, experiment.contents
     log = MemoryLog(header_of(experiment), plan.points, kept)
     zeros = np.broadcast_to(np.int8(0), plan.grid)
     return Results(coordinates(log), {v.name: zeros for v in kept.variables}, log.header["attrs"])
