@@ -87,7 +87,7 @@ def test_the_deviation_is_the_derivative_of_the_motion(name):
     study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: {rtol}}}\n")
     work = work_of(prepare(study))
     followed, quotient = followed_and_quotient(work, fine)
-    names = work.kind.states(work.variant.fixed)
+    names = work.kind.states(work.program.variant)
     assert np.all(np.abs(quotient[[names.index(part) for part in parts]]) > 1e-3)
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
 
@@ -191,7 +191,7 @@ record: {exponent: true}
     found = nsdrill.run(text)
     steady = text.replace("initial: {bit_speed: 29 rad/s}\n", "").replace("0.1 mm", "0 mm")
     work = replace(work_of(prepare(parse_study(steady))), record=Record())
-    model, fixed = work.kind, work.variant.fixed
+    model, fixed = work.kind, work.program.variant
     runs, rows = work.prepare(np.array([0])), model.rows(fixed)
     slopes = model.right_hand_side(8, fixed)
     n, names = work.state_count, model.states(fixed)
