@@ -13,7 +13,6 @@ from sweep.runs import run_work, work_for
 
 import nsdrill
 from nsdrill.app.check import check
-from nsdrill.app.run import run_in_memory
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
@@ -254,33 +253,6 @@ def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so():
     assert found["drive_speed"].values[late].mean() < 1.0
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("drive: {torque_limit: 60 kN*m}", "the drive ideal does not read"),
-        ("drive: {kind: z_torque, torque_limit: 60 kN*m}", "the drive z_torque does not read"),
-        ("drive: {kind: soft_torque, compensated_inertia: 9 kg*m^2, torque_limit: 60 kN*m}", "another one"),
-        ("drive: {kind: pi}\nsweep: {drive.torque_limit: [20 kN*m, 60 kN*m]}", "without a limit beside it"),
-    ],
-)
-def test_a_limit_is_refused_where_it_means_nothing(text, said):
-    with pytest.raises(nsdrill.StudyError, match=said):
-        parse_study(text)
-    assert not Drive("z_torque", torque_limit=1.0).limited
-    with pytest.raises(ValueError, match="torque_limit"):
-        Drive("soft_torque", compensated_inertia=9.0, torque_limit=1.0)
-
-
-def test_an_axis_over_the_limit_has_the_bits_of_single_runs():
-    text = "drive: {{kind: stiff, torque_limit: {} kN*m}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
-    found = run_in_memory(parse_study(text.format(9, "sweep: {drive.torque_limit: [2 kN*m, 60 kN*m]}")), workers=1)
-    for i, value in enumerate((2, 60)):
-        alone = run_in_memory(parse_study(text.format(value, "")), workers=1)
-        for name in ("drive_speed_min", "surface_torque_mean"):
-            assert np.ravel(found.variables[name])[i] == np.ravel(alone.variables[name])[0]
-    assert found.variables["drive_speed_min"].ravel()[0] < found.variables["drive_speed_min"].ravel()[1]
-
-
 RAMP = """
 operation: {{wob: 0 kN, rotary_speed: {{ramp: [[0 s, 2 rad/s], [40 s, 6 rad/s]]}}}}
 bit: {{surface_amplitude: 0 mm}}
@@ -488,20 +460,6 @@ def test_stick_slip_ends_where_soft_torque_is_switched_on():
     speed, time = found["bit_speed"].values, found.time.values
     assert speed[(time > 20) & (time < 40)].min() < 0.01
     assert speed[time > 150] == pytest.approx(5.0, abs=0.1)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("sweep: {rotary_speed: [2 rad/s, 3 rad/s]}\ndrive: {kind: stiff, on_at: 5 s}", "with a sweep"),
-        ("operation: {wob: {ramp: [[0 s, 1 kN], [9 s, 2 kN]]}}\ndrive: {kind: stiff, on_at: 5 s}", "with a ramp"),
-        ("drive: {on_at: 5 s}", "the drive ideal does not read"),
-        ("drive: {kind: stiff, on_at: 5 s}\ninitial: {lag: 1 rad}", "until when"),
-    ],
-)
-def test_switching_on_is_refused_where_it_means_nothing(text, said):
-    with pytest.raises(nsdrill.StudyError, match=said):
-        parse_study(text)
 
 
 def test_a_run_refuses_what_is_switched_on():

@@ -14,7 +14,6 @@ from sweep.runs import run_work, same_bits, work_for
 import nsdrill
 from model.buffers import slopes_with
 from model.lateral import FORMS, KEYS, Lateral, cases, derivative, packed, parameters, solve
-from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.columns import Options, options_of
 from nsdrill.models.leaves import with_values
 from nsdrill.study import parse_study
@@ -160,18 +159,3 @@ def test_features_are_those_of_the_trace(keys):
         assert found["y_mean"][0] < 0.0
     assert found["wall_contact_fraction"][0] == pytest.approx(np.mean(radius > 0.0762), abs=2e-3)
     assert same_bits(found, run_work(work, lanes=1))
-
-
-def test_points_of_a_sweep_have_the_bits_of_runs_of_their_own():
-    """Also those at which the option is off."""
-    short = Simulation(transient=2.0, observe=5.0)
-    work = work_for(Case(speed=5.0), short, **{"well.inclination": [0.0, 0.4, 1.2], "mud.swirl": [0.0, 0.5]})
-    swept = run_work(work)
-    assert np.isnan(swept["y_mean"][:2]).all()
-    assert not np.isnan(swept["y_mean"][2:]).any()
-    for i, (inclination, swirl) in enumerate([(a, b) for a in (0.0, 0.4, 1.2) for b in (0.0, 0.5)]):
-        own = work_for(Case(speed=5.0), short)
-        values = {"well.inclination": inclination, "mud.swirl": swirl}
-        alone = run_work(replace(own, parameters=with_values(own.parameters, values)))
-        for name, column in alone.items():
-            assert column[0].tobytes() == swept[name][i].tobytes(), name

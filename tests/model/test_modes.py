@@ -9,6 +9,7 @@ import pytest
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.parameters import Drive
 from nsdrill.study import parse_study
 
 TORSION = """
@@ -105,8 +106,28 @@ def test_what_is_frozen_is_not_carried_from_point_to_point():
         ("sweep: {drive.inertia: [1000 kg*m^2, 2000 kg*m^2]}", "the drive ideal does not read"),
         ("drive: {kind: soft_torque, compensated_inertia: 3000 kg*m^2}", "below drive.inertia"),
         ("initial: {lag: 1 rad}", "the drive ideal does not read"),
+        ("bit: {friction: {law: linear, decay: 2 s/rad}}", "the law linear does not read"),
+        ("bit: {friction: {law: rational, static: 0.4}}", r"reads: b0, b1, b2, b3"),
+        ("bit: {friction: {b1: 3 s/rad}}", "the law hyperbolic does not read"),
+        ("sweep: {bit.friction.dynamic_from: [1 rad/s, 2 rad/s]}", "the law hyperbolic does not read"),
+        ("bit: {friction: {law: rational}}\nsweep: {bit.cutting.zeta: [0, 1]}", "the law rational does not read"),
+        ("bit: {friction: {law: stribeck}}", "hyperbolic, linear, exponential"),
+        ("drive: {torque_limit: 60 kN*m}", "the drive ideal does not read"),
+        ("drive: {kind: z_torque, torque_limit: 60 kN*m}", "the drive z_torque does not read"),
+        ("drive: {kind: soft_torque, compensated_inertia: 9 kg*m^2, torque_limit: 60 kN*m}", "another one"),
+        ("drive: {kind: pi}\nsweep: {drive.torque_limit: [20 kN*m, 60 kN*m]}", "without a limit beside it"),
+        ("sweep: {rotary_speed: [2 rad/s, 3 rad/s]}\ndrive: {kind: stiff, on_at: 5 s}", "with a sweep"),
+        ("operation: {wob: {ramp: [[0 s, 1 kN], [9 s, 2 kN]]}}\ndrive: {kind: stiff, on_at: 5 s}", "with a ramp"),
+        ("drive: {on_at: 5 s}", "the drive ideal does not read"),
+        ("drive: {kind: stiff, on_at: 5 s}\ninitial: {lag: 1 rad}", "until when"),
     ],
 )
 def test_what_means_nothing_is_refused(text, said):
     with pytest.raises(nsdrill.StudyError, match=said):
         parse_study(text)
+
+
+def test_a_limit_that_a_drive_does_not_read_is_none():
+    assert not Drive("z_torque", torque_limit=1.0).limited
+    with pytest.raises(ValueError, match="torque_limit"):
+        Drive("soft_torque", compensated_inertia=9.0, torque_limit=1.0)

@@ -341,18 +341,6 @@ simulation: {rtol: 1.0e-9}
     assert found["drive_speed"].values[6] == pytest.approx(13 + 4 * 0.6, abs=1e-9)
 
 
-def test_kinds_along_an_axis_are_the_runs_of_each():
-    """Bit for bit; a current is there only where the motor is."""
-    head = SWEEP.partition("drive:")[0] + "simulation: {transient: 1 s, observe: 1 s}\n"
-    both = nsdrill.run(f"{head}sweep: {{drive.kind: [dc_motor, soft_torque]}}\n", progress=False)
-    alone = nsdrill.run(f"{head}drive: {{kind: soft_torque}}\n", progress=False)
-    here = both.sel(drive_kind="soft_torque")
-    for name in ("bit_speed_max", "drive_torque_max", "surface_torque_mean"):
-        assert here[name].item() == alone[name].item()
-    assert np.isnan(here["current_max"].item())
-    assert np.isfinite(both.sel(drive_kind="dc_motor")["current_max"].item())
-
-
 def test_exponents_ensembles_and_unknowns_run():
     """The exponent leaves the bits alone; starts differ; samples are of the drive's own
     numbers."""

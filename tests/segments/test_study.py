@@ -134,13 +134,6 @@ def test_gains_that_do_not_fit(drive, words):
         parse_study(f"{STUDY}drive: {drive}\n")
 
 
-def test_lobes_are_an_axis():
-    head = STUDY.replace("20 s", "2 s").partition("sweep:")[0] + "simulation: {transient: 2 s, observe: 2 s}\n"
-    both = api.run(f"{head}sweep: {{bit.lobes: [1, 3]}}\n", progress=False)["axial_max"].to_numpy().ravel()
-    alone = api.run(f"{head}bit: {{lobes: 3}}\n", progress=False)["axial_max"].to_numpy().ravel()
-    assert both[0] != both[1] == alone[0]
-
-
 def test_steady_drilling_returns_once_a_revolution():
     """The section is a whole turn of the bit. Without pulsation steady drilling on a
     low lobe repeats with each turn, and on flat rock it is an equilibrium."""
