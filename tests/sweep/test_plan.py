@@ -202,18 +202,6 @@ def test_all_starts_have_all_variables_and_states_of_their_own(six):
     assert len(np.unique(six["initial_state"], axis=0)) == 18
 
 
-def test_more_starts_leave_the_first_as_they_were(six):
-    nine = run_work(ensemble(9), lanes=8)
-    first = np.arange(27).reshape(3, 9)[:, :6].ravel()
-    assert all(nine[name][first].tobytes() == six[name].tobytes() for name in six)
-
-
-def test_another_order_and_other_neighbours(six):
-    some = np.array([17, 3, 8])
-    out = run_work(ensemble(), 8, pending=some)
-    assert all(out[name][some].tobytes() == six[name][some].tobytes() for name in six)
-
-
 SECONDS = "simulation: {transient: 2 s, observe: 5 s}\n"
 SMALL_STRING = "model: segments\nsegments: {pipe: 2, collar: 2}\nsimulation: {transient: 1 s, observe: 1 s}\n"
 BEAM = "model: beam\nbeam: {modes: 3, stations: [{at: 0.1}, {at: 0.5}, {at: 0.9}]}\n"
