@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from main_model import pack
 from reference import Case
 from scipy.integrate import solve_ivp
 from sweep.runs import run_work, work_for
@@ -106,14 +105,6 @@ def test_closed_forms_of_the_gains():
     soft = law_of(driven(kind="soft_torque", matching=1.0, compensated_inertia=900.0))
     assert (soft.inertia, soft.damping) == pytest.approx((2000.0, 297.061), rel=1e-5)
     assert math.sqrt(soft.stiffness / soft.inertia) == pytest.approx(w, rel=1e-12)
-
-
-def test_gains_of_many_points_are_those_of_each():
-    parameters = driven(kind="lqr")
-    depth = np.array([2000.0, 5000.0, 2000.0])
-    many = pack(parameters, depth, np.full(3, 22.24e3), np.full(3, 3.0))
-    for i in range(3):
-        assert many[i].tobytes() == pack(parameters, depth[i], 22.24e3, 3.0)[0].tobytes()
 
 
 def test_an_lqr_without_gains_is_told():

@@ -1,6 +1,8 @@
 """The compiled right-hand side against the independent reference, across lanes, and
 against plain Python."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from machine_code import of_numbers
@@ -8,9 +10,10 @@ from main_model import MAIN, pack
 from reference import Case, contacts, derivative, quick
 
 from model.buffers import ROWS, buffer_of, slopes
-from model.cases import parameters_of, random_case, random_state, table_of
+from model.cases import random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.equations import lobed
+from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 
 
 def terms(c: Case, t: float, s: np.ndarray) -> np.ndarray:
@@ -168,13 +171,12 @@ def test_centre_of_the_hole_is_an_ordinary_point():
     assert f == pytest.approx(derivative(c, 0.0, s), rel=1e-12)
 
 
-def test_packing_many_points_is_packing_each():
-    c = Case()
-    rng = np.random.default_rng(13)
+@pytest.mark.parametrize("drive", ["ideal", "lqr"])
+def test_packing_many_points_is_packing_each(drive):
+    rng, p = np.random.default_rng(13), replace(Parameters(), drive=Drive(drive))
     depth, wob, speed = (rng.uniform(300, 9000, 20), rng.uniform(0, 1e5, 20), rng.uniform(0.1, 20, 20))
-    many = pack(parameters_of(c), depth, wob, speed, 0.5)
-    each = [pack(parameters_of(c), *point, 0.5)[0] for point in zip(depth, wob, speed, strict=True)]
-    assert np.array_equal(many, np.array(each))
+    each = [pack(p, *point, 0.5)[0] for point in zip(depth, wob, speed, strict=True)]
+    assert np.array_equal(pack(p, depth, wob, speed, 0.5), np.array(each))
 
 
 def test_natural_sizes_and_first_steps_are_positive_everywhere():

@@ -156,6 +156,10 @@ SAME = {
     "drive: {kind: soft_torque, torque_limit: 4 kN*m}\nsimulation: {transient: 1 s, observe: 2 s}\n",
     "beam": "model: beam\nbeam: {modes: 3, stations: [{at: 0.1}, {at: 0.5}, {at: 0.9}]}\n"
     "sweep: {rotary_speed: [4 rad/s, 7 rad/s], procedure: up}\nsimulation: {transient: 2 s, observe: 4 s}\n",
+    "all forces": f"{SPEEDS}mud: {{swirl: 0.4}}\nstabilizer: {{clearance: 10 mm}}\n"
+    "well: {inclination: 0.5 rad, axial_friction: true}\n",
+    "swirl, hertz": f"{SPEEDS}mud: {{swirl: 0.5}}\nwell: {{law: hertz}}\n",
+    "weight": f"{SPEEDS}well: {{inclination: 1 rad}}\n",
     "impedance": f"{SPEEDS}drive: {{kind: z_torque}}\n",
     "motor": f"{SPEEDS}drive: {{kind: dc_motor}}\n",
     **{law: f"{SPEEDS}bit: {{friction: {{law: {law}}}}}\n" for law in list(LAWS)[1:]},

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import nsdrill
 from nsdrill.app.check import check
-from nsdrill.errors import InputError, StudyError
+from nsdrill.errors import InputError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.drives import growing
 from nsdrill.models.segments.checks import fall_of_torque, slope_held, torsional_matrix
@@ -245,24 +245,6 @@ def test_ensembles_and_unknowns_run():
     assert len(np.unique(several)) == 4
     unknown = f"{head}uncertain: {{drive.matching: {{uniform: [1, 6]}}, samples: 4}}\n"
     assert len(np.unique(nsdrill.run(unknown, progress=False)["drive_speed_max"].to_numpy())) == 4
-
-
-@pytest.mark.parametrize(
-    ("drive", "words"),
-    [
-        ("{kind: soft_torque, table_damping: 3 N*m*s/rad}", "which the drive soft_torque does not read"),
-        ("{kind: stiff, gear: 7}", "which the drive stiff does not read"),
-        ("{kind: ideal, inertia: 3000 kg*m^2}", "what a drive of the kind ideal reads: nothing"),
-        ("{kind: z_torque, torque_limit: 60 kN*m}", "which the drive z_torque does not read"),
-        ("{kind: soft_torque, torque_limit: 60 kN*m, compensated_inertia: 9 kg*m^2}", "none with drive.compensated"),
-        ("{kind: soft_torque, compensated_inertia: 3000 kg*m^2}", "below drive.inertia"),
-        ("{kind: softtorque}", "soft_torque"),
-        ("{kind: soft_torque, on_at: 5 s}\nsweep: {wob: [50 kN, 60 kN], procedure: up}", "carries the state"),
-    ],
-)
-def test_what_cannot_be_is_refused_by_its_key(drive, words):
-    with pytest.raises(StudyError, match=words):
-        parse_study(f"model: segments\ndrive: {drive}\n")
 
 
 def test_charts_of_the_model():
