@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import nsdrill
 from model.buffers import slopes
-from model.cases import parameters_of, random_case, random_state
+from model.cases import features, parameters_of, random_case, random_state, torsion
 from nsdrill.app.check import check
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
@@ -112,27 +112,6 @@ def test_torque_tops_are_those_of_the_trace(law):
 
 
 # The torsional model: the axial and the lateral motion are frozen.
-
-TORSION = """
-modes: {{axial: frozen, lateral: frozen}}
-drillstring: {{{string}}}
-bit: {{cutting: {{zeta: {zeta}}}, friction: {{{friction}}}}}
-operation: {{depth: {depth} m, wob: {wob} kN, rotary_speed: {speed} rad/s}}
-initial: {{twist: {twist} rad, bit_speed: {bit_speed} rad/s}}
-simulation: {{transient: {transient} s, observe: {observe} s, rtol: 1.0e-8}}
-"""
-DEEP = {"string": "torsional_damping: 50 N*m*s/rad", "zeta": 1, "depth": 5000, "friction": "law: hyperbolic"}
-
-
-def torsion(**keys: object) -> nsdrill.study.Study:
-    return parse_study(TORSION.format(**{"twist": 0, "bit_speed": 0, "transient": 300, "observe": 100, **DEEP, **keys}))
-
-
-def features(study: nsdrill.study.Study) -> dict[str, float]:
-    found = run_in_memory(study, workers=1).variables
-    names = ("bit_speed_min", "bit_speed_max", "stuck_fraction", "bit_torque_max")
-    return {name: float(np.ravel(found[name])[0]) for name in names}
-
 
 # c_t, T_s, T_d, V0, Omega: times of the three phases of slip, time at rest, period,
 # peak speed. Computed beforehand by other code from the closed solution of each phase;
@@ -294,21 +273,28 @@ def test_the_averaged_fold_is_too_low_by_what_its_description_says(drive, wob, f
     assert 6 <= round(100 * (1 - found.value / fold)) <= 14
 
 
-@pytest.mark.parametrize("law", OTHERS)
-def test_steady_drilling_loses_its_stability_at_the_onset(law):
-    """A small swing about steady drilling grows below the onset of linear theory and
-    dies out above it."""
-    smoothing = "" if law == "rational" else ", smoothing: 100000 s/rad"
-    friction = f"law: {law}{smoothing}"
-    hopf = derived_quantities((one := torsion(wob=22.24, speed=3, friction=friction)).parameters, one.operation)
-    onset_speed = hopf["stick_slip_onset"].value
+@pytest.mark.parametrize(
+    ("law", "wob", "hopf", "apart"),
+    [
+        *((f"law: {law}, smoothing: 100000 s/rad", 22.24, None, 0.03) for law in ("linear", "exponential")),
+        ("law: rational", 22.24, None, 0.03),
+        ("law: hyperbolic", 22.24, 2.036, 0.02),
+        ("law: hyperbolic", 66.72, 3.770, 0.013),
+    ],
+)
+def test_steady_drilling_loses_its_stability_at_the_onset(law, wob, hopf, apart):
+    """A small swing about steady drilling grows below the onset of linear theory, where
+    the slope of the torque, smoothing included, is the torsional damping, and dies out
+    above it."""
+    one = torsion(wob=wob, speed=3, friction=law)
+    onset_speed = hopf or derived_quantities(one.parameters, one.operation)["stick_slip_onset"].value
     assert onset_speed is not None
-    for speed, grows in ((onset_speed * 0.97, True), (onset_speed * 1.03, False)):
-        study = torsion(wob=22.24, speed=speed, friction=friction)
-        k = derive(study.parameters, 5000.0, 22.24e3, speed)
-        steady = -(22.24e3 * float(bit_arm(study.parameters, k, speed)) + 50.0 * speed) / k.k_t
-        near = {"wob": 22.24, "speed": speed, "friction": friction, "twist": steady + 0.01, "bit_speed": speed}
-        first, later = (features(torsion(**near, transient=t, observe=30)) for t in (0, 300))
+    for speed, grows in ((onset_speed * (1 - apart), True), (onset_speed * (1 + apart), False)):
+        study = torsion(wob=wob, speed=speed, friction=law)
+        k = derive(study.parameters, 5000.0, wob * 1e3, speed)
+        steady = -(wob * 1e3 * float(bit_arm(study.parameters, k, speed)) + 50.0 * speed) / k.k_t
+        near = {"wob": wob, "speed": speed, "friction": law, "twist": steady + 0.01, "bit_speed": speed}
+        first, later = (features(torsion(**near, transient=t, observe=30)) for t in (0, 570 if hopf else 300))
         swing = [found["bit_speed_max"] - found["bit_speed_min"] for found in (first, later)]
         assert (swing[1] > swing[0]) is grows
 
