@@ -1,5 +1,6 @@
-"""Drives: their gains against closed forms, their law in the compiled equations,
-energy, features, deviations."""
+"""Drives: their gains against closed forms, their motion against SciPy, features and
+ramps. Their energy is in ``test_energy.py``, their deviations in
+``models/test_deviations.py``."""
 
 import math
 from dataclasses import replace

@@ -1,5 +1,5 @@
 """Frozen modes: the models of one and two degrees of freedom that the literature has,
-as studies of the one model."""
+as studies of the one model; and what modes, laws and drives refuse."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
-"""Deviations and implicit friction of several masses, against neighbouring runs and
-differences."""
+"""Deviations and implicit friction of every model, against neighbouring runs and
+differences; and that neither lanes nor the exponent change a run."""
 
 from dataclasses import replace
 from typing import Any
