@@ -204,7 +204,8 @@ _SYNTAX = (
     (r"character ('.')", "a value that begins with {}", "it in quotes"),
     (r"expected .* '([]}])'$", "a closing {} for which there is no opening one", "brackets in pairs"),
     (r"expected .* '<block \w+ start>'$", "another indentation than above", "keys of one section in one column"),
-    (r"expected <block end>, .* '<scalar>'$", "text behind a value", "a key with a colon, or the whole text in quotes"),
+    ("could not find expected ':'", "a line without a colon", "key: value, or - value, in each line"),
+    (r"expected <block end>, .* '(?:<scalar>|,)'$", "text behind a value", "a key: value in each line, or quotes"),
     (r"expected .* ','$", "a comma without a value before it", "values between commas"),
     (r"expected '<document start>'", "text behind the end of the document", YAML),
     (r"expected .* '(?:<stream end>|<document end>|\\x00)'$", "the end of the text in place of a value", "a value"),
@@ -300,7 +301,11 @@ class _Builder:
             raise self.fault(event, path[:-1], f"more than {DEEPEST} levels", "the five levels of a study")
         if event.flow_style:
             self.open.append(event)
-        found = self.items(path) if type(event).__name__ == "SequenceStartEvent" else self.members(path)
+        found = (
+            self.items(path)
+            if type(event).__name__ == "SequenceStartEvent"
+            else self.members(path, bool(event.flow_style))
+        )
         if event.flow_style:
             self.open.pop()
         return found
@@ -316,13 +321,13 @@ class _Builder:
                 texts[-2:], items[-2:] = [whole], [whole.text]
         return items
 
-    def members(self, path: KeyPath) -> dict[str, Plain]:
+    def members(self, path: KeyPath, in_braces: bool) -> dict[str, Plain]:
         """The values of the mapping at ``path`` by their names."""
         found: dict[str, Plain] = {}
         name, text = "", None
         while type(key := next(self.events)).__name__ != "MappingEndEvent":
             value = next(self.events)
-            if text and (whole := _split_value(text, key, value)):
+            if in_braces and text and (whole := _split_value(text, key, value)):
                 text, found[name] = whole, whole.text
                 continue
             name, text = self.key(key, path, found), _Text.of(value)
