@@ -372,22 +372,6 @@ def test_classify_refusals(call, copy, change, said):
     assert copy.read_bytes() == before
 
 
-# -- new, schema
-
-
-def test_new_study_is_valid_and_not_overwritten(call):
-    call("new", "-o", "study.yaml")
-    call("check", "study.yaml")
-    assert "--overwrite" in call("new", "-o", "study.yaml", code=2).err
-    call("new", "-o", "study.yaml", "--overwrite")
-    assert call("new").out == Path("study.yaml").read_text()
-
-
-def test_schema(call):
-    schema = json.loads(call("schema").out)
-    assert "sweep" in schema["properties"]
-
-
 def test_trace_is_no_results_file(call, shared):
     call("simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1 s")
     for command, *more in (["classify"], ["window"], ["replay", "-o", "y.h5"]):
