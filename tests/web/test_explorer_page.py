@@ -4,8 +4,6 @@ import csv
 import io
 import json
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 from nsdrill.cli.main import group
-from nsdrill.web.explorer import Explorer
-from nsdrill.web.session import Session
 
-from .browser import WAIT, clicked, head_of, opened, place
+from .browser import WAIT, clicked, head_of, opened, place, running
 from .test_motions import write
 
 SHORT = "simulation: {transient: 2 s, observe: 6 s}\n"
@@ -38,16 +34,6 @@ BASIN = """title: Starts
 initial: {slice: {x: {from: -60 mm, to: 60 mm, points: 5},
   vx: {from: -0.5 m/s, to: 0.5 m/s, points: 4}}}
 """
-
-
-@contextmanager
-def running(path: Path, **more: Any) -> Iterator[Explorer]:
-    made = Explorer(Session(path, **more))
-    made.start()
-    try:
-        yield made
-    finally:
-        made.close()
 
 
 @pytest.fixture(scope="module")
