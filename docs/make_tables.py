@@ -261,7 +261,7 @@ def results_variables() -> str:
         extra = "".join(f", on {code(name)}" for name in v.dims[4:])
         only = f" ({code(ONLY[v.only])})" if v.only else ""
         row = [code(v.name), v.units or "`state_units`", extra, only, v.long_name + flags(v)]
-        rooms.setdefault(v.room, []).append(row)
+        rooms.setdefault(v.origin, []).append(row)
     for room, rows in rooms.items():
         text.append([f"**{ROOMS[room]}**", "", ""])
         for names, units, extra, only, meaning in in_families(rows):

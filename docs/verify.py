@@ -293,7 +293,7 @@ def severity() -> Iterator[Row]:
     from nsdrill.variables import MODEL
 
     index = np.array([0.0, 40.0, 40.1, 60.0, 60.1, 80.0, 80.1, 100.0, 100.1, 300.0])
-    features = {v.name: np.zeros(len(index)) for v in described(MODEL).variables if v.room == "feature"} | {
+    features = {v.name: np.zeros(len(index)) for v in described(MODEL).variables if v.origin == "feature"} | {
         "stick_slip_index": index
     }
     labels = model_named(MODEL).classify(features, np.ones(len(index), dtype=int), Thresholds(), np.ones(8))

@@ -7,8 +7,8 @@ _told = described(MODEL)
 VARIABLES = _told.variables
 TRACE_VARIABLES = tuple(variable for variable in _told.trace if variable.only is None)
 # Those that every results file has.
-FEATURES = tuple(v.name for v in VARIABLES if v.room == "feature" and v.only is None)
-LABELS = tuple(v.name for v in VARIABLES if v.room == "label" and v.only is None)
-PEAKS = tuple(v.name for v in VARIABLES if v.room == "peaks")
-SECTION = tuple(v.name for v in VARIABLES if v.room == "section")
+FEATURES = tuple(v.name for v in VARIABLES if v.origin == "feature" and v.only is None)
+LABELS = tuple(v.name for v in VARIABLES if v.origin == "label" and v.only is None)
+PEAKS = tuple(v.name for v in VARIABLES if v.origin == "peaks")
+SECTION = tuple(v.name for v in VARIABLES if v.origin == "section")
 STATE_UNITS = {name: IN_TRACE[name].units for name in _told.all_states}

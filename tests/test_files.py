@@ -19,7 +19,7 @@ from store.samples import POINTS, header
 from nsdrill import files
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import Temporary, replacing, sweep_away, write_text
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store import RunLog, claim, part_path
 
 KILLED = """
@@ -137,7 +137,7 @@ def test_a_run_begins_with_an_empty_folder(tmp_path, state):
     the run needs the room."""
     path = tmp_path / "out.h5"
     if state == "resume":
-        RunLog.create(part_path(path), header(), POINTS, Kept(0)).close()
+        RunLog.create(part_path(path), header(), POINTS, Contents(0)).close()
     for name in (path, part_path(path)):
         killed_while_writing(name)
     assert claim(path, resume=True) == state
@@ -157,7 +157,7 @@ def test_a_link_as_run_log_is_refused_and_two_names_of_a_file_have_one_log(tmp_p
     path, link = tmp_path / "out.h5", tmp_path / "link.h5"
     link.symlink_to(path)
     assert part_path(link) == part_path(path)
-    RunLog.create(tmp_path / "elsewhere", header(), POINTS, Kept(0)).close()
+    RunLog.create(tmp_path / "elsewhere", header(), POINTS, Contents(0)).close()
     part_path(path).symlink_to(tmp_path / "elsewhere")
     with pytest.raises(FileError, match="is a link"):
         RunLog.open(part_path(path))
@@ -185,7 +185,7 @@ def race(count: int, work: Callable[[], Any]) -> list[Any]:
 def test_of_several_writers_one_wins_and_the_others_are_told(tmp_path):
     for turn in range(20):
         part, path = tmp_path / f"{turn}.part", tmp_path / f"{turn}"
-        logs = race(4, lambda part=part: RunLog.create(part, header(), POINTS, Kept(0)))
+        logs = race(4, lambda part=part: RunLog.create(part, header(), POINTS, Contents(0)))
         assert sorted(type(end).__name__ for end in logs) == ["FileError"] * 3 + ["RunLog"], logs
         with next(log for log in logs if isinstance(log, RunLog)):
             pass
@@ -229,20 +229,20 @@ last: BaseException | None = None
 def test_an_interrupt_at_any_moment_leaves_no_lock(tmp_path, what):
     part, moment = tmp_path / "out.h5.part", 0
     if what == "open":
-        RunLog.create(part, header(), POINTS, Kept(0)).close()
+        RunLog.create(part, header(), POINTS, Contents(0)).close()
     got_there = True
     while got_there:
         moment += 1
         opened = []
 
         def work(opened=opened):
-            opened.append(RunLog.create(part, header(), POINTS, Kept(0)) if what == "create" else RunLog.open(part))
+            opened.append(RunLog.create(part, header(), POINTS, Contents(0)) if what == "create" else RunLog.open(part))
 
         got_there = interrupted_at(moment, work)
         for log in opened:
             log.close()
         if what == "create" and not part.exists():
-            RunLog.create(part, header(), POINTS, Kept(0)).close()
+            RunLog.create(part, header(), POINTS, Contents(0)).close()
         with RunLog.open(part):
             pass
         assert [name for name in os.listdir(tmp_path) if ".tmp-" in name] == []
@@ -257,7 +257,7 @@ def test_a_log_that_is_gone_is_not_called_safe(tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
     part = folder / "out.h5.part"
-    with RunLog.create(part, header(), POINTS, Kept(0)) as log:
+    with RunLog.create(part, header(), POINTS, Contents(0)) as log:
         log.write([0, 1], made(2, 0))
         log.sync()
         assert log.recovery_text().startswith(f"2 of {POINTS} points are safe in {part}. Go on")

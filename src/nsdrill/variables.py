@@ -81,13 +81,13 @@ class Unknown(Axis):
 class Variable:
     """One variable of a file.
 
-    ``room`` is its origin: ``run`` (bookkeeping), ``feature`` (measured during the run;
-    a new classification does not change it), ``label`` (determined from features by the
+    ``origin`` is ``run`` (bookkeeping), ``feature`` (measured during the run; a new
+    classification does not change it), ``label`` (determined from features by the
     classification), ``trust`` (measured by the checks of a point), ``peaks``,
     ``section``, ``states`` or ``trace``. ``units`` are empty if those of its entries
-    differ by state. If ``only`` names something to keep
-    (:class:`nsdrill.models.kept.Kept`) or a state, the variable is present only if that
-    is. ``label`` stands on pictures, where the long name is too long or field practice
+    differ by state. If ``only`` names a part of the contents of a file
+    (:class:`nsdrill.models.contents.Contents`) or a state, the variable is present only
+    if that is. ``label`` stands on pictures, where the long name is too long or field practice
     has a better one. ``measure`` is the declaration by which the observer measures a
     feature (:mod:`nsdrill.observe.channels`), without its name, where the record of the
     feature has it.
@@ -97,7 +97,7 @@ class Variable:
     dtype: str
     units: str
     long_name: str
-    room: str = "feature"
+    origin: str = "feature"
     dims: tuple[str, ...] = POINT
     flag_values: tuple[int, ...] | None = None
     flag_masks: tuple[int, ...] | None = None

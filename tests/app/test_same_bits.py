@@ -236,7 +236,7 @@ def test_a_log_of_an_older_nsdrill_is_refused(small, tmp_path, monkeypatch):
     study, out = nsdrill.load_study(small), tmp_path / "out.h5"
     begin(study, out, monkeypatch)
     with RunLog.open(part_path(out)) as log:
-        header, kept = log.header, log.kept
+        header, kept = log.header, log.contents
     new = ("python", "llvmlite", "libm_digest")
     attrs = {name: value for name, value in header["attrs"].items() if name not in new}
     for change, said in (

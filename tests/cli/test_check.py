@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store import record_dtype
 
 from .helpers import changed, unwrapped
@@ -34,7 +34,10 @@ def test_json(call, small):
     assert answer.err == ""
     report = json.loads(answer.out)
     assert list(report["coefficients"]) == NAMES
-    assert report["size"]["disk"] == {"value": 16 * record_dtype(Kept(4, options=("drilled",))).itemsize, "units": "B"}
+    assert report["size"]["disk"] == {
+        "value": 16 * record_dtype(Contents(4, options=("drilled",))).itemsize,
+        "units": "B",
+    }
     for coefficient in report["coefficients"].values():
         assert set(coefficient) == {"value", "units"}
     for name, value in KNOWN.items():

@@ -198,13 +198,6 @@ def test_every_exit_code_is_documented(docs):
         assert re.search(rf"^\| {code} \|", text, re.MULTILINE)
 
 
-def test_every_environment_variable_is_documented(root, docs):
-    text = (docs / "commands.md").read_text(encoding="utf-8")
-    for source in (root / "src").rglob("*.py"):
-        for name in re.findall(r"\b(?:NSDRILL|NUMBA)_[A-Z_]+\b", source.read_text(encoding="utf-8")):
-            assert f"`{name}`" in text or name == "NUMBA_DISABLE_JIT", f"{source.name}: {name}"
-
-
 def shown(text: str) -> list[list[str]]:
     """The command lines of nsdrill in the fenced blocks of a page, as words."""
     found = []
@@ -239,7 +232,7 @@ def test_examples_use_commands_and_options_that_exist(page):
 def outline(study: Study) -> Results:
     """What the results of ``study`` would hold, without numbers."""
     experiment = prepare(study)
-    plan, kept = experiment.plan, experiment.kept
+    plan, kept = experiment.plan, experiment.contents
     log = MemoryLog(header_of(experiment), plan.points, kept)
     zeros = np.broadcast_to(np.int8(0), plan.grid)
     return Results(coordinates(log), {v.name: zeros for v in kept.variables}, log.header["attrs"])

@@ -122,7 +122,7 @@ def make_bases(folder: Path) -> None:
             )
             continue
         experiment = prepare(study)
-        plan, kept = experiment.plan, experiment.kept
+        plan, kept = experiment.plan, experiment.contents
         records = pending_records(plan.points, kept)
         for variable in records.dtype.names or ():
             about, kind, shape = BY_NAME[variable], records.dtype[variable], records[variable].shape

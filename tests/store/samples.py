@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store import MemoryLog, pending_records, write_results
 from nsdrill.variables import PROCEDURES, Axis
 
@@ -21,7 +21,7 @@ DRAG = Axis("mud.drag", "", "drag coefficient of the mud (mud.drag)")
 def made(count, peaks, seed=0):
     """``count`` finished records with random numbers, some NaN, and every status but
     pending."""
-    return made_of(count, Kept(peaks), seed)
+    return made_of(count, Contents(peaks), seed)
 
 
 def made_of(count, kept, seed=0):
@@ -58,7 +58,7 @@ def header(shape=SHAPE, **attrs):
 def make_results(path, shape=SHAPE, peaks=3, seed=0, **attrs):
     """Write a results file of random points and return its records."""
     records = made(math.prod(shape), peaks, seed)
-    log = MemoryLog(header(shape, **attrs), len(records), Kept(peaks))
+    log = MemoryLog(header(shape, **attrs), len(records), Contents(peaks))
     log.write(np.arange(len(records)), records)
     write_results(path, log)
     return records
@@ -70,7 +70,7 @@ def make_log(lengths, named=(), peaks=2, seed=0, returns=0, verify=False):
     mud_drag and start where they are given. The study names its axes in the order
     ``named``."""
     axes = tuple(axis for axis in (ROCK, DRAG) if axis.name in lengths)
-    kept = Kept(peaks, returns, starts=lengths.get("start", 0), verify=verify, axes=axes)
+    kept = Contents(peaks, returns, starts=lengths.get("start", 0), verify=verify, axes=axes)
     shape = tuple(lengths[name] for name in kept.grid)
     study = {} if not named else {"study_resolved": json.dumps({"sweep": {key: [1.0] for key in named}})}
     about = header(shape[:4], **study)

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store import RunLog, claim, claim_file, part_path
 
 from .samples import POINTS, header, made
@@ -17,7 +17,7 @@ def path(tmp_path):
 
 
 def unfinished(path):
-    with RunLog.create(part_path(path), header(), POINTS, Kept(0)) as log:
+    with RunLog.create(part_path(path), header(), POINTS, Contents(0)) as log:
         log.write([0, 1], made(2, 0))
 
 
@@ -54,7 +54,7 @@ def test_an_unfinished_run_beside_a_finished_file_is_resumed(path):
 
 
 def test_a_run_in_progress_is_left_alone(path):
-    with RunLog.create(part_path(path), header(), POINTS, Kept(0)):
+    with RunLog.create(part_path(path), header(), POINTS, Contents(0)):
         for options in ({}, {"overwrite": True}):
             with pytest.raises(FileError, match="another process is writing"):
                 claim(path, **options)

@@ -10,7 +10,7 @@ import pytest
 
 import nsdrill.store.hdf5 as hdf5
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store import (
     RunLog,
     kind_of,
@@ -97,7 +97,7 @@ def test_a_file_that_may_not_be_read(path, monkeypatch):
 
 
 def test_an_unfinished_run_is_pointed_at(path):
-    RunLog.create(part_path(path), header(), POINTS, Kept(0)).close()
+    RunLog.create(part_path(path), header(), POINTS, Contents(0)).close()
     with pytest.raises(FileError, match=r"unfinished run.*resume=True"):
         read_results(path)
     with pytest.raises(FileError, match=r"unfinished run.*resume=True"):
@@ -201,7 +201,7 @@ def test_attributes_of_other_types(path, name, value, words):
 
 
 def test_the_log_of_a_run_is_not_trusted_either(path):
-    RunLog.create(part_path(path), header(study_resolved="[1, 2]"), POINTS, Kept(0)).close()
+    RunLog.create(part_path(path), header(study_resolved="[1, 2]"), POINTS, Contents(0)).close()
     with pytest.raises(FileError, match="study_resolved should be a JSON object"):
         read_partial(part_path(path))
 

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from nsdrill.errors import FileError, NsdrillError
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.models.registry import described
 from nsdrill.store import RunLog, log_format, pending_records, read_partial
 from nsdrill.store.log_format import pack_slots, slot_dtype
@@ -26,7 +26,7 @@ from nsdrill.store.log_format import pack_slots, slot_dtype
 from .samples import POINTS, header, made
 
 PEAKS = 3
-SLOT = slot_dtype(Kept(PEAKS)).itemsize
+SLOT = slot_dtype(Contents(PEAKS)).itemsize
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def part(tmp_path):
 def filled(part):
     """A closed log in which every point is done; its records."""
     records = made(POINTS, PEAKS)
-    with RunLog.create(part, header(), POINTS, Kept(PEAKS)) as log:
+    with RunLog.create(part, header(), POINTS, Contents(PEAKS)) as log:
         log.write(np.arange(POINTS), records)
         log.sync()
     return records
@@ -50,11 +50,11 @@ def slots_at(part):
 
 def test_reopening_gives_back_header_and_records(part):
     records = made(POINTS, PEAKS)
-    with RunLog.create(part, header(extra="ä€"), POINTS, Kept(PEAKS)) as log:
+    with RunLog.create(part, header(extra="ä€"), POINTS, Contents(PEAKS)) as log:
         log.write([3, 5], records[[3, 5]])
         log.sync()
     with RunLog.open(part) as log:
-        assert (log.n_points, log.kept) == (POINTS, Kept(PEAKS))
+        assert (log.n_points, log.contents) == (POINTS, Contents(PEAKS))
         assert log.header["attrs"]["extra"] == "ä€"
         for name, values in header()["coords"].items():
             # the very same floats
@@ -65,13 +65,13 @@ def test_reopening_gives_back_header_and_records(part):
 
 
 def test_a_partial_run_can_be_looked_at_while_it_goes_on(part):
-    with RunLog.create(part, header(), POINTS, Kept(PEAKS)) as log:
+    with RunLog.create(part, header(), POINTS, Contents(PEAKS)) as log:
         log.write([2], made(1, PEAKS))
         assert np.count_nonzero(read_partial(part)["status"]) == 1
 
 
 def test_discard_removes_the_file(part):
-    log = RunLog.create(part, header(), POINTS, Kept(PEAKS))
+    log = RunLog.create(part, header(), POINTS, Contents(PEAKS))
     log.discard()
     assert not part.exists()
 
@@ -83,9 +83,9 @@ import numpy as np
 sys.path.insert(0, sys.argv[2])
 from store.samples import POINTS, header, made
 from nsdrill.store import RunLog
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 records = made(POINTS, 3)
-log = RunLog.create(sys.argv[1], header(), POINTS, Kept(3))
+log = RunLog.create(sys.argv[1], header(), POINTS, Contents(3))
 order = np.random.default_rng(5).permutation(POINTS)
 print("ready", flush=True)
 sys.stdin.readline()
@@ -160,7 +160,7 @@ def test_misplaced_and_foreign_slots_are_not_believed(part, tmp_path):
     whole[begin : begin + SLOT] = whole[begin + SLOT : begin + 2 * SLOT]  # a neighbour's
     other = tmp_path / "other.part"
     records = made(POINTS, PEAKS)
-    with RunLog.create(other, header(title="Another"), POINTS, Kept(PEAKS)) as log:
+    with RunLog.create(other, header(title="Another"), POINTS, Contents(PEAKS)) as log:
         log.write(np.arange(POINTS), records)
     there = slots_at(other)
     whole[begin + 2 * SLOT : begin + 3 * SLOT] = other.read_bytes()[there + 2 * SLOT : there + 3 * SLOT]
@@ -173,7 +173,7 @@ def test_misplaced_and_foreign_slots_are_not_believed(part, tmp_path):
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO, errno.EDQUOT])
 def test_a_full_disk_is_told_and_the_log_stays_usable(part, monkeypatch, code):
     records = made(POINTS, PEAKS)
-    log = RunLog.create(part, header(), POINTS, Kept(PEAKS))
+    log = RunLog.create(part, header(), POINTS, Contents(PEAKS))
     log.write(np.arange(10), records[:10])
     log.sync()
     real = os.pwrite
@@ -198,7 +198,7 @@ def test_a_full_disk_is_told_and_the_log_stays_usable(part, monkeypatch, code):
 
 
 def test_after_a_failed_sync_no_later_sync_claims_success(part, monkeypatch):
-    with RunLog.create(part, header(), POINTS, Kept(PEAKS)) as log:
+    with RunLog.create(part, header(), POINTS, Contents(PEAKS)) as log:
         log.write([0], made(1, PEAKS))
         with monkeypatch.context() as patch:
             patch.setattr(os, "fsync", lambda fd: (_ for _ in ()).throw(OSError(errno.EIO, "Input/output error")))
@@ -213,16 +213,16 @@ def test_a_disk_too_small_for_the_points_is_told_before_the_run(part, monkeypatc
     tiny = type("Disk", (), {"f_bavail": 1, "f_frsize": real.f_frsize})
     monkeypatch.setattr(os, "statvfs", lambda path: tiny)
     with pytest.raises(NsdrillError, match=r"the points need .* MB, the disk has .* Nothing has run"):
-        RunLog.create(part, header(), POINTS, Kept(PEAKS))
+        RunLog.create(part, header(), POINTS, Contents(PEAKS))
     assert list(part.parent.iterdir()) == []
 
 
 def test_a_second_writer_is_refused(part):
-    with RunLog.create(part, header(), POINTS, Kept(PEAKS)):
+    with RunLog.create(part, header(), POINTS, Contents(PEAKS)):
         with pytest.raises(FileError, match="another process is writing these results now"):
             RunLog.open(part)
         with pytest.raises(FileError, match="another process is writing these results now"):
-            RunLog.create(part, header(), POINTS, Kept(PEAKS))
+            RunLog.create(part, header(), POINTS, Contents(PEAKS))
         with pytest.raises(FileError, match="another process"):
             RunLog.remove(part)
     RunLog.open(part).close()
@@ -231,7 +231,7 @@ def test_a_second_writer_is_refused(part):
 
 def test_the_lock_is_seen_by_another_process(part):
     code = "import sys; from nsdrill.store import RunLog; RunLog.open(sys.argv[1])"
-    with RunLog.create(part, header(), POINTS, Kept(PEAKS)):
+    with RunLog.create(part, header(), POINTS, Contents(PEAKS)):
         child = subprocess.run([sys.executable, "-c", code, str(part)], capture_output=True, text=True, check=False)
     assert "another process is writing" in child.stderr
 
@@ -261,8 +261,8 @@ def test_a_log_of_format_2_goes_on(part):
     fields = {
         "header": {"coords": coords, "attrs": {"title": "old"}},
         "n_points": POINTS,
-        "kept": asdict(Kept(PEAKS)),
-        "fields": log_format._fields(Kept(PEAKS)),
+        "kept": asdict(Contents(PEAKS)),
+        "fields": log_format._fields(Contents(PEAKS)),
     }
     text = json.dumps(fields).encode()
     head = struct.pack("<16sIIQ", log_format.MAGIC, 2, zlib.crc32(text), len(text)) + text
@@ -290,7 +290,7 @@ def test_missing_and_odd_files_are_refused_in_words(part, tmp_path):
 def test_a_log_with_other_variables_is_refused(part, monkeypatch):
     filled(part)
     fewer = property(lambda kept: described(kept.model).variables[:-1])
-    monkeypatch.setattr(Kept, "variables", fewer)
+    monkeypatch.setattr(Contents, "variables", fewer)
     with pytest.raises(FileError, match="other variables than this nsdrill writes"):
         RunLog.open(part)
 
@@ -301,7 +301,7 @@ def test_of_an_empty_log_next_to_nothing_is_read(part, monkeypatch):
     asked = []
     preadv = os.preadv
     monkeypatch.setattr(os, "preadv", lambda fd, buffers, at: asked.append(len(buffers[0])) or preadv(fd, buffers, at))
-    shape, kept = (1, 1, 40, 50), Kept(PEAKS, 10_000)
+    shape, kept = (1, 1, 40, 50), Contents(PEAKS, 10_000)
     one = pending_records(1, kept)
     one["status"] = 1
     with RunLog.create(part, header(shape), 2000, kept) as log:
@@ -315,6 +315,6 @@ def test_of_an_empty_log_next_to_nothing_is_read(part, monkeypatch):
 
 def test_an_empty_log_takes_hardly_any_space(part):
     shape = (1, 1000, 1, 100)
-    with RunLog.create(part, header(shape), 100_000, Kept(32)):
+    with RunLog.create(part, header(shape), 100_000, Contents(32)):
         assert part.stat().st_size > 100_000_000
         assert part.stat().st_blocks * 512 < 1_000_000  # st_blocks counts 512 bytes by POSIX

@@ -14,7 +14,7 @@ import xarray as xr
 
 from nsdrill.errors import NsdrillError
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store import (
     MemoryLog,
     RunLog,
@@ -61,8 +61,8 @@ def test_xarray_opens_it_as_it_is(path):
     with xr.open_dataset(path, engine="h5netcdf") as data:
         assert dict(data.sizes) == dict(zip((*POINT, "peak", "state"), (*SHAPE, 3, 9), strict=True))
         assert list(data.coords) == [*POINT, "peak", "state"]
-        assert list(data.data_vars) == [variable.name for variable in Kept(3).variables]
-        for variable in Kept(3).variables:
+        assert list(data.data_vars) == [variable.name for variable in Contents(3).variables]
+        for variable in Contents(3).variables:
             seen = data[variable.name]
             assert seen.dims == variable.dims
             assert seen.dtype == np.dtype(variable.dtype)
@@ -125,7 +125,7 @@ def test_the_file_is_hardly_larger_than_its_numbers(path):
 
 
 def test_pending_points_are_marked(path):
-    log = MemoryLog(header(), POINTS, Kept(0))
+    log = MemoryLog(header(), POINTS, Contents(0))
     log.write([0], made(1, 0))
     write_results(path, log)
     results = read_results(path)
@@ -139,7 +139,7 @@ def test_only_named_variables_are_read(path):
 
 
 def test_a_finished_file_becomes_a_log_again(path, tmp_path):
-    log = MemoryLog(header(), POINTS, Kept(2))
+    log = MemoryLog(header(), POINTS, Contents(2))
     log.write(np.arange(0, POINTS, 2), made(POINTS // 2, 2))
     write_results(path, log)
     with log_from_results(path, tmp_path / "out.h5.part") as again:
@@ -191,7 +191,7 @@ def test_a_failure_leaves_the_old_file_and_no_rubbish(path):
             raise OSError(28, "No space left on device")
 
     with pytest.raises(NsdrillError, match=r"no space left on device. Nothing was changed") as caught:
-        write_results(path, Broken(header(), POINTS, Kept()))
+        write_results(path, Broken(header(), POINTS, Contents()))
     assert caught.value.exit_code == 1
     assert path.read_bytes() == before
     assert os.listdir(path.parent) == ["out.h5"]
@@ -254,11 +254,11 @@ import h5py, numpy as np
 sys.path.insert(0, sys.argv[2])
 from store.samples import header, made
 from nsdrill.store import RunLog, write_results
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 def peak():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # KiB on Linux
 records = made(10_000, 0)
-log = RunLog.create(sys.argv[1] + ".part", header((1, 1000, 10, 100)), 10**6, Kept(0))
+log = RunLog.create(sys.argv[1] + ".part", header((1, 1000, 10, 100)), 10**6, Contents(0))
 before = peak()
 for start in range(0, 10**6, 100_000):
     log.write(np.arange(start, start + 10_000), records)

@@ -7,7 +7,7 @@ import pytest
 from model_tables import VARIABLES
 
 from nsdrill.models.christoforou_yigit.columns import DRIVEN_STATE_NAMES
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store import MemoryLog, RunLog, collect, columns, pending_records, record_dtype
 from nsdrill.variables import PENDING, POINT
 
@@ -20,8 +20,8 @@ def new_log(request, tmp_path):
 
     def make(peaks=3):
         if request.param == "memory":
-            return MemoryLog(header(), POINTS, Kept(peaks))
-        return RunLog.create(tmp_path / "out.h5.part", header(), POINTS, Kept(peaks))
+            return MemoryLog(header(), POINTS, Contents(peaks))
+        return RunLog.create(tmp_path / "out.h5.part", header(), POINTS, Contents(peaks))
 
     return make
 
@@ -46,7 +46,7 @@ def test_points_not_written_are_pending(new_log):
         assert np.flatnonzero(log.done()).tolist() == [4, 9]
         pending = log.read(5, 9)
         assert (pending["status"] == PENDING).all()
-        for variable in Kept(3).variables:
+        for variable in Contents(3).variables:
             values = pending[variable.name]
             assert np.isnan(values).all() if variable.dtype == "f8" else (values == 0).all()
 
@@ -112,7 +112,7 @@ def test_collect_gives_results_on_the_grid(new_log):
 
 
 def test_records_follow_the_table_of_variables():
-    everything = Kept(
+    everything = Contents(
         peaks=5,
         returns=4,
         exponent=True,
@@ -123,21 +123,21 @@ def test_records_follow_the_table_of_variables():
         method=True,
     )
     assert record_dtype(everything).names == tuple(variable.name for variable in VARIABLES)
-    assert not [name for name in record_dtype(Kept(0)).names if name.endswith("_peaks")]
+    assert not [name for name in record_dtype(Contents(0)).names if name.endswith("_peaks")]
     with pytest.raises(ValueError, match="negative"):
-        record_dtype(Kept(-1))
+        record_dtype(Contents(-1))
 
 
 def test_a_header_must_span_the_points(tmp_path):
     for make in (MemoryLog, lambda *args: RunLog.create(tmp_path / "x.part", *args)):
         with pytest.raises(ValueError, match="span"):
-            make(header(), POINTS + 1, Kept())
+            make(header(), POINTS + 1, Contents())
 
 
 def test_columns_take_the_memory_of_their_own(tmp_path):
     """Not that of the records: with 10 000 returns one has 640 kB, and a sweep has
     thousands."""
-    kept = Kept(3, returns=10_000)
+    kept = Contents(3, returns=10_000)
     with RunLog.create(tmp_path / "out.h5.part", header((1, 1, 30, 20)), 600, kept) as log:
         records = pending_records(1, kept)
         records["status"], records["steps"] = 1, 7

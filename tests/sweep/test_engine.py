@@ -11,7 +11,7 @@ from reference import Case
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.work import Work
@@ -30,7 +30,7 @@ def grid():
 
 def test_all_points_get_all_variables(grid):
     assert set(grid) == {
-        variable.name for variable in VARIABLES if Kept(peaks=32, options=("drilled", "method")).has(variable)
+        variable.name for variable in VARIABLES if Contents(peaks=32, options=("drilled", "method")).has(variable)
     }
     assert np.all(grid["status"] == OK)
     assert all(np.all(np.isfinite(grid[name])) for name in FEATURES)

@@ -14,7 +14,7 @@ from reference import Case
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import power
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import leaves, values_at, with_values
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import OK
@@ -195,7 +195,7 @@ def test_the_bits_do_not_depend_on_lanes_or_workers(six, lanes, workers, quantum
 
 
 def test_all_starts_have_all_variables_and_states_of_their_own(six):
-    assert set(six) == {v.name for v in VARIABLES if Kept(4, starts=6, options=("drilled", "method")).has(v)}
+    assert set(six) == {v.name for v in VARIABLES if Contents(4, starts=6, options=("drilled", "method")).has(v)}
     assert np.all(six["status"] == OK)
     assert len(np.unique(six["initial_state"], axis=0)) == 18
 

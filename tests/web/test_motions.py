@@ -214,7 +214,7 @@ def test_a_part_file_can_be_explored(shared, tmp_path):
     study = load_study(shared / "small.yaml")
     done = read_results(shared / "small.h5")
     experiment = prepare(study)
-    plan, kept = experiment.plan, experiment.kept
+    plan, kept = experiment.plan, experiment.contents
     with RunLog.create(tmp_path / "half.h5.part", header_of(experiment), plan.points, kept) as log:
         records = pending_records(3, kept)
         for variable in kept.variables:

@@ -38,8 +38,8 @@ def names_needed(model: Description) -> tuple[str, ...]:
 def write_attractors(experiment: Experiment, log: Sink) -> None:
     """Write the attractor of every start into the finished ``log``."""
     study, plan = experiment.study, experiment.plan
-    step = points_in_block(log.kept)
-    kept = {variable.name for variable in log.kept.variables}
+    step = points_in_block(log.contents)
+    kept = {variable.name for variable in log.contents.variables}
     names = [name for name in names_needed(study.model) if name in kept]
     per_block = max(1, _BLOCK // plan.starts) * plan.starts
     ranges = [(begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)]

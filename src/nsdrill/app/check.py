@@ -41,7 +41,7 @@ PER_POINT = 40  # bytes for each point: axes, order and status; measured on swee
 def disk(experiment: Experiment) -> int:
     """The bytes of all points, at most; the results file takes up to as many again
     while it is written."""
-    return experiment.plan.points * record_dtype(experiment.kept).itemsize
+    return experiment.plan.points * record_dtype(experiment.contents).itemsize
 
 
 def memory(plan: Plan) -> float:

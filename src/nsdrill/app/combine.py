@@ -260,7 +260,7 @@ def _joined_results(parts: Sequence[Results], study: Study, places: Sequence[Arr
         columns = np.array([states.index(name) for name in one.coords["state"].tolist()])
         for name, values in one.variables.items():
             values = values if dimension in one.grid else np.expand_dims(values, axis)
-            of_states = BY_NAME[name].room == "states"
+            of_states = BY_NAME[name].origin == "states"
             if name not in variables:
                 dims = (len(states),) if of_states else values.shape[len(grid) :]
                 empty = np.nan if values.dtype.kind == "f" else 0

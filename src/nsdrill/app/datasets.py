@@ -17,8 +17,8 @@ from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import FileError, InputError, NsdrillError, option
 from nsdrill.models.registry import BY_NAME, model_in
 from nsdrill.store import (
+    contents_in,
     from_dataset,
-    kept_in,
     kind_of,
     open_branches,
     part_path,
@@ -103,13 +103,13 @@ def with_missing_features(results: Results) -> Results:
     if results.attrs.get("model_digest") == model_digest(model_in(results.attrs).name):
         return results
     unknown = np.full(results.shape, np.nan)
-    later = {v.name: unknown for v in variables_of(results) if v.room == "feature"}
+    later = {v.name: unknown for v in variables_of(results) if v.origin == "feature"}
     return replace(results, variables=later | results.variables)
 
 
 def variables_of(results: Results) -> tuple[Variable, ...]:
     """The variables that a file of these results should have."""
-    return kept_in(results).variables
+    return contents_in(results).variables
 
 
 def sweep_in(source: Source, name: str, names: Sequence[str], more: Sequence[str] | None = ()) -> Results:

@@ -23,7 +23,7 @@ from nsdrill import __version__
 from nsdrill.data import OVERRIDES, Array, Attributes, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, InputError, NsdrillError, count, printable
 from nsdrill.late import deferred
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
 from nsdrill.models.registry import sources_of
 from nsdrill.models.starts import Starts
@@ -76,12 +76,12 @@ class Experiment:
         return self.chosen.words()
 
     @cached_property
-    def kept(self) -> Kept:
+    def contents(self) -> Contents:
         """The contents of the record of each point."""
         study, model = self.study, self.study.model
         options = [word for parameters, _ in self.parts for word in self._options(parameters)]
         derived = [one.only for one in model.derived if one.only]  # optional in files
-        return Kept(
+        return Contents(
             study.record.peaks,
             study.record.poincare,
             study.record.exponent,

@@ -114,7 +114,7 @@ class InferredSource:
         self._log, self._needed, self._inferred = log, needed, inferred
         self.attrs = dict(attrs)
         self.header: Header = {**log.header, "attrs": {**log.header["attrs"], **attrs}}
-        self.n_points, self.kept = log.n_points, log.kept
+        self.n_points, self.contents = log.n_points, log.contents
         if (recovery_text := getattr(log, "recovery_text", None)) is not None:
             self.recovery_text = recovery_text
 
@@ -122,7 +122,7 @@ class InferredSource:
         """Records [stop - start]."""
         records = self._log.read(start, stop)
         inferred = np.flatnonzero(~self._needed[start:stop])
-        blank = pending_records(len(inferred), self.kept)
+        blank = pending_records(len(inferred), self.contents)
         blank["status"] = INFERRED
         blank["response"] = self._inferred[start:stop][inferred]
         records[inferred] = blank

@@ -89,7 +89,7 @@ def run_in_memory(
     workers = checked_workers(workers)
     experiment = prepare(study)
     _check_cost(experiment, workers, in_file=False, large=large)
-    log = MemoryLog(header_of(experiment), experiment.plan.points, experiment.kept)
+    log = MemoryLog(header_of(experiment), experiment.plan.points, experiment.contents)
     _run_missing(experiment, log, workers, watch, executor)
     return collect(_results(experiment, log))
 
@@ -148,7 +148,7 @@ def _log_of(experiment: Experiment, path: Path, state: Claim, overwrite: bool, r
     finished. FileError where it is of another study."""
     part = part_path(path)
     if state == "new":
-        log = RunLog.create(part, header_of(experiment), experiment.plan.points, experiment.kept)
+        log = RunLog.create(part, header_of(experiment), experiment.plan.points, experiment.contents)
     else:
         log = RunLog.open(part) if state == "resume" else log_from_results(path, part)
     try:

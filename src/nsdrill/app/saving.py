@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 Cell = str | float | bool  # of a row
-_DEFAULT_ROOMS = ("run", "label", "feature", "trust")
+_DEFAULT_ORIGINS = ("run", "label", "feature", "trust")
 _HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
 
 
@@ -54,7 +54,7 @@ def table(
         rows = _trace_rows(data)
     else:
         optional = {"peaks": peaks, "section": section, "states": states}
-        rows = _rows(data, (*_DEFAULT_ROOMS, *(room for room, wanted in optional.items() if wanted)))
+        rows = _rows(data, (*_DEFAULT_ORIGINS, *(origin for origin, wanted in optional.items() if wanted)))
     return _in_field_units(rows) if units == "field" else rows
 
 
@@ -64,8 +64,8 @@ def write_rows(rows: Iterator[list[Cell]], path: str | os.PathLike[str], overwri
         csv.writer(file).writerows(rows)
 
 
-def _rows(results: Results, rooms: tuple[str, ...]) -> Iterator[list[Cell]]:
-    chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
+def _rows(results: Results, origins: tuple[str, ...]) -> Iterator[list[Cell]]:
+    chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].origin in origins]
     units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": "", "procedure": ""}
     units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
     unknowns = [unknown for unknown in results.drawn if "sample" in results.grid]
@@ -88,7 +88,7 @@ def _rows(results: Results, rooms: tuple[str, ...]) -> Iterator[list[Cell]]:
 def _has_value(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
     """Whether the point has a value of this variable: only a run that ended well has
     labels, but an inferred point has a response."""
-    if variable.room != "label":
+    if variable.origin != "label":
         return True
     check = variable.name.removesuffix("_response")
     status = int(results[f"{check}_status" if check in CHECKS else "status"][place])
@@ -99,7 +99,7 @@ def _headings(results: Results, chosen: list[Variable]) -> Iterator[str]:
     for variable in chosen:
         if extra := variable.dims[len(POINT) :]:
             for item in results.coords[extra[0]].tolist():
-                units = IN_TRACE[item].units if variable.room == "states" else variable.units
+                units = IN_TRACE[item].units if variable.origin == "states" else variable.units
                 yield _heading(f"{variable.name}_{item}", units)
         elif variable.flag_meanings is not None:
             yield from (variable.name, f"{variable.name}_words")

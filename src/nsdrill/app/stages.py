@@ -95,7 +95,7 @@ class RunStages:
     def store(self, points: Array, columns: dict[str, Array]) -> None:
         """Write the columns of finished points to the log; fields that they lack stay
         as in a pending record."""
-        records = pending_records(len(points), self.log.kept)
+        records = pending_records(len(points), self.log.contents)
         for name in records.dtype.names or ():
             if name in columns:
                 records[name] = columns[name]

@@ -32,7 +32,7 @@ with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import refinement as refining
     from nsdrill.study import load as loading
 
-# the rooms of the variables that decide labels
+# the origins of the variables that decide labels
 MEASURED = ("feature", "label", "section", "trust")
 EXPONENT = ("lyapunov_exponent", "lyapunov_error")  # where it is recorded
 
@@ -323,7 +323,7 @@ def reclassify(
 
     Returns, for each label, the number of changed points and of all points.
     """
-    results = read_results(path, [*(v.name for v in variables_in(path) if v.room in MEASURED), "status"])
+    results = read_results(path, [*(v.name for v in variables_in(path) if v.origin in MEASURED), "status"])
     labels, line, attrs = new_labels(results, overrides, path)
     changed = {name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     rewrite_labels(path, labels, line, attrs, output, overwrite=overwrite)

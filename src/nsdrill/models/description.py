@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from nsdrill.data import Array, Attributes, Resolved
 from nsdrill.errors import Fault
-from nsdrill.models.kept import variables_of
+from nsdrill.models.contents import variables_of
 from nsdrill.models.operation import Numeric, Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.responses import RESPONSES

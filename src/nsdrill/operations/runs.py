@@ -373,7 +373,7 @@ def classify(
                 raise Refusal("path", "with a Dataset", "with the name of a file; nsdrill.save writes a Dataset")
             variables = registry.model_in(results.attrs).variables
             measured = [
-                v.name for v in variables if v.room in summary.MEASURED and v.only is None and v.room != "label"
+                v.name for v in variables if v.origin in summary.MEASURED and v.only is None and v.origin != "label"
             ]
             data = datasets.results_in(results, "classify", ("status", "response", *measured))
             return Labelled(summary.relabelled(data, texts), {})

@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes, Results, Trace, resolved_study
 from nsdrill.errors import FileError, count, printable
+from nsdrill.models.contents import Contents
 from nsdrill.models.description import Description
-from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
 from nsdrill.models.operation import SCHEDULED, Operation
 from nsdrill.models.registry import model_in
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import LARGEST, plain_attribute, to_memory
-from nsdrill.store.points import kept_of
+from nsdrill.store.points import contents_of
 from nsdrill.units import plain_units
 from nsdrill.variables import AXES, COUNTED, POINT, PROCEDURES, Axis, Unknown, Variable, dimension_of, long_key
 
@@ -117,7 +117,7 @@ class Points:
     arrays: Arrays
     attrs: Attributes
     coords: dict[str, Array]
-    kept: Kept
+    contents: Contents
     samples: dict[Unknown, Array]
     remedy: str
 
@@ -149,32 +149,32 @@ class Points:
                     f"{where}: {name} has {count(values.size, 'value')}, and not one of each sample. {remedy}"
                 )
             samples[Unknown(**vars(_axis(where, arrays, name, remedy)))] = values
-        kept = kept_of(coords, axes, arrays, model, samples)
-        return cls(where, arrays, attrs, coords, kept, samples, remedy)
+        contents = contents_of(coords, axes, arrays, model, samples)
+        return cls(where, arrays, attrs, coords, contents, samples, remedy)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The lengths of the dimensions of the grid in memory."""
-        return tuple(len(self.coords[name]) for name in self.kept.grid)
+        return tuple(len(self.coords[name]) for name in self.contents.grid)
 
     @property
     def present(self) -> tuple[Variable, ...]:
         """The variables that are there. Others are unknown to the version that wrote
         them, or were not selected."""
-        return tuple(variable for variable in self.kept.variables if variable.name in self.arrays)
+        return tuple(variable for variable in self.contents.variables if variable.name in self.arrays)
 
     def results(self, names: Container[str] | None = None) -> Results:
         """The results in memory, or only their variables ``names``."""
         variables = {v.name: self.values(v) for v in self.present if names is None or v.name in names}
-        return Results(self.coords, variables, self.attrs, self.kept.axes, self.samples)
+        return Results(self.coords, variables, self.attrs, self.contents.axes, self.samples)
 
     def dims(self, variable: Variable) -> tuple[str, ...]:
         """The dimensions of ``variable``, in their order there; FileError where they, its
         shape or its type are wrong."""
         array = self.arrays[variable.name]
         dims, own = dims_of(array), variable.dims[len(POINT) :]
-        varying = [name for name in self.kept.grid if len(self.coords[name]) > 1]
-        allowed = {*self.kept.grid, *own}
+        varying = [name for name in self.contents.grid if len(self.coords[name]) > 1]
+        allowed = {*self.contents.grid, *own}
         lengths = tuple(len(self.coords.get(name, ())) if name in self.arrays else 0 for name in dims)
         if not {*varying, *own} <= set(dims) <= allowed or array.shape != lengths:
             found = (
@@ -196,9 +196,9 @@ class Points:
         """The values of ``variable`` as in memory, or only those at this ``place`` of the
         grid; FileError where a flag has an undefined value."""
         dims = self.dims(variable)
-        at = dict(zip(self.kept.grid, place or (), strict=False))
+        at = dict(zip(self.contents.grid, place or (), strict=False))
         index = tuple(at.get(name, slice(None)) for name in dims)
-        values = to_memory(np.asarray(self.arrays[variable.name][index]), dims, self.kept.grid)
+        values = to_memory(np.asarray(self.arrays[variable.name][index]), dims, self.contents.grid)
         known = range(sum(variable.flag_masks) + 1) if variable.flag_masks else variable.flag_values
         if known and values.size and not (values.min() >= known[0] and values.max() <= known[-1]):
             raise FileError(f"{self.where}: {variable.name} has values that mean nothing. {self.remedy}")

@@ -29,7 +29,7 @@ from nsdrill.store.layout import (
     to_file,
     variable_attributes,
 )
-from nsdrill.store.points import kept_in
+from nsdrill.store.points import contents_in
 from nsdrill.store.results import read_results
 from nsdrill.variables import FORMAT_VERSION, POINT
 
@@ -47,20 +47,20 @@ def to_dataset(data: Results | Trace) -> Dataset:
         variables = {v.name: (v.dims, data.variables[v.name], variable_attributes(v)) for v in trace_variables(data)}
         coordinates: dict[str, Stored] = {"time": (("time",), data.time, coordinate_attributes("time"))}
         return _dataset(variables, coordinates, root_attributes("trace", data.attrs))
-    kept = kept_in(data)
+    contents = contents_in(data)
     known = {variable.name: variable for variable in model_in(data.attrs).variables}
     lengths = {name: len(data.coords[name]) for name in data.grid}
-    attrs = root_attributes("results", data.attrs, data.more, lengths, kept.unknowns)
+    attrs = root_attributes("results", data.attrs, data.more, lengths, contents.unknowns)
     order = file_order(lengths, attrs)
     variables = {
         name: (
             (*order, *known[name].dims[len(POINT) :]),
-            to_file(values, kept.grid, order),
-            variable_attributes(known[name], kept.states),
+            to_file(values, contents.grid, order),
+            variable_attributes(known[name], contents.states),
         )
         for name, values in data.variables.items()
     }
-    return _dataset(variables, stored_coordinates(data.coords, order, kept, data.drawn), attrs)
+    return _dataset(variables, stored_coordinates(data.coords, order, contents, data.drawn), attrs)
 
 
 def _dataset(variables: Mapping[str, Stored], coordinates: Mapping[str, Stored], attrs: Attributes) -> Dataset:

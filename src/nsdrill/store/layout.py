@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes, json_text, resolved_study
 from nsdrill.errors import FileError, printable
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import IN_TRACE, NAMES
 from nsdrill.unit_table import CF
@@ -56,16 +56,16 @@ def to_memory(values: Array, dims: Sequence[str], grid: Sequence[str]) -> Array:
 
 
 def stored_coordinates(
-    coords: Mapping[str, Array], order: Sequence[str], kept: Kept, samples: Mapping[Unknown, Array]
+    coords: Mapping[str, Array], order: Sequence[str], contents: Contents, samples: Mapping[Unknown, Array]
 ) -> dict[str, Stored]:
     """The coordinates of results as a file has them, in its order: the dimensions
     ``order`` of the grid, the scalars, those that only some variables have, and the
     ``samples`` of the unknowns, in place of the scalar of an uncertain operating value,
     which no run has."""
-    axes = {axis.name: axis for axis in kept.axes}
-    own = (*(name for name in ("peak", "crossing") if kept.length(name)), "state")
+    axes = {axis.name: axis for axis in contents.axes}
+    own = (*(name for name in ("peak", "crossing") if contents.length(name)), "state")
     uncertain = {unknown.short for unknown in samples}
-    scalars = [name for name in kept.grid if name not in order and name not in uncertain]
+    scalars = [name for name in contents.grid if name not in order and name not in uncertain]
     stored: dict[str, Stored] = {}
     for name in (*order, *scalars, *own):
         values, attributes = in_words(name, coords[name]), coordinate_attributes(name, axes.get(name))

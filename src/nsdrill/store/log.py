@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, NsdrillError, again, count, option
 from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store.log_format import (
     LogHead,
     first_slot,
@@ -57,13 +57,13 @@ class RunLog(Sink):
     """
 
     def __init__(self, path: Path, file: io.FileIO, head: LogHead, *, writable: bool) -> None:
-        super().__init__(head.header, head.n_points, head.kept)
+        super().__init__(head.header, head.n_points, head.contents)
         self.path = path
         self._file = file
         self._fd = file.fileno()
         self._offset, self._salt = head.offset, head.salt
         self._writable = writable
-        self._slot = slot_dtype(self.kept)
+        self._slot = slot_dtype(self.contents)
         self._block = max(1, _BLOCK_BYTES // self._slot.itemsize)
         self._sync_failed = False
         for start in range(0, self.n_points, self._block):
@@ -73,7 +73,7 @@ class RunLog(Sink):
         self._synced_count = int(np.count_nonzero(self._status))
 
     @classmethod
-    def create(cls, path: str | os.PathLike[str], header: Header, n_points: int, kept: Kept) -> RunLog:
+    def create(cls, path: str | os.PathLike[str], header: Header, n_points: int, contents: Contents) -> RunLog:
         """A new, empty log at ``path``, which must not exist.
 
         ``header`` is plain data: ``coords`` (the four axes) and ``attrs`` (the root
@@ -83,7 +83,7 @@ class RunLog(Sink):
         """
         path, temporary = Path(path), None
         try:
-            temporary, log = cls.begin(path, header, n_points, kept)
+            temporary, log = cls.begin(path, header, n_points, contents)
             temporary.publish()
             log.path = path
             sync_folder(path.parent)
@@ -107,15 +107,15 @@ class RunLog(Sink):
             raise
 
     @classmethod
-    def begin(cls, path: Path, header: Header, n_points: int, kept: Kept) -> tuple[Temporary, RunLog]:
+    def begin(cls, path: Path, header: Header, n_points: int, contents: Contents) -> tuple[Temporary, RunLog]:
         """A log without points that still has a temporary name; OSError if the disk has
         no room for the points."""
-        check_header(header, n_points, kept)
-        points = n_points * slot_dtype(kept).itemsize
+        check_header(header, n_points, contents)
+        points = n_points * slot_dtype(contents).itemsize
         check_room(path, points)  # before any file is created
         temporary = None
         try:
-            head, salt = pack_header(header, n_points, kept)
+            head, salt = pack_header(header, n_points, contents)
             temporary, end = Temporary(path), 0
             fd = temporary.file.fileno()
             for piece in head:
@@ -123,7 +123,7 @@ class RunLog(Sink):
                 end += len(piece)
             os.ftruncate(fd, first_slot(end) + points)
             os.fsync(fd)
-            begun = LogHead(header, n_points, kept, first_slot(end), salt)
+            begun = LogHead(header, n_points, contents, first_slot(end), salt)
             return temporary, cls(temporary.path, temporary.file, begun, writable=True)
         except BaseException:
             if temporary is not None:
@@ -176,7 +176,7 @@ class RunLog(Sink):
         NsdrillError if the disk rejects the write; this leaves the other points
         unchanged, and the call may be repeated.
         """
-        places = check_write(indices, records, self.n_points, self.kept)
+        places = check_write(indices, records, self.n_points, self.contents)
         order = np.argsort(places, kind="stable")
         for run in _consecutive_slices(places[order], self._block):
             chosen = order[run]
@@ -211,7 +211,7 @@ class RunLog(Sink):
         """Records [stop - start] of the points from ``start``; pending ones have status
         0 and NaN features."""
         if not self._has_data(start, stop):
-            return pending_records(stop - start, self.kept)
+            return pending_records(stop - start, self.contents)
         slots = np.zeros(stop - start, self._slot)
         buffer = raw_bytes(slots)
         position = self._offset + start * self._slot.itemsize
@@ -224,7 +224,7 @@ class RunLog(Sink):
         except OSError as error:
             raise FileError(f"{self.path}: the run log cannot be read: {reason(error)}.") from error
         good = intact(slots, start, self._salt)
-        records = pending_records(stop - start, self.kept)
+        records = pending_records(stop - start, self.contents)
         records[good] = slots["record"][good]
         return records
 
@@ -319,9 +319,9 @@ def rewrite_log(
     Return the new log and close ``log``. NsdrillError, with ``log`` unchanged, if the
     disk rejects the write. A kill leaves the old log or the new one."""
     try:
-        temporary, new = RunLog.begin(log.path, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept)
+        temporary, new = RunLog.begin(log.path, {**log.header, "attrs": dict(attrs)}, log.n_points, log.contents)
         try:
-            step = points_in_block(log.kept)
+            step = points_in_block(log.contents)
             for start in range(0, log.n_points, step):
                 records = log.read(start, min(start + step, log.n_points))
                 kept = np.flatnonzero((records["status"] != PENDING) & ~rerun[start : start + step])

@@ -24,7 +24,7 @@ import numpy as np
 
 from nsdrill.data import Array, Attributes
 from nsdrill.errors import FileError, option
-from nsdrill.models.kept import Kept
+from nsdrill.models.contents import Contents
 from nsdrill.store.points import Header, record_dtype
 from nsdrill.variables import PENDING
 
@@ -35,16 +35,16 @@ _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
 
 
-def pack_header(header: Header, n_points: int, kept: Kept) -> tuple[list[bytes | memoryview], int]:
+def pack_header(header: Header, n_points: int, contents: Contents) -> tuple[list[bytes | memoryview], int]:
     """The header of a log as consecutive pieces of bytes, and the salt; ``header`` is
     plain data and numpy values."""
-    axes = {name: np.asarray(header["coords"][name], "<f8") for name in _binary_axes(kept)}
+    axes = {name: np.asarray(header["coords"][name], "<f8") for name in _binary_axes(contents)}
     coords = {**header["coords"], **{name: len(values) for name, values in axes.items()}}
     fields = {
         "header": {**header, "coords": coords},
         "n_points": n_points,
-        "kept": asdict(kept),
-        "fields": _fields(kept),
+        "kept": asdict(contents),
+        "fields": _fields(contents),
     }
     text = json.dumps(fields, ensure_ascii=False, default=_to_plain, allow_nan=False).encode()
     body: list[bytes | memoryview] = [
@@ -57,10 +57,10 @@ def pack_header(header: Header, n_points: int, kept: Kept) -> tuple[list[bytes |
     return [_PREFIX.pack(MAGIC, LOG_VERSION, salt, sum(map(len, body))), *body], salt
 
 
-def _binary_axes(kept: Kept) -> list[str]:
+def _binary_axes(contents: Contents) -> list[str]:
     """The coordinates that are written as numbers, not as text, as they may have 10^8
     values."""
-    return [name for name in kept.grid if name not in ("procedure", "sample", "start")]
+    return [name for name in contents.grid if name not in ("procedure", "sample", "start")]
 
 
 def first_slot(header_bytes: int) -> int:
@@ -75,7 +75,7 @@ class LogHead:
 
     header: Header
     n_points: int
-    kept: Kept
+    contents: Contents
     offset: int
     salt: int
 
@@ -105,18 +105,18 @@ def read_header(fd: int, path: Path) -> LogHead:
         )
     end = body.find(b"\n")
     fields = json.loads(body[:end] if end >= 0 else body)
-    kept = _readable(fields)
-    if kept is None:
+    contents = _readable(fields)
+    if contents is None:
         raise FileError(
             f"{path}: the run log holds other variables than this nsdrill writes. Go on with the "
             f"version of nsdrill "
             f"that began the run, or start anew by {option('overwrite')}."
         )
     coords, position = fields["header"]["coords"], end + 1
-    for name in _binary_axes(kept) if end >= 0 else ():
+    for name in _binary_axes(contents) if end >= 0 else ():
         coords[name] = np.frombuffer(body, "<f8", coords[name], position)
         position += coords[name].nbytes
-    return LogHead(fields["header"], fields["n_points"], kept, first_slot(_PREFIX.size + length), salt)
+    return LogHead(fields["header"], fields["n_points"], contents, first_slot(_PREFIX.size + length), salt)
 
 
 def _read(fd: int, length: int, position: int) -> bytes:
@@ -129,20 +129,20 @@ def _read(fd: int, length: int, position: int) -> bytes:
     return b"".join(pieces)
 
 
-def _readable(fields: Attributes) -> Kept | None:
+def _readable(fields: Attributes) -> Contents | None:
     """What is kept of each point; None unless the records of this log have the type that
     this version writes."""
     try:
-        kept = Kept(**fields["kept"])
-        return kept if fields["fields"] == _fields(kept) else None
+        contents = Contents(**fields["kept"])
+        return contents if fields["fields"] == _fields(contents) else None
     except (KeyError, TypeError, ValueError):
         return None
 
 
-def _fields(kept: Kept) -> list[list[str]]:
+def _fields(contents: Contents) -> list[list[str]]:
     """Names and types of the fields of a record, as text: two versions with the same
     list can read each other's logs."""
-    kind = record_dtype(kept)
+    kind = record_dtype(contents)
     return [[name, str(kind[name])] for name in kind.names or ()]
 
 
@@ -155,9 +155,9 @@ def _to_plain(value: object) -> object:
     raise TypeError(f"a header holds plain data; found {type(value).__name__}")
 
 
-def slot_dtype(kept: Kept) -> np.dtype:
+def slot_dtype(contents: Contents) -> np.dtype:
     """Type of a slot of the run log: checksum, index of the point, record."""
-    return np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", record_dtype(kept))])
+    return np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", record_dtype(contents))])
 
 
 def pack_slots(indices: Array, records: Array, salt: int) -> Array:

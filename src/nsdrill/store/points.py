@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike
 
 from nsdrill.data import Array, Attributes, Results
 from nsdrill.errors import FileError
+from nsdrill.models.contents import Contents
 from nsdrill.models.description import Description
-from nsdrill.models.kept import Kept
 from nsdrill.models.registry import model_in
 from nsdrill.variables import PENDING, POINT, Axis, Unknown
 
@@ -27,20 +27,20 @@ _BLOCK_BYTES = 4 << 20  # of the points in memory at once
 _BLOCK_POINTS = 4096
 
 
-def kept_of(
+def contents_of(
     coords: Mapping[str, Array],
     axes: tuple[Axis, ...],
     names: Container[str],
     model: Description,
     unknowns: Iterable[Unknown] = (),
-) -> Kept:
+) -> Contents:
     """What results keep of each point: those of the ``model``, with these
     ``coords``, further ``axes``, ``names`` of variables and ``unknowns``."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     states = tuple(coords["state"].tolist())
     optional = (v for v in (*model.features, *model.derived) if v.only and v.only not in states)
     options = dict.fromkeys(v.only for v in optional if v.only and v.name in names)
-    return Kept(
+    return Contents(
         peaks,
         returns,
         exponent="lyapunov_exponent" in names,
@@ -56,45 +56,48 @@ def kept_of(
     )
 
 
-def kept_in(results: Results) -> Kept:
+def contents_in(results: Results) -> Contents:
     """What ``results`` in memory keep of each point."""
-    return kept_of(results.coords, results.more, results.variables, model_in(results.attrs), results.drawn)
+    return contents_of(results.coords, results.more, results.variables, model_in(results.attrs), results.drawn)
 
 
-def record_dtype(kept: Kept) -> np.dtype:
+def record_dtype(contents: Contents) -> np.dtype:
     """Type of the record of one point, little-endian, with one field per variable.
 
     Fields with a further dimension have its length: peak fields (peaks,), state
-    fields (states,) in the order of ``kept.states``. Units are those of the model's
+    fields (states,) in the order of ``contents.states``. Units are those of the model's
     description.
     """
-    if kept.peaks < 0 or kept.returns < 0:
-        raise ValueError(f"the numbers of peaks and returns are {kept.peaks} and {kept.returns}; neither is negative")
+    if contents.peaks < 0 or contents.returns < 0:
+        raise ValueError(
+            f"the numbers of peaks and returns are {contents.peaks} and {contents.returns}; neither is negative"
+        )
     fields = [
-        (v.name, f"<{v.dtype}", tuple(kept.length(name) for name in v.dims[len(POINT) :])) for v in kept.variables
+        (v.name, f"<{v.dtype}", tuple(contents.length(name) for name in v.dims[len(POINT) :]))
+        for v in contents.variables
     ]
     return np.dtype(fields)
 
 
-def pending_records(count: int, kept: Kept) -> Array:
+def pending_records(count: int, contents: Contents) -> Array:
     """``count`` records of points that have not run: status 0, labels and counts 0, all
     real numbers NaN."""
-    records = np.zeros(count, record_dtype(kept))
-    for variable in kept.variables:
+    records = np.zeros(count, record_dtype(contents))
+    for variable in contents.variables:
         if variable.dtype.startswith("f"):
             records[variable.name] = np.nan
     return records
 
 
-def check_write(indices: ArrayLike, records: Array, n_points: int, kept: Kept) -> Array:
+def check_write(indices: ArrayLike, records: Array, n_points: int, contents: Contents) -> Array:
     """``indices`` as an int64 array; ValueError unless they and ``records`` are valid
     for writing."""
     places = np.atleast_1d(np.asarray(indices))
     if places.ndim != 1 or (places.size and not np.issubdtype(places.dtype, np.integer)):
         raise ValueError("indices must be a 1-D array of integers")
-    if records.dtype != record_dtype(kept) or records.shape != places.shape:
+    if records.dtype != record_dtype(contents) or records.shape != places.shape:
         raise ValueError(
-            f"records must have shape {places.shape} and the type record_dtype({kept}); found shape {records.shape}"
+            f"records must have shape {places.shape} and the type record_dtype({contents}); found shape {records.shape}"
         )
     if places.size and (places.min() < 0 or places.max() >= n_points):
         raise ValueError(f"indices must lie in 0 .. {n_points - 1}; found {places.min()} .. {places.max()}")
@@ -113,12 +116,12 @@ class Header(TypedDict):
 class Source(Protocol):
     """A source of points, which are read in order.
 
-    ``n_points`` counts all points, pending ones included; ``kept`` says what the record
+    ``n_points`` counts all points, pending ones included; ``contents`` says what the record
     of each has."""
 
     header: Header
     n_points: int
-    kept: Kept
+    contents: Contents
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start]; pending points have status 0 and NaN features."""
@@ -127,8 +130,8 @@ class Source(Protocol):
 class Sink(ABC):
     """A store of points, which are written in any order. It is a :class:`Source`."""
 
-    def __init__(self, header: Header, n_points: int, kept: Kept) -> None:
-        self.header, self.n_points, self.kept = header, n_points, kept
+    def __init__(self, header: Header, n_points: int, contents: Contents) -> None:
+        self.header, self.n_points, self.contents = header, n_points, contents
         self._status: Array = np.zeros(n_points, np.int8)
 
     @abstractmethod
@@ -171,25 +174,25 @@ class Sink(ABC):
         self.close()
 
 
-def grid_shape(header: Header, kept: Kept) -> tuple[int, ...]:
+def grid_shape(header: Header, contents: Contents) -> tuple[int, ...]:
     """The lengths of the dimensions of a header: procedures, values of each axis, and
     samples or starts where there are several."""
-    return tuple(len(header["coords"][name]) for name in kept.grid)
+    return tuple(len(header["coords"][name]) for name in contents.grid)
 
 
-def check_header(header: Header, n_points: int, kept: Kept) -> None:
+def check_header(header: Header, n_points: int, contents: Contents) -> None:
     """ValueError unless ``header`` describes ``n_points`` points."""
-    missing = [name for name in kept.grid if name not in header.get("coords", {})]
+    missing = [name for name in contents.grid if name not in header.get("coords", {})]
     if missing or "attrs" not in header:
-        wanted = ", ".join(kept.grid)
+        wanted = ", ".join(contents.grid)
         raise ValueError(f"a header needs 'attrs' and 'coords' with {wanted}; missing: {missing or 'attrs'}")
-    if n_points < 1 or math.prod(grid_shape(header, kept)) != n_points:
-        raise ValueError(f"the axes span {math.prod(grid_shape(header, kept))} points, not {n_points}")
+    if n_points < 1 or math.prod(grid_shape(header, contents)) != n_points:
+        raise ValueError(f"the axes span {math.prod(grid_shape(header, contents))} points, not {n_points}")
 
 
-def points_in_block(kept: Kept) -> int:
+def points_in_block(contents: Contents) -> int:
     """The number of points to hold in memory at once."""
-    return max(1, min(_BLOCK_POINTS, _BLOCK_BYTES // record_dtype(kept).itemsize))
+    return max(1, min(_BLOCK_POINTS, _BLOCK_BYTES // record_dtype(contents).itemsize))
 
 
 def columns(log: Source, names: Iterable[str], start: int = 0, stop: int | None = None) -> dict[str, Array]:
@@ -197,9 +200,9 @@ def columns(log: Source, names: Iterable[str], start: int = 0, stop: int | None 
     Only some records are in memory at a time, as one takes 640 kB where it has many
     returns to the Poincare section."""
     stop = log.n_points if stop is None else stop
-    kind = record_dtype(log.kept)
+    kind = record_dtype(log.contents)
     arrays = {name: np.empty((stop - start, *kind[name].shape), kind[name].base) for name in names}
-    step = points_in_block(log.kept)
+    step = points_in_block(log.contents)
     for first in range(start, stop if arrays else start, step):
         records = log.read(first, min(first + step, stop))
         for name, values in arrays.items():
@@ -211,24 +214,24 @@ class MemoryLog(Sink):
     """Points in one array [n_points]; pages that no point has written take no
     memory."""
 
-    def __init__(self, header: Header, n_points: int, kept: Kept) -> None:
-        check_header(header, n_points, kept)
-        super().__init__(header, n_points, kept)
-        self._records: Array = np.zeros(n_points, record_dtype(kept))
+    def __init__(self, header: Header, n_points: int, contents: Contents) -> None:
+        check_header(header, n_points, contents)
+        super().__init__(header, n_points, contents)
+        self._records: Array = np.zeros(n_points, record_dtype(contents))
 
     @classmethod
     def of(cls, results: Results) -> Self:
         """All points of ``results``, for :func:`nsdrill.store.write_results`. FileError
         where variables are missing."""
-        kept = kept_in(results)
-        if odd := sorted({variable.name for variable in kept.variables} ^ set(results.variables)):
+        contents = contents_in(results)
+        if odd := sorted({variable.name for variable in contents.variables} ^ set(results.variables)):
             raise FileError(
                 f"these results are a part of a file only: {', '.join(odd)} missing, or without what goes "
                 "with it. Give all that the run made."
             )
         coords = {name: results.coords[name] for name in results.grid}
         coords |= {unknown.name: values for unknown, values in results.drawn.items()}
-        log = cls({"coords": coords, "attrs": dict(results.attrs)}, math.prod(results.shape), kept)
+        log = cls({"coords": coords, "attrs": dict(results.attrs)}, math.prod(results.shape), contents)
         for name, values in results.variables.items():
             log._records[name] = values.reshape(log.n_points, *values.shape[len(results.shape) :])
         log._status[:] = log._records["status"]
@@ -236,14 +239,14 @@ class MemoryLog(Sink):
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start]; pending points have status 0 and NaN features."""
-        records = pending_records(stop - start, self.kept)
+        records = pending_records(stop - start, self.contents)
         good = self._status[start:stop] != PENDING
         records[good] = self._records[start:stop][good]
         return records
 
     def write(self, indices: ArrayLike, records: Array) -> None:
         """Store ``records`` [n] of the points ``indices`` [n]."""
-        places = check_write(indices, records, self.n_points, self.kept)
+        places = check_write(indices, records, self.n_points, self.contents)
         self._records[places] = records
         self._status[places] = records["status"]
 

@@ -42,43 +42,45 @@ def write_results(path: str | os.PathLike[str], log: Source) -> None:
     ``path`` and ``log`` unchanged.
     """
     recovery_text = getattr(log, "recovery_text", lambda: "The points are still in memory.")
-    kept, coords = log.kept, coordinates(log)
-    lengths = {name: len(coords[name]) for name in kept.grid}
-    root = root_attributes("results", log.header["attrs"], kept.axes, lengths, kept.unknowns)
-    order, shape = file_order(lengths, root), grid_shape(log.header, kept)
-    block, kind = block_shape(shape, points_in_block(kept)), record_dtype(kept)
-    axes = [kept.grid.index(name) for name in order]
+    contents, coords = log.contents, coordinates(log)
+    lengths = {name: len(coords[name]) for name in contents.grid}
+    root = root_attributes("results", log.header["attrs"], contents.axes, lengths, contents.unknowns)
+    order, shape = file_order(lengths, root), grid_shape(log.header, contents)
+    block, kind = block_shape(shape, points_in_block(contents)), record_dtype(contents)
+    axes = [contents.grid.index(name) for name in order]
     chunk = tuple(block[axis] for axis in axes)
-    stored = stored_coordinates(coords, order, kept, unknown_samples(log))
-    others = [name for name, (dims, _, _) in stored.items() if not dims or name in {one.name for one in kept.unknowns}]
+    stored = stored_coordinates(coords, order, contents, unknown_samples(log))
+    others = [
+        name for name, (dims, _, _) in stored.items() if not dims or name in {one.name for one in contents.unknowns}
+    ]
     with hdf5.writing(path, recovery_text) as file:
         hdf5.put_attributes(file, root)
         for name, (dims, values, attributes) in stored.items():
             hdf5.add_array(file, name, dims, values, attributes)
         datasets = {
             v.name: hdf5.add_variable(file, v, (*order, *v.dims[len(POINT) :]), chunk + kind[v.name].shape, others)
-            for v in kept.variables
+            for v in contents.variables
         }
         for place, start, stop in blocks(shape, block):
             records, here = log.read(start, stop), tuple(s.stop - s.start for s in place)
             for name, dataset in datasets.items():
                 values = records[name].reshape(*here, *kind[name].shape)
-                dataset[tuple(place[axis] for axis in axes)] = to_file(values, kept.grid, order)
+                dataset[tuple(place[axis] for axis in axes)] = to_file(values, contents.grid, order)
 
 
 def coordinates(log: Source) -> dict[str, Array]:
     """The coordinates of the results in ``log``, in the order of the dimensions in
     memory."""
-    coords = {name: np.asarray(log.header["coords"][name]) for name in (*POINT, *(a.name for a in log.kept.axes))}
+    coords = {name: np.asarray(log.header["coords"][name]) for name in (*POINT, *(a.name for a in log.contents.axes))}
     for name in ("sample", "start", "peak", "crossing"):
-        if log.kept.length(name):
-            coords[name] = np.arange(log.kept.length(name), dtype="<i4")
-    return {**coords, "state": np.array(log.kept.states)}
+        if log.contents.length(name):
+            coords[name] = np.arange(log.contents.length(name), dtype="<i4")
+    return {**coords, "state": np.array(log.contents.states)}
 
 
 def unknown_samples(log: Source) -> dict[Unknown, Array]:
     """The samples [samples] of each uncertain number of the results in ``log``."""
-    return {unknown: np.asarray(log.header["coords"][unknown.name], dtype=float) for unknown in log.kept.unknowns}
+    return {unknown: np.asarray(log.header["coords"][unknown.name], dtype=float) for unknown in log.contents.unknowns}
 
 
 def block_shape(shape: tuple[int, ...], points: int) -> tuple[int, ...]:
@@ -133,19 +135,19 @@ def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
     """The results in a log, or only their variables ``names``, in memory, with the same
     arrays as in its results file."""
-    shape = grid_shape(log.header, log.kept)
+    shape = grid_shape(log.header, log.contents)
     wanted = None if names is None else set(names)
-    flat = columns(log, [v.name for v in log.kept.variables if wanted is None or v.name in wanted])
+    flat = columns(log, [v.name for v in log.contents.variables if wanted is None or v.name in wanted])
     variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
     attrs = {**log.header["attrs"], "format_version": FORMAT_VERSION}
-    return Results(coordinates(log), variables, attrs, log.kept.axes, unknown_samples(log))
+    return Results(coordinates(log), variables, attrs, log.contents.axes, unknown_samples(log))
 
 
 def variables_in(path: PathLike) -> tuple[Variable, ...]:
     """The variables of the results file or run log ``path``."""
     if kind_of(path) == "partial":
         with RunLog.open(path, writable=False) as log:
-            return log.kept.variables
+            return log.contents.variables
     with hdf5.opened(path, "results") as file:
         return _points(path, file).present
 
@@ -165,7 +167,7 @@ def read_point(path: PathLike, *index: int) -> dict[str, Array]:
     """
     with hdf5.opened(path, "results") as file:
         points = _points(path, file)
-        shape, grid = points.shape, points.kept.grid
+        shape, grid = points.shape, points.contents.grid
         if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
             raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
         point: dict[str, Array] = {name: points.coords[name][i] for name, i in zip(grid, index, strict=True)}
@@ -178,15 +180,15 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
     points again."""
     with hdf5.opened(path, "results") as file:
         points = _points(path, file)
-        kept, shape = points.kept, points.shape
-        coords = {name: points.coords[name] for name in kept.grid}
+        contents, shape = points.contents, points.shape
+        coords = {name: points.coords[name] for name in contents.grid}
         coords |= {one.name: values for one, values in points.samples.items()}
         log = None
         try:
-            log = RunLog.create(part, {"coords": coords, "attrs": points.attrs}, int(np.prod(shape)), kept)
-            for place, start, stop in blocks(shape, block_shape(shape, points_in_block(kept))):
+            log = RunLog.create(part, {"coords": coords, "attrs": points.attrs}, int(np.prod(shape)), contents)
+            for place, start, stop in blocks(shape, block_shape(shape, points_in_block(contents))):
                 # variables that the version of the file did not write stay NaN
-                records = pending_records(stop - start, kept)
+                records = pending_records(stop - start, contents)
                 for variable in points.present:
                     values = points.values(variable, place)
                     records[variable.name] = values.reshape(stop - start, *values.shape[len(shape) :])
@@ -218,7 +220,7 @@ def rewrite_labels(
     """
     with hdf5.opened(path, "results") as file:
         points = _points(path, file)
-        stored = {v.name: points.dims(v) for v in points.present if v.room == "label"}
+        stored = {v.name: points.dims(v) for v in points.present if v.origin == "label"}
     if unknown := sorted(set(labels) - set(stored)):
         raise ValueError(f"not labels: {', '.join(unknown)}; labels are {', '.join(stored)}")
     for name, values in labels.items():
@@ -227,7 +229,7 @@ def rewrite_labels(
     old_history = str(points.attrs.get("history", ""))
     with hdf5.writing(output or path, overwrite=overwrite, copy_of=path) as file:
         for name, values in labels.items():
-            file[name][...] = to_file(np.asarray(values, file[name].dtype), points.kept.grid, stored[name])
+            file[name][...] = to_file(np.asarray(values, file[name].dtype), points.contents.grid, stored[name])
         # HDF5 does not reuse the space of replaced text, so unchanged attributes
         # are not written.
         changed = {name: value for name, value in (attrs or {}).items() if points.attrs.get(name) != value}

@@ -30,7 +30,7 @@ def choices(results: Results, units: str) -> Answer:
     drawn, variables = drawn_in(results.attrs), results.variables
     panels = [panel for panel in drawn.panels if panel.greatest in variables]
     single = [name for name in variables if (v := BY_NAME.get(name)) and v.dims == POINT and v.dtype == "f8"]
-    labels = ["response", *(n for n in variables if (v := BY_NAME.get(n)) and v.room == "label" and v.flag_meanings)]
+    labels = ["response", *(n for n in variables if (v := BY_NAME.get(n)) and v.origin == "label" and v.flag_meanings)]
     return {
         "axes": [axis_data(results, name, units) for name in results.swept],
         "map_axes": map_axes(results),
@@ -177,7 +177,7 @@ def plane(
     values, outcomes = select(colour).astype(float), outcome(select("status"), select("response"))
     if values.size > MAX_CELLS:
         raise InputError(f"The map has {values.size} cells; allowed: {MAX_CELLS}. Use nsdrill plot.")
-    is_label = variable.room == "label"
+    is_label = variable.origin == "label"
     if not is_label:
         values = values / quantity(colour, units).scale
         low, high = robust_limits(values)

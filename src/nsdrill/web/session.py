@@ -39,7 +39,7 @@ from nsdrill.web.diagrams import Reply
 from nsdrill.web.moving import MAX_POINTS
 from nsdrill.web.shown import DEFAULT_SLIDERS, adjustable, response_styles, sliders
 
-_READ_GROUPS = ("run", "feature", "label", "trust", "peaks", "section", "states")
+_READ = ("run", "feature", "label", "trust", "peaks", "section", "states")
 
 
 class Session:
@@ -95,7 +95,7 @@ class Session:
             raise FileError(f"{self.path}: found a trace; allowed: results, or a study. Draw it with nsdrill plot.")
         names = None
         if os.path.lexists(self.path):
-            names = [v.name for v in variables_in(self.path) if v.room in _READ_GROUPS or v.dims == POINT]
+            names = [v.name for v in variables_in(self.path) if v.origin in _READ or v.dims == POINT]
         results = read_any(self.path, names)
         assert not isinstance(results, Trace)
         return results

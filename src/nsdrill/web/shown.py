@@ -103,7 +103,7 @@ def label_words(values: Mapping[str, float]) -> list[str]:
     texts = [outcome_words(int(values["response"]))]
     for name, value in values.items():
         variable = BY_NAME.get(name)
-        if variable is None or variable.room != "label" or name in ("response", "attractor", "trusted"):
+        if variable is None or variable.origin != "label" or name in ("response", "attractor", "trusted"):
             continue
         meanings, code = (variable.flag_meanings or "").split(), int(value)
         if name == "period":

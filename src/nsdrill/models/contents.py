@@ -138,7 +138,7 @@ def _check(model: Description, name: str) -> tuple[Variable, ...]:
 
 
 @dataclass(frozen=True)
-class Kept:
+class Contents:
     """What is kept of each point beside features and labels.
 
     ``peaks`` and ``returns`` are the numbers of last maxima and of returns to the
