@@ -130,7 +130,7 @@ BAD: list[tuple[str, dict[str, Any], str]] = [
         "wob: found '30 mm', in units of length; allowed: a number with its unit (kN",
     ),
     ("live", {"changes": {"wob": "5,5 klbf"}}, "Write a decimal point: 5.5 klbf."),
-    ("live", {"changes": {"wob": "5 KLBF"}}, "Did you mean klbf? (Capitals matter.)"),
+    ("live", {"changes": {"wob": "5 KLbf"}}, "Did you mean klbf? (Capitals matter.)"),
     ("live", {"changes": {"depth": "11,482 ft"}}, "Write 11482 ft without a thousands separator"),
     ("live", {"changes": {"wob": "{ramp: [[0 s, 1 kN]]}"}}, "wob"),
     ("live", {"changes": {"well.diameter": "100 mm"}}, "collar"),
