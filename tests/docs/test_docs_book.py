@@ -122,7 +122,6 @@ def helps() -> Iterator[tuple[str, str]]:
     with click.Context(group, info_name="nsdrill") as parent:
         for name in COMMANDS:
             command = group.get_command(parent, name)
-            assert command is not None
             with click.Context(command, info_name=name, parent=parent) as context:
                 yield f"nsdrill {name}", command.get_help(context)
     yield "nsdrill", overview(100)
@@ -174,7 +173,6 @@ SHOWN = re.compile(r"^(?:.*&& )?(?:\.venv/bin/)?nsdrill (.+)$")
 
 def command(name: str) -> click.Command:
     found = group.get_command(click.Context(group), name)
-    assert found is not None
     return found
 
 

@@ -18,7 +18,6 @@ from .test_motions import write
 @pytest.mark.parametrize("page", WIDTHS, indirect=True)
 def test_a_click_replays_that_very_point(page, explorer, session):
     results = session.results
-    assert results is not None
     opened(page, explorer.url)
     page.mouse.move(*place(page, 0.45))
     assert "Rotary speed" in page.locator("#hover").inner_text()

@@ -66,7 +66,6 @@ def test_a_map_opens_on_its_window(page, files):
 
     with running(files / "map.h5") as made:
         results = made.session.results
-        assert results is not None
         opened(page, made.url)
         assert page.locator("#channel").input_value() == "area window"
         maps = boxes(page, "#diagram .uplot")
@@ -102,7 +101,6 @@ def test_unknown_numbers_open_on_their_probability(page, files):
 def test_a_start_of_a_basin_can_be_clicked(page, files):
     with running(files / "basin.h5") as made:
         results = made.session.results
-        assert results is not None
         opened(page, made.url)
         with page.expect_response("**/api/replay", timeout=WAIT) as answer:
             page.mouse.click(*place(page, 0.1, 0.1))  # the least x, the greatest vx
@@ -180,7 +178,6 @@ def test_kinds_of_branches_are_switched(page, shared, tmp_path):
     path = write(tmp_path / "branches.h5", shared)
     with running(path) as made:
         branches = made.session.branches
-        assert branches is not None
         kinds = list(dict.fromkeys(branches.names))
         opened(page, made.url)
         toggles = page.locator("#legend .toggle")

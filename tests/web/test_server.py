@@ -279,7 +279,6 @@ def test_the_browser_is_not_started_with_the_token(shared, tmp_path):
         with subprocess.Popen(
             command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         ) as process:
-            assert process.stdout is not None
             url, _, token = process.stdout.readline().strip().partition("#")
             until = time.monotonic() + 30
             while not seen.exists() and time.monotonic() < until:
@@ -357,7 +356,6 @@ def test_it_stops_with_its_last_page(own):
 def test_the_command_prints_its_address_and_ends_with_a_signal(shared, signal):
     command = [sys.executable, "-m", "nsdrill", "view", str(shared / "small.h5"), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
         url = process.stdout.readline().strip()
         assert url.startswith(f"http://{ADDRESS}:")
         assert len(url.partition("#")[2]) >= 32
