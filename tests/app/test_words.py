@@ -38,19 +38,14 @@ def path(tmp_path_factory):
     return found
 
 
+SPEEDS_ALONE = {"rotary_speed": ["3 rad/s", "5 rad/s"]}
+
+
 def alone(kind: str, inertia: str) -> xarray.Dataset:
     """The study of one kind of drive and one inertia; without the numbers that the kind
     does not read."""
     drive = {"torque_limit": "60 kN*m", "inertia": inertia} if kind == "stiff" else {}
-    study = {
-        "operation": {"depth": "2000 m", "wob": "40 kN"},
-        "modes": {"axial": "frozen", "lateral": "frozen"},
-        "drive": {"kind": kind, **drive},
-        "sweep": {"rotary_speed": ["3 rad/s", "5 rad/s"]},
-        "simulation": {"transient": "3 s", "observe": "6 s"},
-        "record": {"peaks": 2},
-    }
-    return nsdrill.run(study)
+    return nsdrill.run(STUDY, set={"drive": {"kind": kind, **drive}, "sweep": SPEEDS_ALONE})
 
 
 def test_each_word_has_the_bits_of_a_study_of_its_own(path):
@@ -141,17 +136,9 @@ def test_a_dataset_and_its_file_say_the_same(path):
 def test_files_that_differ_in_a_word_become_one(tmp_path, path):
     """Also where one drive has states and numbers that the other has not, and keys that
     it alone reads."""
-    several = []
-    for kind in ("stiff", "ideal"):
-        drive = {"kind": kind} | ({"torque_limit": "60 kN*m"} if kind == "stiff" else {})
-        study = nsdrill.load_study(
-            STUDY.replace("drive: {torque_limit: 60 kN*m, inertia: 2000 kg*m^2}\n", "")
-            .replace("  drive.kind: [stiff, ideal]\n", "")
-            .replace("  drive.inertia: [1500 kg*m^2, 2500 kg*m^2]\n", "")
-            + f"drive: {json.dumps(drive)}\n"
-        )
-        several.append(tmp_path / f"{kind}.h5")
-        nsdrill.run(study, several[-1])
+    several = [tmp_path / "stiff.h5", tmp_path / "ideal.h5"]
+    for file, numbers in zip(several, ({"torque_limit": "60 kN*m"}, {}), strict=True):
+        nsdrill.run(STUDY, file, set={"drive": {"kind": file.stem, **numbers}, "sweep": SPEEDS_ALONE})
     whole, key = combine(several)
     assert key == "drive.kind"
     write_results(tmp_path / "both.h5", MemoryLog.of(whole))
