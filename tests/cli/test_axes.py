@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from app.test_starts import TEXT
 
 import nsdrill
 from nsdrill.plot import draw
@@ -95,16 +96,6 @@ simulation: {transient: 0.1 s, observe: 0.1 s}
     assert "100.0 %" in row
     assert "57.3 rpm" in row or "47.75 rpm" in row
     assert "well friction dynamic 0." in row
-
-
-TEXT = """\
-title: Starts
-operation: {wob: 22.24 kN, rotary_speed: 3 rad/s}
-initial: {ensemble: 7, seed: 2}
-sweep: {depth: [2000 m, 3000 m]}
-simulation: {transient: 5 s, observe: 10 s}
-record: {peaks: 3}
-"""
 
 
 @pytest.fixture(scope="module")
