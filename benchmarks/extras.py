@@ -43,7 +43,7 @@ WAYS = {
 
 def seconds(work: Work) -> float:
     """Processor time of the whole sweep in one thread and the thread that labels."""
-    compiled_parts(LANES, work.variant)
+    compiled_parts(LANES, work.program)
     with ThreadPoolExecutor(1) as threads:
         begun = time.process_time()
         Engine(work, threads, 1, LANES, lambda points, columns: None).run()

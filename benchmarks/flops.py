@@ -167,7 +167,7 @@ def _functions() -> dict[str, tuple[Any, int]]:
     from nsdrill.sweep.work import compiled_parts
 
     work = mixed(2, 2, 1.0, 1.0)
-    parts = compiled_parts(LANES, work.variant)
+    parts = compiled_parts(LANES, work.program)
     stepper = make_step(STEPPERS["tsitouras"], LANES, work.new_batch(LANES, 8).rows)
     return {"right-hand side": (parts.right_hand_side, 6), "stepper": (stepper, 1), "observer": (parts.observer, 1)}
 

@@ -110,7 +110,7 @@ def _features(
     work = Work(Plan(axes, "same", None), parameters, Initial(x=0.0), simulation, Thresholds(), Record(), model)
     batch = work.new_batch(1, 1)
     batch.add_many(np.arange(1), work.prepare(np.arange(1)))
-    columns: dict[str, Any] = work.columns(batch.advance(compiled_parts(1, work.variant), 1e9, True))
+    columns: dict[str, Any] = work.columns(batch.advance(compiled_parts(1, work.program), 1e9, True))
     return {name: float(columns[name][0]) for name in names}
 
 

@@ -110,7 +110,7 @@ def _runners(name: str, points: int, seconds: float) -> list[Runner]:
     explicit = work.by("explicit")
     ((work, _),) = work.by_method(np.arange(points))  # one method for all of them
     lanes = choose_lanes(points)
-    compiled_parts(lanes, work.variant)
+    compiled_parts(lanes, work.program)
     duration = work.simulation.transient + work.simulation.observe
 
     def own() -> None:
@@ -134,7 +134,7 @@ class Problem:
     natural scales of the states."""
 
     def __init__(self, work: Any, points: Array) -> None:
-        model, variant = work.kind, work.variant.fixed
+        model, variant = work.kind, work.program.variant
         self.rtol, self.rows = work.simulation.rtol, model.rows(variant)
         runs = work.prepare(points)
         self.initial = runs.initial[:, :-1] / runs.state_scales

@@ -44,7 +44,7 @@ from nsdrill.app.run import work_of
 from nsdrill.study import load_study
 from nsdrill.sweep.work import compiled_parts
 work = work_of(prepare(load_study(sys.argv[1])))
-compiled_parts(8, work.variant)
+compiled_parts(8, work.program)
 batch = work.new_batch(8, 64)
 batch.add_many(np.arange(4), work.prepare(np.arange(4)))
 print(time.time() - float(sys.argv[2]))

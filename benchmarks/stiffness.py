@@ -162,7 +162,7 @@ def _measure(
         name: [replace(work, simulation=replace(work.simulation, method=name, observe=length)) for length in lengths]
         for name in methods
     }
-    taken = {name: lanes or widened(choose_lanes(POINTS), POINTS, works[name][0].variant.rows) for name in methods}
+    taken = {name: lanes or widened(choose_lanes(POINTS), POINTS, works[name][0].program.rows) for name in methods}
     ours = {name: Nsdrill(taken[name]) for name in methods}
     bare = {f"{name}, bare": Nsdrill(taken[name], observed=False) for name in methods}
     some = slice(None, None, POINTS // PEER_POINTS)

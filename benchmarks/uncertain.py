@@ -91,7 +91,7 @@ def main() -> None:
         name: work_of(prepare(parse_study(STUDY, overrides=[f"uncertain.samples={part}", *more])))
         for name, more in ways.items()
     }
-    compiled_parts(LANES, next(iter(works.values())).variant)
+    compiled_parts(LANES, next(iter(works.values())).program)
     times = np.array([[seconds(work) for work in works.values()] for _ in range(rounds)])
     rows = []
     for number, (name, work) in enumerate(works.items()):

@@ -36,6 +36,7 @@ def test_every_number_of_a_study_has_field_units():
 
 def test_there_is_no_quantity_of_another_name():
     assert find("points") is None
+    assert find("operation_wob") is find("operation.wob") is find("wob")  # the samples of an uncertain value
     with pytest.raises(KeyError):
         quantity("points")
 

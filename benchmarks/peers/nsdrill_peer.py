@@ -44,7 +44,7 @@ class Nsdrill:
             from nsdrill.sweep.work import compiled_parts
 
             observer, marker = unobserved(self.lanes)
-            parts = replace(compiled_parts(self.lanes, work.variant), observer=observer, marker=marker)
+            parts = replace(compiled_parts(self.lanes, work.program), observer=observer, marker=marker)
             points = np.arange(work.plan.points)
             batch = work.new_batch(self.lanes, len(points))
             end = np.empty((len(points), STATES))

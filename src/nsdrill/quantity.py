@@ -168,10 +168,10 @@ def _quantities(model: Description) -> dict[str, Quantity]:
 
 
 def find(name: str) -> Quantity | None:
-    """The quantity with this ``name``, that of a variable or coordinate of a file or
-    the dotted key of a number of a study; None if there is none. A name has the same
-    meaning in every model."""
-    wanted = dimension_of(short_key(name))
+    """The quantity with this ``name``, that of a variable or coordinate of a file
+    (``wob``, ``operation_wob``) or the dotted key of a number of a study; None if there
+    is none. A name has the same meaning in every model."""
+    wanted = dimension_of(short_key(name.replace("operation_", "operation.", 1)))
     return next((quantities[wanted] for _, quantities in of_all(_quantities) if wanted in quantities), None)
 
 

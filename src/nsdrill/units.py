@@ -86,7 +86,7 @@ def to_si(text: str, units: str) -> float:
     """
     match = _QUANTITY.fullmatch(_tidy(text)) if len(text) <= _LONGEST else None
     if match is None:
-        raise QuantityError(quoted(text), allowed_units(units), comma_hint(text))
+        raise QuantityError(quoted(text), allowed_units(units), comma_hint(text) or _odd_hint(text))
     number, unit = match.groups()
     if unit is None:
         raise QuantityError(f"{quoted(text)}, a number without a unit", allowed_units(units))
@@ -203,6 +203,8 @@ def quoted(text: str) -> str:
 def comma_hint(text: str) -> str | None:
     """What to write in place of a number with commas, or of several: 5.5 klbf, 11482 ft,
     0.5, or a list."""
+    if text.rstrip()[-1:] in (",", ";"):
+        return f"Leave out the {text.rstrip()[-1]} at the end."
     parts = text[:_LONGEST].split(",")
     if len(parts) < 2 or not re.match(r"\s*[-+]?\d+", text):
         return None
@@ -220,6 +222,14 @@ def comma_hint(text: str) -> str | None:
     if number.count(",") > 1 or decimals:
         return f"Write no thousands separators: {joined}{decimals}{unit}."
     return f"Write {joined}{unit} without a thousands separator, or {pointed}{unit} with a decimal point."
+
+
+def _odd_hint(text: str) -> str | None:
+    """What in a text is no part of a quantity: a comment, or a character from elsewhere."""
+    if "#" in text:
+        return "A comment begins with a blank and #."
+    odd = next((char for char in _tidy(text[:_LONGEST]) if not (char.isascii() or char in "µμ°")), None)
+    return f"It has the character {ascii(odd)[1:-1]} (U+{ord(odd):04X}): type it anew." if odd else None
 
 
 def _tidy(text: str) -> str:
@@ -314,7 +324,7 @@ def _factor_and_dimensions(unit: str, text: str, wanted: str) -> tuple[Fraction,
         raise QuantityError(found, allowed_units(wanted), hint) from None
     except SyntaxError:
         found = f"{quoted(text)}, whose unit cannot be read"
-        raise QuantityError(found, allowed_units(wanted), comma_hint(text)) from None
+        raise QuantityError(found, allowed_units(wanted), comma_hint(text) or _odd_hint(text)) from None
 
 
 @lru_cache(maxsize=1024)

@@ -160,7 +160,10 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         (b"wob [kN]\n\xff\xfe\n", "no text in UTF-8"),
         ("wob [kN],bit_force_max [kN]\n-10,20\n", "line 2: wob: found -10 kN; allowed:"),
         ("stick_slip_index [rpm],wob [kN]\n1,10\n", "stick_slip_index: found the unit 'rpm'; allowed: percent, or 1"),
-        ("bit_force_max [kN],bit_force_max_error [kN],wob [kN]\n1,0,10\n", "found an error of 0 or less"),
+        (
+            "bit_force_max [kN],bit_force_max_error [kN],wob [kN]\n1,1,10\n1,0,10\n",
+            "line 3: bit_force_max_error: found an",
+        ),
         (log(lambda rows: [rows[1], rows[0], *rows[2:]]), "line 3: time: found 0 s after 0.5 s; allowed: a time that"),
         (log(lambda rows: rows[:100]), "found no stretch of at least 120 s"),
         (log(name="gamma"), "the column 'gamma', which is not known"),

@@ -134,6 +134,13 @@ def test_attractors_as_plain_data(made):
             assert len(np.unique(results["response"][0, i, 0, 0][chosen])) == 1
 
 
+def test_a_file_that_lacks_the_attractors_is_refused_in_words(made, tmp_path):
+    with open_results(made) as data:
+        data.drop_vars("attractor").to_netcdf(tmp_path / "part.h5", engine="h5netcdf")
+    with pytest.raises(InputError, match="found results without attractor"):
+        nsdrill.attractors(tmp_path / "part.h5")
+
+
 def test_another_tolerance_makes_other_groups_and_comes_back(made, tmp_path):
     path = tmp_path / "copy.h5"
     path.write_bytes(made.read_bytes())

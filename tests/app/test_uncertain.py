@@ -164,6 +164,10 @@ def test_no_output_has_the_value_of_the_study_of_an_uncertain_operating_value(ca
     assert "operation.depth" in shown["unknowns"]
     assert "depth" not in nsdrill.probability(carried).coords
     assert "depth" not in nsdrill.window(tmp_path / "old.h5")["fixed"]
+    with pytest.raises(InputError, match="depth: found 1500 m; allowed: nothing, as it is uncertain"):
+        nsdrill.plot(carried, depth="1500 m")
+    title = nsdrill.plot(carried, at={"sample": 3}, wob="20 kN").get_suptitle()
+    assert f"{float(one['operation_depth']):.4g} m" in title
     assert nsdrill.diff(carried, tmp_path / "old.h5")["same_numbers"]
     with nsdrill.open_results(tmp_path / "old.h5") as old:
         nsdrill.save(old, tmp_path / "new.h5")

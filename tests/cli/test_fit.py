@@ -157,6 +157,12 @@ def test_the_numbers_for_programs_may_be_in_field_units(call, truth):
     assert torque["N m"] / torque["kft*lbf"] == pytest.approx(1355.8179483314)
 
 
+def test_the_adjusted_study_is_no_results_file(call, truth):
+    write_data(truth)
+    answer = call("fit", "study.yaml", "--data", "field.csv", "-o", "out.h5", code=2)
+    assert "out.h5: found the ending of results; allowed: that of a study, .yaml." in answer.err
+
+
 def test_outputs_are_claimed_before_anything_is_run(call, truth):
     write_data(truth)
     for option, name in (("-o", "study.yaml"), ("--picture", "field.csv"), ("--picture", "fit.gif")):

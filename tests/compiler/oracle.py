@@ -58,8 +58,8 @@ def works(name: str) -> Iterator[Any]:
     seen = set()
     for part, points in work.parts(np.arange(work.plan.points)):
         for one, mine in part.by_method(points):
-            if one.variant not in seen and len(seen) < VARIANTS:
-                seen.add(one.variant)
+            if one.program not in seen and len(seen) < VARIANTS:
+                seen.add(one.program)
                 yield one, mine
 
 
@@ -68,16 +68,16 @@ def functions_of(work: Any, lanes: int) -> dict[str, Any]:
     from nsdrill.kernel.steppers import STEPPERS, make_step
     from nsdrill.sweep.work import compiled_parts
 
-    variant, model = work.variant, work.kind
-    parts = compiled_parts(lanes, variant)
+    program, model = work.program, work.kind
+    parts = compiled_parts(lanes, program)
     found = {
-        "step": make_step(STEPPERS[variant.stepper], lanes, variant.rows),
+        "step": make_step(STEPPERS[program.stepper], lanes, program.rows),
         "right_hand_side": parts.right_hand_side,
         "observer": parts.observer,
         "marker": parts.marker,
     }
-    if model.contacts and variant.exponent:
-        found["contacts"] = model.contact_functions(lanes, variant.fixed, model.observed)
+    if model.contacts and program.exponent:
+        found["contacts"] = model.contact_functions(lanes, program.variant, model.observed)
     return found
 
 
@@ -88,13 +88,13 @@ def outcomes(
     by ``made``: at states of its motions, and at others nearby."""
     functions = {name: made(one) for name, one in functions_of(work, lanes).items()}
     rng = np.random.default_rng(1)
-    rows = work.variant.rows
+    rows = work.program.rows
     batch = work.new_batch(lanes, lanes)
     runs = work.prepare(points[np.linspace(0, len(points) - 1, lanes).astype(int)])
     b, store = batch._buffer, batch._store
     grid = b.reshape(rows.total, lanes)
     fill(grid, rows, runs, batch.settings)
-    outcome = np.zeros(work.kind.outcome_width(work.record, work.variant.fixed) + 16)
+    outcome = np.zeros(work.kind.outcome_width(work.record, work.program.variant) + 16)
     functions["right_hand_side"](b)
     grid[rows.start_acceleration : rows.start_acceleration + rows.slopes] = grid[
         rows.acceleration : rows.acceleration + rows.slopes

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from reference import disc_torque
 from scipy.integrate import solve_ivp
+from sweep.runs import run_from
 
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
@@ -25,7 +26,7 @@ from nsdrill.models.turning import TurningStart as TorsionStart
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.sweep.plan import Plan
-from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.sweep.work import Work
 from nsdrill.variables import MODEL
 
 FROZEN = ("axial", "lateral")
@@ -99,16 +100,6 @@ def test_two_iterations_solve_the_slip_near_break_away(near):
     assert worst < 1e-5
 
 
-def run(work: Work, lanes: int = 8) -> dict[str, np.ndarray]:
-    """The columns of all points of ``work``, in their order."""
-    points = np.arange(work.plan.points)
-    batch = work.new_batch(lanes, len(points))
-    batch.add_many(points, work.prepare(points))
-    done = batch.advance(compiled_parts(lanes, work.program), 1e9, True)
-    order = np.argsort(done.job)
-    return {name: values[order] for name, values in work.columns(done).items()}
-
-
 def torsion_work(smoothing: float, method: str, duration: float, rtol: float, pair: str = "tsitouras") -> Work:
     parameters = TorsionParameters()
     friction = replace(parameters.bit.friction, smoothing=smoothing)
@@ -137,7 +128,7 @@ def test_end_states_equal_radau(smoothing):
 
     exact = solve_ivp(slopes, (0.0, 12.0), [-3.0, 1.0], "Radau", rtol=1e-11, atol=1e-12).y[:, -1]
     for rtol in (1e-6, 1e-8):
-        found = run(torsion_work(smoothing, "implicit", 12.0, rtol))["final_state"][0, :2]
+        found = run_from(torsion_work(smoothing, "implicit", 12.0, rtol))["final_state"][0, :2]
         assert np.max(np.abs(found - exact) / (np.array([0.1, 0.2]) + np.abs(exact))) < 300 * rtol
 
 
@@ -162,12 +153,12 @@ def smooth_work(friction: float, method: str, rtol: float) -> Work:
 def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(friction, least):
     """Order four without friction. With it the end that is solved once more has an
     error of third order, which is a small part of it."""
-    exact = run(smooth_work(friction, "explicit", 1e-12))["final_state"][0, :8]
+    exact = run_from(smooth_work(friction, "explicit", 1e-12))["final_state"][0, :8]
     work = smooth_work(friction, "implicit", 1e-6)
     size = work.kind.state_scales(work.prepare(np.arange(1)).parameters, work.program.variant)[0]
     errors, steps = [], []
     for rtol in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
-        out = run(smooth_work(friction, "implicit", rtol))
+        out = run_from(smooth_work(friction, "implicit", rtol))
         errors.append(np.max(np.abs(out["final_state"][0, :8] - exact) / (size + np.abs(exact))))
         steps.append(out["steps"][0])
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
@@ -199,7 +190,7 @@ def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens():
         law = bit_numbers(work.parameters, derive(work.parameters, 5000.0, 66.72e3, 1.0))
         arm = 2 / np.pi * np.arctan(smoothing * speed)
         arm = arm * (law.rise / (1 + law.decay * speed) + law.dynamic)
-        found = run(work)
+        found = run_from(work)
         assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * arm.max(), rel=1e-6)
         assert found["bit_speed_min"][0] > -1e-6
         steps[smoothing] = int(found["steps"][0])
@@ -230,13 +221,13 @@ def test_the_least_speed_of_a_bit_that_sticks_is_that_at_which_it_creeps(smoothi
     for _ in range(80):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if torque(middle) + damping * middle < pull else (low, middle)
-    assert run(work)["bit_speed_min"][0] == pytest.approx(low, rel=2e-2)
+    assert run_from(work)["bit_speed_min"][0] == pytest.approx(low, rel=2e-2)
 
 
 def test_features_equal_those_of_the_explicit_pair():
     """Torsion alone, which has one limit cycle: extremes and fractions of two methods
     within some tolerances."""
-    one, two = (run(main_work(2e3, method, 1e-8)) for method in ("explicit", "implicit"))
+    one, two = (run_from(main_work(2e3, method, 1e-8)) for method in ("explicit", "implicit"))
     for name, scale in (
         ("bit_speed_max", 1.0),
         ("bit_torque_max", 6e3),
@@ -253,7 +244,7 @@ def test_bits_do_not_depend_on_lanes_or_neighbours():
     speeds = [1.0, *np.linspace(3.0, 8.0, 11)]
     work = main_work(1e4, "implicit", frozen=False, wob=[10e3, 22.24e3, 60e3], rotary_speed=speeds)
     work = replace(work, simulation=replace(work.simulation, transient=6.0, observe=4.0))
-    found = {lanes: run(work, lanes) for lanes in (1, 8, 32)}
+    found = {lanes: run_from(work, lanes=lanes) for lanes in (1, 8, 32)}
     assert np.any(found[1]["wall_contact_fraction"] > 0.1)
     assert np.any(found[1]["wall_contact_fraction"] == 0.0)
     assert np.any(found[1]["stuck_fraction"] > 0.1)
@@ -321,7 +312,7 @@ def test_end_states_equal_those_of_another_integrator(case):
         if not errors:
             end, size = (exact(replace(work, simulation=replace(work.simulation, method="explicit"))), None)
             size = work.prepare(np.arange(1)).state_scales[0] + np.abs(end)
-        errors.append(np.max(np.abs(run(work)["final_state"][0, : len(end)] - end) / size))
+        errors.append(np.max(np.abs(run_from(work)["final_state"][0, : len(end)] - end) / size))
     assert errors[0] < 5e-3
     assert errors[1] < 2e-4
     assert errors[1] < 0.2 * errors[0]
@@ -333,8 +324,8 @@ def test_bits_of_implicit_strings_do_not_depend_on_lanes_or_neighbours(case):
     work = work_for(CASES[case], "implicit", 1e-6, 0.1)
     axes = {**work.plan.axes, "rotary_speed": work.plan.axes["rotary_speed"] * np.array([0.2, 0.7, 1.0])}
     work = replace(work, plan=replace(work.plan, axes=axes))
-    together = run(work)
+    together = run_from(work)
     for place, speed in enumerate(axes["rotary_speed"]):
         alone = replace(work, plan=replace(work.plan, axes={**axes, "rotary_speed": speed[None]}))
-        for name, numbers in run(alone, 1 if case in ONE_LANE else 8).items():
+        for name, numbers in run_from(alone, lanes=1 if case in ONE_LANE else 8).items():
             assert numbers[0].tobytes() == together[name][place].tobytes(), name

@@ -8,6 +8,27 @@ from nsdrill.models.christoforou_yigit.columns import Options
 ROWS = MAIN.rows(Options())
 
 
+def slopes_with(
+    options: Options, tables: np.ndarray, times: np.ndarray, states: np.ndarray, lanes: int = 8
+) -> np.ndarray:
+    """Derivatives [n, states] of ``states`` under lane parameters [n, ...] as compiled
+    with these options; the last lanes are filled with others once more."""
+    rows = MAIN.rows(options)
+    out = np.empty_like(states)
+    out[:, 0::2] = states[:, 1::2] + MAIN.frame_rates(tables, options)
+    for first in range(0, len(states), lanes):
+        here = np.resize(np.arange(first, min(first + lanes, len(states))), lanes)
+        buffer = np.zeros((rows.total, lanes))
+        buffer[rows.stage : rows.stage + rows.states] = states[here].T
+        buffer[rows.stage_time] = times[here]
+        buffer[rows.parameter : rows.parameter + rows.parameters] = tables[here].T
+        flat = buffer.ravel()
+        MAIN.right_hand_side(lanes, options)(flat)
+        made = flat.reshape(rows.total, lanes)[rows.acceleration : rows.acceleration + rows.slopes]
+        out[here, 1::2] = made.T
+    return out
+
+
 def slopes(
     lanes: int,
     hertz: bool,
@@ -17,23 +38,13 @@ def slopes(
     lobes: int | np.ndarray = 3,
     friction: int = 0,
 ) -> np.ndarray:
-    """Derivatives [n, 8] of ``states`` [n, 8] under lane parameters [n, ...], the
-    accelerations as compiled for ``lanes`` lanes. ``lobes`` may differ from state to
-    state."""
+    """The same of the plain string, whose ``lobes`` may differ from state to state."""
     out = np.empty_like(states)
-    positions, velocities = slice(0, None, 2), slice(1, None, 2)
-    out[:, positions] = states[:, velocities] + MAIN.frame_rates(table, Options())
     lobes = np.broadcast_to(lobes, len(states))
     for number in np.unique(lobes):
         same = np.flatnonzero(lobes == number)
-        function = MAIN.right_hand_side(lanes, Options(int(hertz), int(number), friction=friction))
-        for first in range(0, len(same), lanes):
-            here = same[first : first + lanes]
-            filled = np.resize(here, lanes)  # the last lanes once more, where too few are left
-            buffer = buffer_of(table[filled], time[filled], states[filled])
-            function(buffer)
-            rows = buffer.reshape(ROWS.total, lanes)[ROWS.acceleration : ROWS.acceleration + ROWS.slopes]
-            out[here, velocities] = rows.T[: len(here)]
+        options = Options(int(hertz), int(number), friction=friction)
+        out[same] = slopes_with(options, table[same], time[same], states[same], lanes)
     return out
 
 

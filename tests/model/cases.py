@@ -1,12 +1,16 @@
 """From a reference case to the package's parameters, and random cases and states."""
 
+from typing import Any
+
 import numpy as np
 from main_model import pack
 from reference import Case
 
+from nsdrill.app.run import run_in_memory
 from nsdrill.models.christoforou_yigit.parameters import Bit, BitFriction, Collar, Drillstring, Mud, Parameters, Well
 from nsdrill.models.operation import Operation
 from nsdrill.models.sections import Cutting, Material, Pipe, WallFriction
+from nsdrill.study import Study, parse_study
 
 
 def parameters_of(c: Case) -> Parameters:
@@ -99,3 +103,29 @@ def random_state(rng: np.random.Generator, case: Case) -> np.ndarray:
     speed = case.speed * rng.choice([rng.normal(0, 2), 10 ** rng.uniform(-8, -1)])
     vx, vy = rng.normal(0, 0.3, 2)
     return np.array([r * np.cos(angle), vx, r * np.sin(angle), vy, z, rng.normal(0, 0.05), rng.normal(0, 5), speed])
+
+
+# The torsional model: the axial and the lateral motion are frozen.
+TORSION = """
+modes: {{axial: frozen, lateral: frozen}}
+drillstring: {{{string}}}
+bit: {{cutting: {{zeta: {zeta}}}, friction: {{{friction}}}}}
+operation: {{depth: {depth} m, wob: {wob} kN, rotary_speed: {speed} rad/s}}
+initial: {{twist: {twist} rad, bit_speed: {bit_speed} rad/s}}
+simulation: {{transient: {transient} s, observe: {observe} s, rtol: 1.0e-8}}
+"""
+DEEP = {"string": "torsional_damping: 50 N*m*s/rad", "zeta": 1, "depth": 5000, "friction": "law: hyperbolic"}
+
+
+def torsion(**keys: Any) -> Study:
+    return parse_study(TORSION.format(**{"twist": 0, "bit_speed": 0, "transient": 300, "observe": 100, **DEEP, **keys}))
+
+
+def features(study: Study) -> dict[str, float]:
+    """What is measured of the only point of a study."""
+    found = run_in_memory(study, workers=1)
+    return {
+        name: float(np.ravel(values)[0])
+        for name, values in found.variables.items()
+        if values.dtype.kind in "fi" and values.size == 1
+    }

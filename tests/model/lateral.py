@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from main_model import pack
 from reference import Case, contacts
 from scipy.integrate import solve_ivp
 
-from model.cases import parameters_of
+from model.cases import parameters_of, random_case, random_state
 from nsdrill.models.christoforou_yigit.parameters import Parameters, Stabilizer, StabilizerFriction
 
 
@@ -128,3 +129,42 @@ def solve(c: Case, o: Lateral, start: np.ndarray, times: np.ndarray) -> np.ndarr
         lambda t, s: derivative(c, o, t, s), (0.0, times[-1]), start, "DOP853", t_eval=times, rtol=1e-11, atol=1e-13
     )
     return found.y
+
+
+FORMS = {
+    "swirl": {"swirl": 0.5},
+    "stabilizer": {"clearance": 0.02},
+    "weight": {"inclination": 1.0},
+    "axial": {"axial_friction": True},
+    "heavy and rubbing": {"inclination": 1.4, "axial_friction": True, "eccentric_weight": False},
+    "all": {"swirl": 0.4, "clearance": 0.01, "inclination": 0.5, "axial_friction": True},
+}
+
+
+def cases(form: str, count: int, seed: int, law: str = "linear") -> list[tuple[Case, Lateral, float, np.ndarray]]:
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        c = random_case(rng, wall_law=law, lobes=3)
+        o = replace(
+            Lateral(**FORMS[form]),
+            static=rng.uniform(0.3, 0.6),
+            dynamic=rng.uniform(0.1, 0.3),
+            smoothing=10 ** rng.uniform(1, 3),
+            decay=rng.uniform(0, 5),
+        )
+        found.append((c, o, rng.uniform(0, 5), random_state(rng, c)))
+    return found
+
+
+def packed(c: Case, o: Lateral) -> np.ndarray:
+    return pack(parameters(c, o), c.depth, c.wob, c.speed)
+
+
+KEYS = {
+    "swirl": "mud: {swirl: 0.5}",
+    "stabilizer": "stabilizer: {clearance: 12.7 mm}",
+    "weight": "well: {inclination: 40 deg}",
+    "axial": "well: {axial_friction: true, inclination: 40 deg}",
+    "all": "mud: {swirl: 0.5}\nstabilizer: {clearance: 5 mm}\nwell: {inclination: 20 deg, axial_friction: true}",
+}

@@ -2,12 +2,10 @@
 page, published ones, and the reference."""
 
 import math
-from dataclasses import asdict, fields
+from dataclasses import fields
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from main_model import STATES
 from reference import Case, contacts
 
@@ -15,8 +13,7 @@ from model.buffers import slopes
 from model.cases import operation_of, parameters_of, random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.equations import forces
-from nsdrill.models.christoforou_yigit.parameters import BitFriction, Collar, Drillstring, Parameters
-from nsdrill.models.friction import hyperbolic, stribeck, values
+from nsdrill.models.christoforou_yigit.parameters import Collar, Drillstring, Parameters
 
 # Theory page, "Check": depth 2000 m, 22.24 kN, 3 rad/s; computed there with ten digits.
 CHECK = {
@@ -72,56 +69,14 @@ def test_coefficients_equal_the_reference(seed):
     assert k.m_f == pytest.approx(c.m_l - c.m_c, rel=1e-11, abs=1e-9)
 
 
-def test_buckling_load_is_eulers():
-    """pi^2 E I / l^2; there the static bending stiffness k_bend - W pi^2/(2 l)
-    vanishes."""
-    k = derive(Parameters(), 2000.0, 22240.0, 3.0)
-    assert k.buckling_load * math.pi**2 / (2 * Collar().span) == pytest.approx(k.k_bend, rel=1e-14)
-
-
-def test_arrays_give_the_bits_of_scalars():
-    rng = np.random.default_rng(5)
-    depth, wob, speed = (rng.uniform(300, 9000, 50), rng.uniform(0, 1e5, 50), rng.uniform(0.1, 20, 50))
-    many = derive(Parameters(), depth, wob, speed)
-    for i in range(50):
-        one = derive(Parameters(), depth[i], wob[i], speed[i])
-        assert asdict(one) == {
-            name: np.ravel(value)[i if np.ndim(value) else 0] for name, value in asdict(many).items()
-        }
-
-
 @pytest.mark.parametrize("depth", [200.0, 199.9, 0.0, -5.0])
 def test_a_depth_within_the_collars_is_refused(depth):
     with pytest.raises(ValueError, match="more than the collar length, 200 m"):
         derive(Parameters(), np.array([3000.0, depth]), 1e4, 3.0)
 
 
-@given(st.floats(300, 9000), st.floats(0, 2e5), st.floats(0.01, 50))
-@settings(max_examples=100, deadline=None)
-def test_depth_of_cut_is_never_negative(depth, wob, speed):
-    """The printed law of the rate of penetration is negative at low weight."""
-    k = derive(Parameters(), depth, wob, speed)
-    assert k.depth_of_cut >= 0
-    assert (k.depth_of_cut == 0) == (1.35e-8 * wob * math.sqrt(speed) <= 1.9e-4)
-
-
-def test_deeper_is_softer_and_heavier():
-    shallow, deep = derive(Parameters(), 1000.0, 1e4, 3.0), derive(Parameters(), 8000.0, 1e4, 3.0)
-    assert deep.k_a < shallow.k_a
-    assert deep.k_t < shallow.k_t
-    assert deep.m_a > shallow.m_a
-    assert deep.J > shallow.J
-    assert deep.k_bend == shallow.k_bend
-
-
 def test_every_coefficient_says_its_unit():
     assert all(item.metadata["units"] for item in fields(Coefficients))
-
-
-def test_steel_alone_is_eccentric_where_the_user_says_so():
-    case = Case(eccentric_mass="steel")
-    k = derive(parameters_of(case), 2000.0, 1e4, 3.0)
-    assert k.m_e == k.m_c < k.m_l
 
 
 def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarray]:
@@ -171,34 +126,6 @@ def test_forces_add_up_to_the_compiled_accelerations(law):
     )
     moment = -f["bit_torque"] - f["wall_friction"] * c.collar_radius - c.torsional_damping * omega + f["surface_torque"]
     assert c.J * a[:, 7] == pytest.approx(moment, rel=1e-9, abs=1e-12 * np.max(np.abs(moment)))
-
-
-def test_friction_opposes_and_falls_from_static_to_dynamic():
-    """f(v) = (2/pi) atan(eps v) [(mu_s - mu_d)/(1 + tau |v|) + mu_d], theory page."""
-    law = BitFriction()
-    numbers = stribeck(law)
-
-    def friction(v):
-        return values(hyperbolic, "coefficient", v, numbers)
-
-    v = np.linspace(-20, 20, 4001)
-    f = friction(v)
-    assert np.array_equal(np.sign(f), np.sign(v))
-    assert np.array_equal(friction(-v), -f)
-    assert np.max(f) < law.static
-    assert friction(1e9) == pytest.approx(law.dynamic, rel=1e-6)
-    assert friction(1.0) == pytest.approx(2 / np.pi * np.arctan(500) * (0.3 / 4 + 0.2), rel=1e-14)
-
-
-def test_cutting_torque_does_not_drive_a_stuck_bit():
-    """The paper's cutting torque does not depend on the direction of rotation; gated by
-    g(omega) it only resists."""
-    c = Case()
-    states = np.zeros((41, 8))
-    states[:, 4], states[:, 7] = -2e-3, np.linspace(-2, 2, 41)
-    f = forces(parameters_of(c), operation_of(c), as_state(states, np.zeros(41)))
-    assert np.all(f["bit_torque"] * states[:, 7] >= 0)
-    assert f["bit_torque"][20] == 0
 
 
 def test_whirl_angle_is_unwrapped():

@@ -1,30 +1,25 @@
-"""Drives: their gains against closed forms, their law in the compiled equations,
-energy, features, deviations."""
+"""Drives: their gains against closed forms, their motion against SciPy, features and
+ramps. Their energy is in ``test_energy.py``, their deviations in
+``models/test_deviations.py``."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from deviations import followed_and_quotient
-from energies import energy, powers
-from main_model import MAIN, pack
 from reference import Case
 from scipy.integrate import solve_ivp
 from sweep.runs import run_work, work_for
 
 import nsdrill
 from nsdrill.app.check import check
-from nsdrill.app.run import run_in_memory
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.columns import options_of
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
 from nsdrill.models.christoforou_yigit.drives import gains, impedance, slope_held, torsional_matrix
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.drives import Gains
 from nsdrill.models.operation import Operation
-from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 
 DEEP = (5000.0, 22.24e3, 3.0)
@@ -113,14 +108,6 @@ def test_closed_forms_of_the_gains():
     assert math.sqrt(soft.stiffness / soft.inertia) == pytest.approx(w, rel=1e-12)
 
 
-def test_gains_of_many_points_are_those_of_each():
-    parameters = driven(kind="lqr")
-    depth = np.array([2000.0, 5000.0, 2000.0])
-    many = pack(parameters, depth, np.full(3, 22.24e3), np.full(3, 3.0))
-    for i in range(3):
-        assert many[i].tobytes() == pack(parameters, depth[i], 22.24e3, 3.0)[0].tobytes()
-
-
 def test_an_lqr_without_gains_is_told():
     """A pipe of no length is as stiff as any number, and the string as light as its
     collars."""
@@ -128,64 +115,6 @@ def test_an_lqr_without_gains_is_told():
     short = derive(parameters, np.nextafter(200.0, 300.0), 22.24e3, 3.0)
     with pytest.raises(nsdrill.InputError, match=r"lqr finds no gains.*torque_weight"):
         gains(parameters, short)
-
-
-def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray:
-    """d(state)/dt by the compiled equations."""
-    options = options_of(parameters)
-    rows, table = MAIN.rows(options), pack(parameters, *DEEP)
-    buffer = np.zeros((rows.total, 8))
-    buffer[rows.stage : rows.stage + rows.states] = state[:, None]
-    buffer[rows.stage_time] = time
-    buffer[rows.parameter : rows.parameter + rows.parameters] = table[0][:, None]
-    flat = buffer.ravel()
-    MAIN.right_hand_side(8, options)(flat)
-    flat = flat[::8]
-    out = np.empty(len(state))
-    out[0::2] = state[1::2] + MAIN.frame_rates(table, options)[0]
-    out[1::2] = flat[rows.acceleration : rows.acceleration + rows.slopes]
-    return out
-
-
-KINDS = [
-    {"kind": "stiff"},
-    {"kind": "z_torque", "shaft_damping": 90.0},
-    {
-        "kind": "pi",
-        "inertia": 1500.0,
-        "stiffness": 900.0,
-        "damping": 1500.0,
-        "twist_gain": -300.0,
-        "speed_gain": 70.0,
-        "shaft_damping": 40.0,
-    },
-    {"kind": "stiff", "torque_limit": 30e3, "shaft_damping": 20.0},
-    {"kind": "dc_motor", "shaft_damping": 20.0},
-    {"kind": "dc_motor", "shaft_damping": 20.0, "gains": (0.03, 42.0, 2.2, -33.0, 14.0)},
-]
-
-
-@pytest.mark.parametrize("keys", KINDS)
-def test_energy_changes_by_the_powers(keys):
-    parameters, rng = driven(**keys), np.random.default_rng(5)
-    operation = Operation(*DEEP)
-    for _ in range(20):
-        state_scales = [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0, 1e3, 4e3]
-        names = MAIN.states(options_of(parameters))
-        state = rng.normal(size=len(names)) * state_scales[: len(names)]
-        time = rng.uniform(0, 5)
-        rate = slopes(parameters, time, state)
-
-        def named(states, times, names=names):
-            by_name = dict(zip(names, states.T, strict=True))
-            return {**by_name, "drive_angle": DEEP[2] * times}
-
-        h = 1e-6
-        ends = energy(parameters, operation, named(state + np.outer([-h, h], rate), time + np.array([-h, h])))
-        fed = powers(parameters, operation, named(state[None], np.array([time])))
-        total = sum(float(power[0]) for power in fed.values())
-        size = sum(abs(float(power[0])) for power in fed.values()) + abs(float(ends[0]))
-        assert (ends[1] - ends[0]) / (2 * h) == pytest.approx(total, abs=1e-6 * size)
 
 
 def test_without_a_bit_the_motion_is_that_of_the_linear_system():
@@ -247,46 +176,6 @@ def test_a_very_stiff_drive_is_an_ideal_one():
     a, b = run_work(ideal), run_work(stiff)
     for name in ("bit_speed_max", "bit_speed_mean", "surface_torque_mean", "axial_max"):
         assert b[name] == pytest.approx(a[name], rel=2e-3)
-
-
-def test_neither_lanes_nor_the_exponent_change_a_bit():
-    smooth = Simulation(transient=5.0, observe=10.0)
-    work = replace(work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 9)), parameters=driven(kind="z_torque"))
-    kept = run_work(work, lanes=8)
-    for other in (run_work(work, lanes=1), run_work(replace(work, record=Record(exponent=True)), lanes=8)):
-        assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
-
-
-PLACING = Drive(
-    "pi", inertia=500.0, stiffness=300.0, damping=200.0, twist_gain=-50.0, speed_gain=40.0, shaft_damping=30.0
-)
-
-
-WEAK_MOTOR = Drive(
-    "dc_motor", table_inertia=500.0, motor_inertia=0.0, gear=1.0, torque_constant=4.0, resistance=0.02, inductance=0.006
-)
-SLOW = Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0)
-
-
-@pytest.mark.parametrize(
-    ("drive", "case", "seconds", "states"),
-    [
-        (PLACING, Case(wob=10e3, speed=4.0), 3.0, [8, 9]),
-        (Drive("stiff", torque_limit=2500.0), SLOW, 10.0, [8, 9]),
-        (WEAK_MOTOR, SLOW, 5.0, [8, 9, 11]),
-        (replace(WEAK_MOTOR, gains=(0.01, 2.0, 0.5, -1.0, 0.7)), SLOW, 5.0, [8, 9, 11]),
-    ],
-    ids=["placing", "limited", "motor", "regulated motor"],
-)
-def test_the_deviation_is_the_derivative_of_the_motion(drive, case, seconds, states):
-    """Against two neighbouring runs, over some seconds of bouncing; of stick-slip with a
-    motor that reaches both limits; and of motors with their own current."""
-    simulation = Simulation(transient=0.0, observe=seconds, rtol=1e-8)
-    work = work_for(case, simulation)
-    work = replace(work, parameters=replace(work.parameters, drive=drive), record=Record(exponent=True))
-    followed, quotient = followed_and_quotient(work)
-    assert np.all(np.abs(quotient[states]) > 1e-3)  # the drive has its part in it
-    assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
 
 
 OFF_THE_ROCK = """
@@ -354,33 +243,6 @@ def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so():
     late = found.time.values > 100.0
     assert found["surface_torque"].values[late].mean() == pytest.approx(2e3, rel=0.05)
     assert found["drive_speed"].values[late].mean() < 1.0
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("drive: {torque_limit: 60 kN*m}", "the drive ideal does not read"),
-        ("drive: {kind: z_torque, torque_limit: 60 kN*m}", "the drive z_torque does not read"),
-        ("drive: {kind: soft_torque, compensated_inertia: 9 kg*m^2, torque_limit: 60 kN*m}", "another one"),
-        ("drive: {kind: pi}\nsweep: {drive.torque_limit: [20 kN*m, 60 kN*m]}", "without a limit beside it"),
-    ],
-)
-def test_a_limit_is_refused_where_it_means_nothing(text, said):
-    with pytest.raises(nsdrill.StudyError, match=said):
-        parse_study(text)
-    assert not Drive("z_torque", torque_limit=1.0).limited
-    with pytest.raises(ValueError, match="torque_limit"):
-        Drive("soft_torque", compensated_inertia=9.0, torque_limit=1.0)
-
-
-def test_an_axis_over_the_limit_has_the_bits_of_single_runs():
-    text = "drive: {{kind: stiff, torque_limit: {} kN*m}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
-    found = run_in_memory(parse_study(text.format(9, "sweep: {drive.torque_limit: [2 kN*m, 60 kN*m]}")), workers=1)
-    for i, value in enumerate((2, 60)):
-        alone = run_in_memory(parse_study(text.format(value, "")), workers=1)
-        for name in ("drive_speed_min", "surface_torque_mean"):
-            assert np.ravel(found.variables[name])[i] == np.ravel(alone.variables[name])[0]
-    assert found.variables["drive_speed_min"].ravel()[0] < found.variables["drive_speed_min"].ravel()[1]
 
 
 RAMP = """
@@ -542,19 +404,11 @@ def test_a_regulated_motor_turns_with_the_set_speed_and_ends_stick_slip():
     assert ends[1]["lag"].values[-1] == pytest.approx(0.0, abs=2e-3)
 
 
-def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent():
-    """Its states are in the results, lanes change no bit, and a replay has the bits of
-    the sweep."""
-    smooth = Simulation(transient=5.0, observe=10.0)
-    work = replace(work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 5)), parameters=driven(**MOTOR))
-    kept = run_work(work, lanes=8)
-    for other in (run_work(work, lanes=1), run_work(replace(work, record=Record(exponent=True)), lanes=8)):
-        assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
-    assert kept["final_state"].shape == (5, 13)
-    assert np.all(kept["final_state"][:, -2] > 100.0)  # the torque of the motor
+def test_states_of_a_motor_are_in_the_results_and_returns_need_its_regulator():
     study = "drive: {kind: dc_motor}\ninitial: {ensemble: 3}\nsimulation: {transient: 1 s, observe: 2 s}"
     swept = nsdrill.run(study, workers=1)
     assert list(swept["state"].values[-3:]) == ["motor_impulse", "motor_torque", "drive_angle"]
+    assert np.all(swept["final_state"].sel(state="motor_torque") > 100.0)
     with pytest.raises(nsdrill.StudyError, match="falls behind its set point"):
         parse_study("drive: {kind: dc_motor}\nrecord: {poincare: 20}")
     parse_study(f"drive: {{kind: dc_motor, gains: {list(GAINS)}}}\nrecord: {{poincare: 20}}")
@@ -598,20 +452,6 @@ def test_stick_slip_ends_where_soft_torque_is_switched_on():
     speed, time = found["bit_speed"].values, found.time.values
     assert speed[(time > 20) & (time < 40)].min() < 0.01
     assert speed[time > 150] == pytest.approx(5.0, abs=0.1)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("sweep: {rotary_speed: [2 rad/s, 3 rad/s]}\ndrive: {kind: stiff, on_at: 5 s}", "with a sweep"),
-        ("operation: {wob: {ramp: [[0 s, 1 kN], [9 s, 2 kN]]}}\ndrive: {kind: stiff, on_at: 5 s}", "with a ramp"),
-        ("drive: {on_at: 5 s}", "the drive ideal does not read"),
-        ("drive: {kind: stiff, on_at: 5 s}\ninitial: {lag: 1 rad}", "until when"),
-    ],
-)
-def test_switching_on_is_refused_where_it_means_nothing(text, said):
-    with pytest.raises(nsdrill.StudyError, match=said):
-        parse_study(text)
 
 
 def test_a_run_refuses_what_is_switched_on():

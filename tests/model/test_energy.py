@@ -12,56 +12,103 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from energies import energy, powers
-from main_model import STATES
+from main_model import MAIN, STATES, pack
 from reference import Case
 from scipy.integrate import simpson
 from sweep.runs import run_from, work_for
 
-from model.buffers import slopes
-from model.cases import operation_of, parameters_of, random_case, random_state, table_of
+from model.buffers import slopes_with
+from model.cases import operation_of, parameters_of, random_case, random_state
+from model.lateral import FORMS, KEYS, cases, parameters
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.christoforou_yigit.columns import options_of
+from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
+from nsdrill.models.friction import LAWS
+from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
 
 OPTIONS = list(itertools.product(["linear", "hertz"], ["live", "static", "none"], ["total", "steel"]))
 
 
-def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarray]:
-    return {**{name: states[..., i] for i, name in enumerate(STATES)}, "drive_angle": drive_angle}
+def drawn_options(rng, law, softening, mass):
+    """Any string, with a wall so soft that its energy bends gently."""
+    c = random_case(rng, wall_law=law, softening=softening, eccentric_mass=mass, lobes=3, wall_stiffness=5e6)
+    return parameters_of(c), operation_of(c), random_state(rng, c), rng.uniform(0, 5)
 
 
-@pytest.mark.parametrize(("law", "softening", "mass"), OPTIONS)
-def test_energy_changes_by_the_powers_at_any_state(law, softening, mass):
+def drawn_form(rng, form):
+    ((c, o, t, s),) = cases(form, 1, int(rng.integers(10**6)))
+    return parameters(replace(c, wall_stiffness=5e6), o), operation_of(c), s, t
+
+
+def drawn_around(rng, given, operation):
+    """About one string, with the states of a drive where it has them."""
+    sizes = np.array([0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0, 1e3, 4e3])
+    count = len(MAIN.states(options_of(given)))
+    return given, operation, rng.normal(size=count) * sizes[:count], rng.uniform(0, 5)
+
+
+def law_of_bit(law):
+    case = Case(bit_law=law, wob=40e3)
+    return drawn_around, parameters_of(case), operation_of(case)
+
+
+def drive(**keys):
+    return drawn_around, replace(Parameters(), drive=Drive(**keys)), Operation()
+
+
+PLACING = {"inertia": 1500.0, "stiffness": 900.0, "damping": 1500.0, "twist_gain": -300.0, "speed_gain": 70.0}
+# What is drawn, and the part of the energy and powers within which they agree.
+STRINGS = {
+    **{" ".join(one): ((drawn_options, *one), 1e-8) for one in OPTIONS},
+    **{form: ((drawn_form, form), 1e-7) for form in FORMS},
+    **{f"law {law}": (law_of_bit(law), 1e-6) for law in list(LAWS)[1:]},
+    "stiff drive": (drive(kind="stiff"), 1e-6),
+    "impedance": (drive(kind="z_torque", shaft_damping=90.0), 1e-6),
+    "placing": (drive(kind="pi", shaft_damping=40.0, **PLACING), 1e-6),
+    "limited": (drive(kind="stiff", torque_limit=30e3, shaft_damping=20.0), 1e-6),
+    "motor": (drive(kind="dc_motor", shaft_damping=20.0), 1e-6),
+    "regulated": (drive(kind="dc_motor", shaft_damping=20.0, gains=(0.03, 42.0, 2.2, -33.0, 14.0)), 1e-6),
+}
+
+
+@pytest.mark.parametrize("name", STRINGS)
+def test_energy_changes_by_the_powers_at_any_state(name):
     """dE/dt by Richardson-extrapolated central differences along the compiled slope,
     against the sum of powers.
 
     Steps so that every coordinate moves by less than 1e-5 of its size: truncation h^4,
     rounding eps E / h.
     """
-    rng = np.random.default_rng(31)
-    for _ in range(16):
-        c = random_case(rng, wall_law=law, softening=softening, eccentric_mass=mass, lobes=3, wall_stiffness=5e6)
-        s, t = random_state(rng, c), rng.uniform(0, 5)
-        f = slopes(1, law == "hertz", table_of(c), np.array([t]), s[None])[0]
-        par, op = parameters_of(c), operation_of(c)
+    (draw, *given), within = STRINGS[name]
+    rng, compared = np.random.default_rng(31), 0
+    for _ in range(32):
+        p, operation, state, t = draw(rng, *given)
+        point = operation.depth, operation.wob, operation.rotary_speed
+        options = options_of(p)
+        names, table = MAIN.states(options), pack(p, *point)
+        slope = slopes_with(options, table, np.array([t]), state[None])[0]
 
-        def change(h, c=c, s=s, t=t, f=f, par=par, op=op):
-            ends = np.array([s - h * f, s + h * f])
-            e = energy(par, op, as_state(ends, c.speed * (t + np.array([-h, h]))))
-            return float(e[1] - e[0]) / (2 * h)
+        def named(states, times, names=names, speed=operation.rotary_speed):
+            return {**dict(zip(names, states.T, strict=True)), "drive_angle": speed * times}
 
-        h = 1e-5
-        rate = (4 * change(h / 2) - change(h)) / 3
-        fed = powers(par, op, as_state(s[None], np.array([c.speed * t])))
-        total = sum(float(p[0]) for p in fed.values())
-        size = sum(abs(float(p[0])) for p in fed.values()) + float(
-            abs(energy(par, op, as_state(s[None], np.array([c.speed * t])))[0])
-        )
-        # The wall's energy has a jump in its second (linear) derivative at the gap:
-        # states nearer than the step skip.
-        if abs(np.hypot(s[0], s[2]) - c.gap) < 2 * h * np.hypot(s[1], s[3]):
-            continue
-        assert rate == pytest.approx(total, abs=1e-8 * size)
+        def change(h, p=p, operation=operation, state=state, slope=slope, t=t, named=named):
+            steps = np.array([-h, h])
+            ends = energy(p, operation, named(state + np.outer(steps, slope), t + steps))
+            return float(ends[1] - ends[0]) / (2 * h)
+
+        h, r = 1e-5, np.hypot(state[0], state[2])
+        gap = (p.well.diameter - p.drillstring.collar.outer_diameter) / 2
+        edges = np.array([gap, p.stabilizer.clearance or 0.0])
+        if np.min(np.abs(r - edges)) < 2 * h * np.hypot(state[1], state[3]):
+            continue  # the energy has a jump in its second derivative there
+        here = named(state[None], np.array([t]))
+        fed = [float(power[0]) for power in powers(p, operation, here).values()]
+        size = sum(map(abs, fed)) + abs(float(energy(p, operation, here)[0]))
+        assert (4 * change(h / 2) - change(h)) / 3 == pytest.approx(sum(fed), abs=within * size)
+        compared += 1
+    assert compared >= 20
 
 
 def balance(trajectory: object, study: object) -> tuple[float, float]:
@@ -69,7 +116,7 @@ def balance(trajectory: object, study: object) -> tuple[float, float]:
     through."""
     trace = trajectory.trace
     op = study.operation
-    state = {name: trace[name] for name in (*STATES, "drive_angle")}
+    state = dict(trace.variables)
     e = energy(study.parameters, op, state)
     fed = powers(study.parameters, op, state)
     total = sum(fed.values())
@@ -115,6 +162,27 @@ def test_energy_balances_along_trajectories_through_all_contacts(law, softening,
     assert np.any(trace["wall_force"] > 0), "the collar is to touch the wall"
 
 
+WALL = "initial: {x: 70 mm, vy: -0.6 m/s}\nsimulation: {rtol: 1.0e-9}\n"
+FROZEN = "operation: {wob: 66.72 kN, rotary_speed: 2 rad/s}\nsimulation: {rtol: 1.0e-9}\n"
+# The text, seconds, the time between samples, the part of the work.
+RUNS = {
+    **{form: (f"{KEYS[form]}\n{WALL}", 5.0, 1.25e-4, 1e-6) for form in KEYS},
+    "torsion": (f"{FROZEN}modes: {{axial: frozen, lateral: frozen}}", 10.0, 5e-4, 2e-4),
+    "no axial motion": (f"{FROZEN}modes: {{axial: frozen}}", 10.0, 5e-4, 2e-4),
+    "no lateral motion": (f"{FROZEN}modes: {{lateral: frozen}}", 10.0, 5e-4, 2e-4),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_energy_balances_with_further_forces_and_frozen_motions(name):
+    text, seconds, sample, within = RUNS[name]
+    study = parse_study(text)
+    trajectory = simulate(study, duration=seconds, sample=sample)
+    defect, through = balance(trajectory, study)
+    assert defect < within * through
+    assert name not in KEYS or np.any(trajectory.trace["wall_force"] > 0.0)
+
+
 def test_energy_defect_falls_with_the_tolerance():
     """What the integrator loses is of the order of rtol, and of nothing else."""
     base = chaotic("linear", "live", "total")
@@ -157,7 +225,7 @@ def test_nothing_is_lost_without_drag_friction_and_drive(law):
     par, op = parameters_of(c), operation_of(c)
 
     def total(states):
-        held = energy(par, op, as_state(states[:, :8], states[:, 8]))
+        held = energy(par, op, dict(zip((*STATES, "drive_angle"), states.T, strict=True)))
         return float(held[0] + 0.5 * c.rock_stiffness * max(-states[0, 4], 0.0) ** 2)
 
     frame_rate = []

@@ -126,14 +126,6 @@ def test_a_slice_is_a_grid_and_the_rest_as_given():
     assert np.all(states[:, 2:] == plain[2:])
 
 
-def test_one_start_is_the_one_given():
-    for count in (0, 1):
-        initial = Initial(x=3e-3, ensemble=count)
-        assert initial.starts == 0
-        states = starts(Parameters(), initial, 2000.0, 22.24e3, 3.0)
-        assert states.tobytes() == starts(Parameters(), initial, 2000.0, 22.24e3, 3.0).tobytes()
-
-
 def test_a_start_that_is_not_there_is_refused():
     with pytest.raises(ValueError, match="allowed: 0 to 63"):
         drawn(number=np.array([64]))

@@ -1,5 +1,5 @@
-"""Implicit friction: the same slopes to rounding, velocities that agree with the
-loads, the deviation of a stage."""
+"""Implicit friction: the deviation of a stage. Its slopes and velocities are in
+``models/test_deviations.py``, beside those of other models."""
 
 from dataclasses import replace
 from typing import Any
@@ -16,23 +16,15 @@ W, SPREAD = 8, np.array([0.08, 0.3, 0.08, 0.3, 2e-3, 0.05, 1.0, 3.0, 0.3, 0.5, 1
 
 def string(**changes: Any) -> Parameters:
     base = Parameters()
-    friction = replace(base.bit.friction, **({"law": changes["law"]} if "law" in changes else {}))
     return replace(
         base,
-        bit=replace(base.bit, friction=friction),
-        well=replace(
-            base.well,
-            law=changes.get("wall", "linear"),
-            inclination=changes.get("inclination", 0.0),
-            axial_friction=changes.get("along", False),
-        ),
+        well=replace(base.well, law=changes.get("wall", "linear"), axial_friction=changes.get("along", False)),
         stabilizer=replace(base.stabilizer, clearance=changes.get("clearance")),
-        mud=replace(base.mud, swirl=changes.get("swirl", 0.0)),
         drive=replace(base.drive, **changes.get("drive", {})),
     )
 
 
-def buffer_of(parameters: Parameters, options: Options, seed: int, relax: float = 0.0, tangent: bool = False) -> Any:
+def buffer_of(parameters: Parameters, options: Options, seed: int, relax: float, tangent: bool = False) -> Any:
     """A buffer with random states, some of them on the wall, and its rows."""
     rows = MAIN.rows(options, 6 if tangent else 0, tangent=tangent)
     b = np.zeros((rows.total, W))
@@ -44,60 +36,8 @@ def buffer_of(parameters: Parameters, options: Options, seed: int, relax: float 
     b[rows.phase], b[rows.stage_time] = 1.0, 0.3
     if tangent:
         b[rows.stage + own : rows.stage + 2 * own] = rng.normal(size=(own, W)) * SPREAD[:own, None]
-    if options.implicit:
-        b[rows.relax] = relax
+    b[rows.relax] = relax
     return b, rows
-
-
-CASES = [
-    {},
-    {"wall": "hertz"},
-    {"law": "linear"},
-    {"law": "exponential"},
-    {"law": "rational"},
-    {"swirl": 0.5, "inclination": 0.5},
-    {"drive": {"kind": "soft_torque"}},
-    {"drive": {"kind": "dc_motor"}},
-    {"drive": {"kind": "stiff", "torque_limit": 60e3}},
-    {"clearance": 0.03},
-    {"clearance": 0.03, "wall": "hertz", "law": "rational"},
-    {"along": True},
-    {"along": True, "wall": "hertz", "law": "linear"},
-    {"along": True, "clearance": 0.03},
-]
-
-
-@pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join(map(str, case)) or "main")
-def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case):
-    parameters = string(**case)
-    options, found = options_of(parameters), []
-    for implicit in (0, 1):
-        b, rows = buffer_of(parameters, options._replace(implicit=implicit), 3)
-        MAIN.right_hand_side(W, options._replace(implicit=implicit))(b.ravel())
-        found.append(b[rows.acceleration : rows.acceleration + rows.slopes].copy())
-    assert np.any(b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 > 0.08**2), "else nothing touches the wall"
-    assert found[1] == pytest.approx(found[0], rel=1e-12, abs=1e-12 * np.abs(found[0]).max())
-
-
-@pytest.mark.parametrize("case", CASES[:6] + CASES[9:], ids=lambda case: "-".join(map(str, case)) or "main")
-def test_the_velocities_of_a_stage_agree_with_its_loads(case):
-    """They have moved by ``relax`` times the push; and at these velocities the ordinary
-    slopes are those found, but for what Newton's method leaves: 1e-5 of the greatest
-    push."""
-    parameters = string(**case)
-    options = options_of(parameters)
-    b, rows = buffer_of(parameters, options._replace(implicit=1), 5, relax=2e-3)
-    free = b.copy()
-    MAIN.right_hand_side(W, options._replace(implicit=1))(b.ravel())
-    own, moved = rows.own, (1, 3, 5, 7) if options.axial_friction else (1, 3, 7)
-    pushes = b[rows.push : rows.push + len(moved)]
-    for push, state in zip(pushes, moved, strict=True):
-        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + 2e-3 * push, rel=1e-13, abs=1e-13)
-    plain, ordinary = buffer_of(parameters, options, 5)
-    plain[ordinary.stage : ordinary.stage + own] = b[rows.stage : rows.stage + own]
-    MAIN.right_hand_side(W, options)(plain.ravel())
-    found, exact = (a[r.acceleration : r.acceleration + r.slopes] for a, r in ((b, rows), (plain, ordinary)))
-    assert found == pytest.approx(exact, abs=3e-5 * np.abs(pushes).max())
 
 
 @pytest.mark.parametrize(

@@ -5,70 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from deviations import followed_and_quotient
-from energies import energy, powers
-from main_model import MAIN, STATES, pack
+from energies import energy
+from main_model import STATES, pack
 from reference import Case
 from scipy.integrate import solve_ivp
-from sweep.runs import run_work, same_bits, work_for
+from sweep.runs import run_work, work_for
 
 import nsdrill
-from model.cases import operation_of, random_case, random_state
-from model.lateral import Lateral, derivative, parameters, solve
-from nsdrill.abi import Rows
-from nsdrill.kernel.settings import Simulation
+from model.buffers import slopes_with
+from model.lateral import FORMS, KEYS, Lateral, cases, derivative, packed, parameters, solve
 from nsdrill.models.christoforou_yigit.columns import Options, options_of
-from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.leaves import with_values
-from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
-
-FORMS = {
-    "swirl": {"swirl": 0.5},
-    "stabilizer": {"clearance": 0.02},
-    "weight": {"inclination": 1.0},
-    "axial": {"axial_friction": True},
-    "heavy and rubbing": {"inclination": 1.4, "axial_friction": True, "eccentric_weight": False},
-    "all": {"swirl": 0.4, "clearance": 0.01, "inclination": 0.5, "axial_friction": True},
-}
-
-
-def slopes(options: Options, tables: np.ndarray, times: np.ndarray, states: np.ndarray, lanes: int = 8) -> np.ndarray:
-    """d(state)/dt [n, 8] by the compiled equations, so many lanes at once."""
-    rows: Rows = MAIN.rows(options)
-    out = np.empty_like(states)
-    out[:, 0::2] = states[:, 1::2] + MAIN.frame_rates(tables, options)
-    for first in range(0, len(states), lanes):
-        here = np.resize(np.arange(first, min(first + lanes, len(states))), lanes)
-        buffer = np.zeros((rows.total, lanes))
-        buffer[rows.stage : rows.stage + rows.states] = states[here].T
-        buffer[rows.stage_time] = times[here]
-        buffer[rows.parameter : rows.parameter + rows.parameters] = tables[here].T
-        flat = buffer.ravel()
-        MAIN.right_hand_side(lanes, options)(flat)
-        made = flat.reshape(rows.total, lanes)[rows.acceleration : rows.acceleration + 4].T
-        out[here, 1::2] = made
-    return out
-
-
-def cases(form: str, count: int, seed: int, law: str = "linear") -> list[tuple[Case, Lateral, float, np.ndarray]]:
-    rng = np.random.default_rng(seed)
-    found = []
-    for _ in range(count):
-        c = random_case(rng, wall_law=law, lobes=3)
-        o = replace(
-            Lateral(**FORMS[form]),
-            static=rng.uniform(0.3, 0.6),
-            dynamic=rng.uniform(0.1, 0.3),
-            smoothing=10 ** rng.uniform(1, 3),
-            decay=rng.uniform(0, 5),
-        )
-        found.append((c, o, rng.uniform(0, 5), random_state(rng, c)))
-    return found
-
-
-def packed(c: Case, o: Lateral) -> np.ndarray:
-    return pack(parameters(c, o), c.depth, c.wob, c.speed)
 
 
 @pytest.mark.parametrize("law", ["linear", "hertz"])
@@ -77,7 +25,7 @@ def test_derivatives_equal_the_reference(form, law):
     """To 4e-13 of the terms summed, at 100 random states of 100 random strings."""
     found = cases(form, 100, 3, law)
     options = options_of(parameters(*found[0][:2]))
-    mine = slopes(
+    mine = slopes_with(
         options,
         np.concatenate([packed(c, o) for c, o, *_ in found]),
         np.array([t for *_, t, _ in found]),
@@ -86,49 +34,6 @@ def test_derivatives_equal_the_reference(form, law):
     for (c, o, t, s), row in zip(found, mine, strict=True):
         size = derivative(c, o, t, s, terms=True)
         assert np.all(np.abs(row - derivative(c, o, t, s)) <= 4e-13 * size), (c, o, t, s)
-
-
-def energies(c: Case, o: Lateral, states: np.ndarray, times: np.ndarray) -> np.ndarray:
-    named = {name: states[..., i] for i, name in enumerate(STATES)} | {"drive_angle": c.speed * times}
-    return energy(parameters(c, o), operation_of(c), named)
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_energy_changes_by_the_powers(form):
-    """dE/dt by Richardson-extrapolated central differences along the compiled slope,
-    against the sum of the powers."""
-    compared = 0
-    for c, o, t, s in cases(form, 24, 5):
-        c = replace(c, wall_stiffness=5e6)
-        p = parameters(c, o)
-        f = slopes(options_of(p), packed(c, o), np.array([t]), s[None])[0]
-
-        def change(h, c=c, o=o, s=s, f=f, t=t):
-            ends = energies(c, o, np.array([s - h * f, s + h * f]), t + np.array([-h, h]))
-            return float(ends[1] - ends[0]) / (2 * h)
-
-        h, r, v = 1e-5, np.hypot(s[0], s[2]), np.hypot(s[1], s[3])
-        if min(abs(r - c.gap), abs(r - (o.clearance or 0.0))) < 2 * h * v:
-            continue  # the energy has a jump in its second derivative there
-        named = {name: s[None, i] for i, name in enumerate(STATES)} | {"drive_angle": np.array([c.speed * t])}
-        fed = powers(p, operation_of(c), named)
-        size = sum(abs(float(power[0])) for power in fed.values()) + abs(float(energies(c, o, s, np.array(t))))
-        rate = (4 * change(h / 2) - change(h)) / 3
-        assert rate == pytest.approx(sum(float(power[0]) for power in fed.values()), abs=1e-7 * size)
-        compared += 1
-    assert compared >= 20
-
-
-@pytest.mark.parametrize("form", ["swirl", "stabilizer", "weight", "all"])
-@pytest.mark.parametrize("law", ["linear", "hertz"])
-def test_lanes_do_not_change_a_bit(form, law):
-    found = cases(form, 16, 8, law)
-    options = options_of(parameters(*found[0][:2]))
-    tables = np.concatenate([packed(c, o) for c, o, *_ in found])
-    times, states = np.array([t for *_, t, _ in found]), np.array([s for *_, s in found])
-    one = slopes(options, tables, times, states, lanes=1)
-    for lanes in (8, 16) if form == "all" else (8,):
-        assert one.tobytes() == slopes(options, tables, times, states, lanes).tobytes()
 
 
 @pytest.mark.parametrize("key", ["mud.swirl", "well.inclination"])
@@ -144,16 +49,9 @@ def test_an_option_that_is_zero_somewhere_changes_no_bit_there(key):
     on = options_of(zero[0])
     assert on != Options()
     assert swept.shape[1] == without.shape[1] + 2
-    assert slopes(on, swept, times, states).tobytes() == slopes(Options(), without, times, states).tobytes()
+    assert slopes_with(on, swept, times, states).tobytes() == slopes_with(Options(), without, times, states).tobytes()
 
 
-KEYS = {
-    "swirl": "mud: {swirl: 0.5}",
-    "stabilizer": "stabilizer: {clearance: 12.7 mm}",
-    "weight": "well: {inclination: 40 deg}",
-    "axial": "well: {axial_friction: true, inclination: 40 deg}",
-    "all": "mud: {swirl: 0.5}\nstabilizer: {clearance: 5 mm}\nwell: {inclination: 20 deg, axial_friction: true}",
-}
 OF_KEYS = {
     "swirl": Lateral(swirl=0.5),
     "stabilizer": Lateral(clearance=0.0127),
@@ -203,21 +101,6 @@ def state_of(trace: object) -> dict[str, np.ndarray]:
     return {name: values.values for name, values in trace.data_vars.items()}
 
 
-@pytest.mark.parametrize("form", KEYS)
-def test_energy_balances_along_a_trajectory(form):
-    """To 1e-6 of the work that goes through, in 5 s of hits."""
-    text = f"{KEYS[form]}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\nsimulation: {{rtol: 1.0e-9}}"
-    study = parse_study(text)
-    trace = nsdrill.simulate(study, duration=5.0, sample=1.25e-4)
-    state, operation = state_of(trace), study.operation
-    held = energy(study.parameters, operation, state)
-    total = sum(powers(study.parameters, operation, state).values())
-    work = np.concatenate([[0.0], np.cumsum(0.5 * (total[1:] + total[:-1]) * 1.25e-4)])
-    through = float(np.sum(np.abs(total)) * 1.25e-4)
-    assert np.max(np.abs(held - held[0] - work)) < 1e-6 * through
-    assert np.any(trace["wall_force"].values > 0.0)
-
-
 def test_energy_is_kept_with_gravity_and_wall_impacts():
     """All losses and drives off, 80 hits in 20 s: to 3e-5 J, of which each hit has its
     random part."""
@@ -239,27 +122,13 @@ simulation: {rtol: 1.0e-13}
     assert np.max(np.abs(held - held[0])) < 3e-5
 
 
-@pytest.mark.parametrize("form", ["swirl", "weight", "both"])
-def test_the_deviation_is_the_derivative_of_the_motion(form):
-    """Against two neighbouring runs, with hits on the wall. At looser tolerances the error
-    of the motion itself is amplified, to 1e-3 at 1e-8."""
-    keys = {"swirl": {"mud.swirl": 0.5}, "weight": {"well.inclination": 0.7}}
-    keys["both"] = keys["swirl"] | keys["weight"]
-    simulation = Simulation(transient=0.0, observe=3.0, rtol=1e-10)
-    work = work_for(Case(wob=10e3, speed=4.0), simulation, initial=Initial(x=0.07, vy=-0.6))
-    work = replace(work, parameters=with_values(work.parameters, keys[form]), record=Record(exponent=True))
-
-    followed, quotient = followed_and_quotient(work)
-    assert np.linalg.norm(followed - quotient) < 5e-5 * np.linalg.norm(quotient)
-
-
 WIDE = "stabilizer: {clearance: 25.4 mm}"
 
 
 @pytest.mark.parametrize("keys", [WIDE, KEYS["weight"], f"{WIDE}\nwell: {{inclination: 10 deg}}"])
 def test_features_are_those_of_the_trace(keys):
     """Contact with the stabilisers, grazes included, and the mean position, from a
-    dense trace of the same run; with the same bits on every number of lanes."""
+    dense trace of the same run."""
     text = f"{keys}\nsimulation: {{transient: 5 s, observe: 20 s, rtol: 1.0e-8}}\noperation: {{rotary_speed: 2 rad/s}}"
     study = parse_study(text)
     work = replace(work_for(Case(speed=2.0), study.simulation), parameters=study.parameters)
@@ -277,19 +146,3 @@ def test_features_are_those_of_the_trace(keys):
             assert found[f"{name}_mean"][0] == pytest.approx(mean, abs=1e-6)
         assert found["y_mean"][0] < 0.0
     assert found["wall_contact_fraction"][0] == pytest.approx(np.mean(radius > 0.0762), abs=2e-3)
-    assert same_bits(found, run_work(work, lanes=1))
-
-
-def test_points_of_a_sweep_have_the_bits_of_runs_of_their_own():
-    """Also those at which the option is off."""
-    short = Simulation(transient=2.0, observe=5.0)
-    work = work_for(Case(speed=5.0), short, **{"well.inclination": [0.0, 0.4, 1.2], "mud.swirl": [0.0, 0.5]})
-    swept = run_work(work)
-    assert np.isnan(swept["y_mean"][:2]).all()
-    assert not np.isnan(swept["y_mean"][2:]).any()
-    for i, (inclination, swirl) in enumerate([(a, b) for a in (0.0, 0.4, 1.2) for b in (0.0, 0.5)]):
-        own = work_for(Case(speed=5.0), short)
-        values = {"well.inclination": inclination, "mud.swirl": swirl}
-        alone = run_work(replace(own, parameters=with_values(own.parameters, values)))
-        for name, column in alone.items():
-            assert column[0].tobytes() == swept[name][i].tobytes(), name

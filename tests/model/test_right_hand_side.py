@@ -1,25 +1,19 @@
 """The compiled right-hand side against the independent reference, across lanes, and
 against plain Python."""
 
-import json
-import os
-import subprocess
-import sys
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from machine_code import of_numbers
-from main_model import MAIN, PARAMETERS, pack, starts
+from main_model import MAIN, pack
 from reference import Case, contacts, derivative, quick
 
 from model.buffers import ROWS, buffer_of, slopes
-from model.cases import parameters_of, random_case, random_state, table_of
+from model.cases import random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.christoforou_yigit.equations import lobed
-
-HERE = Path(__file__).parent
-TESTS = str(HERE.parent)
+from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 
 
 def terms(c: Case, t: float, s: np.ndarray) -> np.ndarray:
@@ -168,80 +162,6 @@ def test_only_accelerations_and_auxiliary_rows_are_written():
     assert set(accelerations) <= set(changed) <= {*accelerations, *range(ROWS.aux_now, ROWS.aux_now + ROWS.aux)}
 
 
-PLAIN = """
-import json, sys
-import numpy as np
-sys.path.insert(0, {tests!r})
-from model.test_right_hand_side import batch
-from model.buffers import slopes
-out = []
-for hertz in (False, True):
-    out.append(slopes(2, hertz, *batch(hertz, 16)).tolist())
-print(json.dumps(out))
-"""
-
-
-def test_plain_python_computes_the_same():
-    """NUMBA_DISABLE_JIT=1, the same code interpreted: a * b + c rounds twice, so equal
-    to rounding."""
-    done = subprocess.run(
-        [sys.executable, "-c", PLAIN.format(tests=TESTS)],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    for hertz, plain in zip((False, True), json.loads(done.stdout), strict=True):
-        cases = points(law(hertz), 16, 9)
-        compiled = slopes(8, hertz, *batch(hertz, 16))
-        for (c, t, s), mine, theirs in zip(cases, compiled, np.array(plain), strict=True):
-            scale = terms(c, t, s)
-            scale[[1, 3, 7]] += wall_terms(c, s)
-            assert np.all(np.abs(mine - theirs) <= 2e-13 * scale)
-
-
-def test_turning_the_lateral_plane_turns_the_accelerations():
-    """Isotropy: without eccentricity no direction in the plane is special."""
-    rng = np.random.default_rng(11)
-    for _ in range(30):
-        c = random_case(rng, eccentricity=0.0, wall_law="linear", lobes=3)
-        s = random_state(rng, c)
-        turned = np.repeat(s[None], 8, axis=0)
-        angles = np.linspace(0, 2 * np.pi, 8, endpoint=False)
-        cos, sin = np.cos(angles), np.sin(angles)
-        for a in (0, 1):
-            turned[:, a], turned[:, a + 2] = (cos * s[a] - sin * s[a + 2], sin * s[a] + cos * s[a + 2])
-        f = slopes(8, False, np.repeat(table_of(c), 8, axis=0), np.full(8, 1.25), turned)
-        back_x, back_y = cos * f[:, 1] + sin * f[:, 3], -sin * f[:, 1] + cos * f[:, 3]
-        size = 1e-13 * (terms(c, 1.25, s) + wall_terms(c, s))
-        assert np.all(np.abs(back_x - f[0, 1]) <= size[1])
-        assert np.all(np.abs(back_y - f[0, 3]) <= size[3])
-        assert np.all(np.abs(f[:, 7] - f[0, 7]) <= size[7])
-        assert np.array_equal(f[:, 5], np.repeat(f[0, 5], 8)), "the axial motion does not see the lateral plane"
-
-
-def test_mirror_image_of_the_rotation():
-    """y, twist, speed and drive reversed give the mirrored motion; flat rock, as lobes
-    have another flank."""
-    rng = np.random.default_rng(12)
-    for _ in range(30):
-        c = random_case(rng, amplitude=0.0, wall_law="linear", lobes=3, eccentricity=0.01)
-        s = random_state(rng, c)
-        flip = np.array([1, 1, -1, -1, 1, 1, -1, -1])
-        table = np.repeat(table_of(c), 8, axis=0)
-        table[1, PARAMETERS.index("set_speed")] *= -1  # depth of cut and all else stay
-        f = slopes(8, False, table, np.full(8, 2.0), np.array([s, s * flip] + [s] * 6))
-        if c.softening != "live":  # the torque that softens changes its sign in the mirror
-            assert f[1] == pytest.approx(f[0] * flip, rel=1e-12, abs=1e-12 * np.max(np.abs(f[0])))
-
-
-def test_bit_off_the_rock_feels_neither_force_nor_torque():
-    c = Case()
-    s = np.array([0.01, 0.0, 0.0, 0.0, 2e-3, 0.0, 0.0, 3.0])  # 1 mm above the highest lobe
-    f = slopes(1, False, table_of(c), np.zeros(1), s[None])[0]
-    assert f[5] == pytest.approx(-(c.wob + c.k_a * 2e-3) / c.m_a, rel=1e-14)
-
-
 def test_centre_of_the_hole_is_an_ordinary_point():
     """The polar form of the paper divides by r there."""
     c = Case()
@@ -251,13 +171,12 @@ def test_centre_of_the_hole_is_an_ordinary_point():
     assert f == pytest.approx(derivative(c, 0.0, s), rel=1e-12)
 
 
-def test_packing_many_points_is_packing_each():
-    c = Case()
-    rng = np.random.default_rng(13)
+@pytest.mark.parametrize("drive", ["ideal", "lqr"])
+def test_packing_many_points_is_packing_each(drive):
+    rng, p = np.random.default_rng(13), replace(Parameters(), drive=Drive(drive))
     depth, wob, speed = (rng.uniform(300, 9000, 20), rng.uniform(0, 1e5, 20), rng.uniform(0.1, 20, 20))
-    many = pack(parameters_of(c), depth, wob, speed, 0.5)
-    each = [pack(parameters_of(c), *point, 0.5)[0] for point in zip(depth, wob, speed, strict=True)]
-    assert np.array_equal(many, np.array(each))
+    each = [pack(p, *point, 0.5)[0] for point in zip(depth, wob, speed, strict=True)]
+    assert np.array_equal(pack(p, depth, wob, speed, 0.5), np.array(each))
 
 
 def test_natural_sizes_and_first_steps_are_positive_everywhere():
@@ -266,14 +185,3 @@ def test_natural_sizes_and_first_steps_are_positive_everywhere():
         table = table_of(random_case(rng))
         assert np.all(MAIN.state_scales(table, Options()) > 0)
         assert np.all((MAIN.first_step(table, Options()) > 0) & (MAIN.first_step(table, Options()) < 0.1))
-
-
-def test_bit_starts_where_it_rests_under_the_weight():
-    """z = -W/(k_a + k_c): theory page."""
-    from nsdrill.models.christoforou_yigit.parameters import Initial
-
-    c = Case()
-    state = starts(parameters_of(c), Initial(), c.depth, c.wob, c.speed)[0]
-    assert state[4] == pytest.approx(-c.wob / (c.k_a + c.rock_stiffness), rel=1e-14)
-    assert state.tolist()[:4] == [1e-3, 0, 0, 0]
-    assert state[7] == c.speed

@@ -160,14 +160,6 @@ def test_a_buckled_collar_that_its_walls_hold_is_no_fault():
     nsdrill.check(STUDY, set={"beam.stations": [{"at": 0.5}], "operation.wob": "1.4 MN"})
 
 
-def test_the_load_is_an_axis():
-    """A sweep over the load has the bits of single runs with it."""
-    both = nsdrill.run(STUDY, set={"sweep": {"beam.axial_load": ["0 kN", "300 kN"]}})
-    for load in (0.0, 300e3):
-        alone = nsdrill.run(STUDY, set={"sweep": None, "beam.axial_load": f"{load} N"})
-        assert np.array_equal(both.sel(beam_axial_load=load).final_state, np.squeeze(alone.final_state)), load
-
-
 def test_the_force_is_that_of_the_wall_that_presses_most():
     """Walls of different gaps and stiffness: the greatest force of any is that of a
     trace."""
@@ -188,14 +180,6 @@ def test_the_force_is_that_of_the_wall_that_presses_most():
     assert float(found.wall_force_max.squeeze()) == pytest.approx(np.max(force), rel=1e-3)
     on = np.maximum(*force) > 0
     assert float(found.wall_contact_fraction.squeeze()) == pytest.approx(on.mean(), abs=2e-3)
-
-
-def test_the_exponent_leaves_the_motion_as_it_is():
-    """A run has the same bits with its Lyapunov exponent measured or not."""
-    plain = nsdrill.run(STUDY)
-    measured = nsdrill.run(STUDY, set={"record.exponent": True})
-    assert np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
-    assert np.all(np.isfinite(measured["lyapunov_exponent"]))
 
 
 def test_one_mode_has_the_exponent_of_the_lumped_model():

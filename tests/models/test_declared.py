@@ -1,6 +1,7 @@
 """What a model declares once and what follows from it; friction laws and drilling rates by
 themselves."""
 
+import copy
 import math
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 import nsdrill
 from nsdrill.equations.trace import Named
 from nsdrill.models.friction import LAWS, Numbers, values
-from nsdrill.models.leaves import Values, lane_values, lanes_of, value_of
+from nsdrill.models.leaves import Values, lane_values, lanes_of
 from nsdrill.models.numbers import drilled
 from nsdrill.models.registry import BY_NAME, NAMES, described
 from nsdrill.models.responses import RESPONSES, Thresholds
@@ -55,17 +56,34 @@ def test_a_record_is_measured_unless_a_feature_of_that_name_is_declared():
     assert measured_by(records, own, ("option",)) == [Mean("a", "mean_a"), TimeAbove("c", "above_c")]
 
 
-def test_a_study_from_before_a_number_keeps_its_digest():
-    """``mud.swirl`` was not there at first; 0, its default, changes nothing."""
+@pytest.mark.parametrize(
+    ("section", "later", "changed"),
+    [
+        ("mud", ("swirl",), {"swirl": 0.5}),
+        ("bit.friction", ("law", "dynamic_from", "b0", "b1", "b2", "b3"), {"law": "rational"}),
+    ],
+)
+def test_a_study_from_before_a_number_keeps_its_digest(section, later, changed):
+    """Some keys were not there at first; their defaults change nothing."""
     now = parse_study("title: now\n")
-    assert value_of(now.parameters, "mud.swirl") == 0.0
-    before = {**now.resolved, "mud": {key: value for key, value in now.resolved["mud"].items() if key != "swirl"}}
+
+    def with_section(change):
+        resolved = copy.deepcopy(now.resolved)
+        inside = resolved
+        for part in section.split("."):
+            inside = inside[part]
+        change(inside)
+        return resolved
+
+    before = with_section(lambda inside: [inside.pop(key) for key in later])
     assert study_from_resolved(before).parameters == now.parameters
-    assert digest(before) == now.sha256
-    swirling = {**now.resolved, "mud": {**now.resolved["mud"], "swirl": 0.5}}
-    assert digest(swirling) != now.sha256
-    with pytest.raises(Exception, match="density"):  # a number of the physics that has always been there
-        study_from_resolved({**before, "mud": {"added_mass": 1.7}})
+    assert study_from_resolved(before).sha256 == digest(before) == now.sha256
+    assert digest(with_section(lambda inside: inside.update(changed))) != now.sha256
+
+
+def test_a_number_of_the_physics_that_has_always_been_there_is_not_left_out():
+    with pytest.raises(Exception, match="density"):
+        study_from_resolved({**parse_study("title: now\n").resolved, "mud": {"added_mass": 1.7}})
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -2,7 +2,9 @@
 model; and in every command."""
 
 import math
+from collections.abc import Callable
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -26,30 +28,41 @@ record: {poincare: 4, peaks: 8}
 """
 
 
+P = Parameters()
+INERTIA, STIFFNESS = pipe(P.drillstring, 5000.0)
+INERTIA = P.drillstring.collar_inertia + INERTIA / 3
+
+
 def linear(speed: float) -> np.ndarray:
     """The matrix of small deviations (twist, bit speed) from steady drilling at 5000 m
     and 66.72 kN."""
-    p, h = Parameters(), 1e-6
-    inertia, stiffness = pipe(p.drillstring, 5000.0)
-    inertia = p.drillstring.collar_inertia + inertia / 3
-    slope = (disc_torque(p.bit, 66.72e3, speed + h) - disc_torque(p.bit, 66.72e3, speed - h)) / (2 * h)
-    return np.array([[0.0, 1.0], [-stiffness / inertia, -(p.drillstring.damping + slope) / inertia]])
+    h = 1e-6
+    slope = (disc_torque(P.bit, 66.72e3, speed + h) - disc_torque(P.bit, 66.72e3, speed - h)) / (2 * h)
+    return np.array([[0.0, 1.0], [-STIFFNESS / INERTIA, -(P.drillstring.damping + slope) / INERTIA]])
+
+
+def exact(times: np.ndarray, legs: list[float], speed: Callable[[float], float], wob: Callable[[float], float]):
+    """DOP853 of the equations in plain numpy, from steady rotation, leg by leg."""
+
+    def slopes(t, y):
+        friction = P.drillstring.damping * y[1] + disc_torque(P.bit, wob(t), y[1])
+        return [y[1] - speed(t), (-STIFFNESS * y[0] - friction) / INERTIA]
+
+    state, found = np.array([0.0, 3.0]), []
+    for begin, end in pairwise(legs):
+        here = times[(times >= begin) & (times <= end)]
+        part = solve_ivp(slopes, (begin, end), state, "DOP853", here, rtol=1e-11, atol=1e-11)
+        state = part.y[:, -1]
+        found.append(part.y[:, : -1 if end < legs[-1] else None])
+    return np.concatenate(found, axis=1)
 
 
 def test_a_trace_is_that_of_another_integrator():
-    """DOP853 of the equations in plain numpy, through sticking and slipping at 3 rad/s."""
+    """Through sticking and slipping at 3 rad/s."""
     trace = nsdrill.simulate(STUDY, rotary_speed=3.0, duration=20.0, sample=0.1, set={"simulation.rtol": 1e-10})
-    p = Parameters()
-    inertia, stiffness = pipe(p.drillstring, 5000.0)
-    inertia = p.drillstring.collar_inertia + inertia / 3
-
-    def slopes(t, y):
-        friction = disc_torque(p.bit, 66.72e3, y[1])
-        return [y[1] - 3.0, (-stiffness * y[0] - p.drillstring.damping * y[1] - friction) / inertia]
-
-    expected = solve_ivp(slopes, (0, 20), [0.0, 3.0], "DOP853", trace.time.values, rtol=1e-11, atol=1e-11)
-    assert np.abs(trace.twist.values - expected.y[0]).max() < 1e-6
-    assert np.abs(trace.bit_speed.values - expected.y[1]).max() < 1e-6
+    twist, speed = exact(trace.time.values, [0.0, 20.0], lambda t: 3.0, lambda t: 66.72e3)
+    assert np.abs(trace.twist.values - twist).max() < 1e-6
+    assert np.abs(trace.bit_speed.values - speed).max() < 1e-6
 
 
 FROZEN = {"model": "christoforou_yigit", "modes.axial": "frozen", "modes.lateral": "frozen", "bit.cutting.zeta": 0}
@@ -169,8 +182,7 @@ def test_keys_of_another_model_are_refused():
 
 
 def test_a_ramp_is_that_of_another_integrator():
-    """DOP853 with speed and weight on bit that move, through stick-slip, leg by leg
-    between the knots."""
+    """With speed and weight on bit that move, through stick-slip."""
     ramps = {
         "operation.rotary_speed": {"ramp": [["0 s", "3 rad/s"], ["10 s", "7 rad/s"], ["20 s", "7 rad/s"]]},
         "operation.wob": {"ramp": [["0 s", "40 kN"], ["20 s", "70 kN"]]},
@@ -178,24 +190,9 @@ def test_a_ramp_is_that_of_another_integrator():
     }
     text = "model: torsion\noperation: {depth: 5000 m}"
     trace = nsdrill.simulate(text, duration=20.0, sample=0.1, set=ramps)
-    p = Parameters()
-    inertia, stiffness = pipe(p.drillstring, 5000.0)
-    inertia = p.drillstring.collar_inertia + inertia / 3
-
-    def slopes(t, y):
-        speed, wob = 3.0 + 0.4 * min(t, 10.0), 40e3 + 1.5e3 * t
-        return [
-            y[1] - speed,
-            (-stiffness * y[0] - p.drillstring.damping * y[1] - disc_torque(p.bit, wob, y[1])) / inertia,
-        ]
-
-    state, found = np.array([0.0, 3.0]), []
-    for begin, end in ((0.0, 10.0), (10.0, 20.0)):
-        times = trace.time.values[(trace.time.values >= begin) & (trace.time.values <= end)]
-        part = solve_ivp(slopes, (begin, end), state, "DOP853", times, rtol=1e-11, atol=1e-11)
-        state = part.y[:, -1]
-        found.append(part.y[:, : -1 if end < 20.0 else None])
-    expected = np.concatenate(found, axis=1)
-    assert np.abs(trace.twist.values - expected[0]).max() < 1e-6
-    assert np.abs(trace.bit_speed.values - expected[1]).max() < 1e-5
+    twist, speed = exact(
+        trace.time.values, [0.0, 10.0, 20.0], lambda t: 3.0 + 0.4 * min(t, 10.0), lambda t: 40e3 + 1.5e3 * t
+    )
+    assert np.abs(trace.twist.values - twist).max() < 1e-6
+    assert np.abs(trace.bit_speed.values - speed).max() < 1e-5
     assert float(trace.drive_angle[-1]) == pytest.approx(50.0 + 70.0)

@@ -2,13 +2,9 @@
 kernel: against closed forms and against SciPy."""
 
 import math
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,7 +38,6 @@ from nsdrill.observe.findings import measured, new_store, outcome_width
 from observe.declared_runs import Model, Observed, observe, with_feature
 from observe.sampled import above, integral, lowest, slips
 
-TESTS = str(Path(__file__).parents[1])
 TWO_PI = 2.0 * math.pi
 
 
@@ -712,29 +707,3 @@ def test_what_happens_in_every_step_works_on_all_lanes(declaration):
     packed, single = packed_and_single(text.partition("i64 @entry(")[2])
     assert packed > 50
     assert single == 0
-
-
-PLAIN = """
-import sys
-sys.path.insert(0, {tests!r})
-from observe.test_channels import few_steps
-print(few_steps())
-"""
-
-
-def few_steps() -> list[float]:
-    o = observe(SWING, SWINGING, [1.0, 0.0], [1.0, 0.0], Simulation(0.0, TWO_PI, 1e-6), 1)
-    return [float(values[0]) for values in o.found.values()]
-
-
-def test_plain_python_measures_the_same():
-    """NUMBA_DISABLE_JIT=1, where a fused multiply-add rounds twice: some hundred
-    roundings of numbers about one."""
-    done = subprocess.run(
-        [sys.executable, "-c", PLAIN.format(tests=TESTS)],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert [float(value) for value in done.stdout.strip("[]\n").split(",")] == pytest.approx(few_steps(), abs=1e-12)

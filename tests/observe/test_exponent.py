@@ -53,13 +53,6 @@ def test_a_limit_cycle_has_exponent_zero_and_a_fixed_point_its_eigenvalue():
     assert rest["lyapunov_exponent"][0] == pytest.approx(slowest, rel=1e-3)
 
 
-def test_exponents_have_the_same_bits_in_every_lane():
-    parameters = [(10.0, rho, 8 / 3) for rho in (28.0, 100.0, 14.0, 24.5, 40.0, 60.0, 20.0, 0.5, 30.0)]
-    simulation = Simulation(transient=5.0, observe=20.0)
-    alone, packed = (exponents(False, parameters, (1.0, 2.0, 20.0), simulation, lanes) for lanes in (1, 8))
-    assert alone.tobytes() == packed.tobytes()
-
-
 def run_one(case: Case, start: np.ndarray, simulation: Simulation, record: Record = Record(), looks: bool = True):
     """One run from ``start``; without ``looks`` its deviation keeps its length."""
     work = replace(work_for(case, simulation), record=record)

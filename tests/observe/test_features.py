@@ -154,22 +154,6 @@ def test_ripples_of_the_error_are_no_peaks():
     assert found[np.isfinite(found)] == pytest.approx(expected, rel=1e-4, abs=1e-6)
 
 
-@pytest.mark.parametrize(("tolerances", "peaks"), [(3.0, 0), (100.0, 26)])
-def test_a_peak_stands_out_by_ten_tolerances(tolerances, peaks):
-    """A bit that swings on flat rock, undamped, from its highest point: a maximum at
-    the end of each period."""
-    case = FREE.but(axial_damping=0.0)
-    simulation = Simulation(0.0, 26.5 * 2 * np.pi / np.sqrt((case.k_a + case.rock_stiffness) / case.m_a), rtol=1e-8)
-    start = start_of(case)
-    size = case.wob / (case.k_a + case.rock_stiffness)
-    # the tolerance: of the natural scale and the value
-    start[4] += 0.5 * tolerances * simulation.rtol * 2 * size
-    out = run_from(work_for(case, simulation), start[None])
-    found = out["axial_peaks"][0]
-    assert np.isfinite(found).sum() == peaks
-    assert out["axial_max"][0] == pytest.approx(start[4], rel=1e-11)
-
-
 # A collar that swings freely: no mud, no eccentricity, no softening; an ellipse at the
 # lateral frequency.
 FREE = Case(
@@ -246,19 +230,6 @@ def test_radius_peaks_of_an_ellipse_are_its_long_axis():
     assert peaks == pytest.approx(np.full(len(peaks), 0.05), rel=1e-9)
 
 
-def test_peak_ring_keeps_the_last_ones_oldest_first():
-    """A swing that dies out in mud: falling peaks, so order and choice show."""
-    case = FREE.but(mud_drag=1.0)
-    many, few = (
-        run_from(work_for(case, Simulation(0.0, 30.0), peaks=peaks), ellipse(0.06, 0.01, 0.4)[None])["radius_peaks"][0]
-        for peaks in (100, 7)
-    )
-    many = many[np.isfinite(many)]
-    assert len(many) > 50
-    assert np.all(np.diff(many) < 0)
-    assert few.tolist() == many[-7:].tolist()
-
-
 def test_a_motion_that_repeats_itself_is_settled():
     """Circular forward whirl with the bit rising and falling three times a turn."""
     period = 2 * np.pi / SMOOTH.speed
@@ -266,17 +237,6 @@ def test_a_motion_that_repeats_itself_is_settled():
     # The lateral swing of the start dies out as 1/t in mud: a thousandth is left.
     assert out["half_difference"][0] < 0.01
     assert out["settled"][0] == 1
-
-
-def test_a_motion_that_dies_out_is_not_settled():
-    case = FREE.but(mud_drag=1.0)
-    out = run_from(work_for(case, Simulation(0.0, 30.0)), ellipse(0.06, 0.01, 0.4)[None])
-    # Radius 0.06 in the first half; the second begins at what is left of it.
-    peaks = out["radius_peaks"][0]
-    left = np.nanmax(peaks[np.isfinite(peaks)][-16:])
-    assert out["half_difference"][0] > 0.05
-    assert out["half_difference"][0] == pytest.approx(1 - left / 0.06, abs=0.15)
-    assert out["settled"][0] == 0
 
 
 def test_the_window_has_no_memory_of_the_transient():

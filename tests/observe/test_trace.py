@@ -198,13 +198,6 @@ def test_returns_are_those_of_the_exact_solution(case, section, within):
         assert mine[name] == pytest.approx(values, rel=within, abs=within * state_scales.get(name, 1.0)), name
 
 
-def test_the_last_ones_are_kept_oldest_first():
-    start = start_of(SMOOTH)
-    many, few = (crossings_of(with_section(SMOOTH, returns), start) for returns in (40, 3))
-    for name in SECTION:
-        assert few[name].tobytes() == many[name][-3:].tobytes()
-
-
 def test_a_bit_that_swings_back_is_counted_once_a_turn():
     """Off the rock the string unwinds from twenty radians of twist, and the bit swings
     back by whole turns."""

@@ -40,6 +40,29 @@ def numbers_at(data, label):
     return np.sort(data["rotary_speed"].values[data["label"].values == label])
 
 
+def continued(base, begin, end, seeds, transient, *, observe=None, points, **more):
+    """The study of branches along the set speed [rad/s], and its branches."""
+    keys = {"seeds": {"rotary_speed": [f"{seed} rad/s" for seed in seeds]}, "points": points, **more}
+    span = {"along": "rotary_speed", "from": f"{begin} rad/s", "to": f"{end} rad/s"}
+    simulation = {"transient": f"{transient} s", "observe": f"{observe or transient} s"}
+    study = nsdrill.load_study({**base, "simulation": simulation, "continue": {**span, **keys}})
+    return study, nsdrill.continue_branches(study)
+
+
+def run_from(one, base, transient, observe, speed=None, **more):
+    """The results of a run from a point of a branch, at its set speed or at ``speed``."""
+    speed = float(one["rotary_speed"]) if speed is None else speed
+    frozen = base.get("modes", {}).get("lateral") == "frozen"
+    names = ("z", "twist", "bit_speed") if frozen else tuple(UNITS)
+    study = {
+        **base,
+        "initial": {name: value for name, value in initial_of(one).items() if name in names},
+        "simulation": {"transient": f"{transient} s", "observe": f"{observe} s", "rtol": 1e-9},
+        "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
+    }
+    return nsdrill.run({**study, **more}, progress=False)
+
+
 def friction(law, omega):
     """The law of friction at a speed, without its coefficient at rest taken out."""
     return (
@@ -50,49 +73,39 @@ def friction(law, omega):
     )
 
 
-def bit_torque(study, omega, force):
-    k = derive(study.parameters, 5000.0, 22240.0, omega)
+def bit_torque(study, omega, force, set_speed=None):
+    """Of the bit at a speed; the cutting arm goes with the depth of cut of the set
+    speed, which the bit's own speed does not change."""
+    arm = derive(study.parameters, 5000.0, 22240.0, set_speed or omega).cutting_arm
     bit = study.parameters.bit
-    cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.friction.smoothing * omega)
+    cutting = arm * 2 / math.pi * math.atan(bit.friction.smoothing * omega)
     return force * (2 / 3 * study.parameters.well.diameter / 2 * friction(bit.friction, omega) + cutting)
+
+
+def force_of(study, k):
+    """Of the bit in steady drilling [N]."""
+    stiffness = study.parameters.bit.rock_stiffness
+    return 22240.0 * stiffness / (stiffness + k.k_a)
+
+
+def damping_of(study, omega):
+    """Of the twist about steady drilling: its own, and the slope of the bit's torque."""
+    force, h = force_of(study, derive(study.parameters, 5000.0, 22240.0, omega)), 1e-5
+    rise = bit_torque(study, omega + h, force, omega) - bit_torque(study, omega - h, force, omega)
+    return study.parameters.drillstring.torsional_damping + rise / (2 * h)
+
+
+FROZEN = {**SMOOTH, "modes": {"lateral": "frozen"}}
 
 
 def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
     """Without lobes and lateral motion steady drilling is lost where c_t + F dT/domega
     vanishes; the cycles that spring there are unstable up to a fold: between the two
     speeds steady drilling and stick-slip coexist."""
-    study = nsdrill.load_study(
-        {
-            **SMOOTH,
-            "modes": {"lateral": "frozen"},
-            "simulation": {"transient": "10 s", "observe": "10 s"},
-            "continue": {
-                "along": "rotary_speed",
-                "from": "1.8 rad/s",
-                "to": "5 rad/s",
-                "seeds": {"rotary_speed": ["3.5 rad/s"]},
-                "points": 500,
-            },
-        }
-    )
-    data = nsdrill.continue_branches(study)
-    k = derive(study.parameters, 5000.0, 22240.0, 2.0)
-    stiffness = study.parameters.bit.rock_stiffness
-    force = 22240.0 * stiffness / (stiffness + k.k_a)
+    study, data = continued(FROZEN, 1.8, 5, [3.5], 10, points=500)
 
     def damping(omega):
-        # The cutting arm goes with the depth of cut of the set speed, which the bit's
-        # own speed does not change.
-        h = 1e-5
-        arm = derive(study.parameters, 5000.0, 22240.0, omega).cutting_arm
-        bit = study.parameters.bit
-
-        def torque(speed):
-            radius = study.parameters.well.diameter / 2
-            cutting = arm * 2 / math.pi * math.atan(bit.friction.smoothing * speed)
-            return force * (2 / 3 * radius * friction(bit.friction, speed) + cutting)
-
-        return study.parameters.drillstring.torsional_damping + (torque(omega + h) - torque(omega - h)) / (2 * h)
+        return damping_of(study, omega)
 
     assert numbers_at(data, HOPF) == pytest.approx([brentq(damping, 1.5, 3.0)], abs=1e-6)
     (fold,) = numbers_at(data, FOLD)
@@ -112,18 +125,8 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
     # ends in steady drilling.
     side = cycles.isel(point=large)
     one = side.isel(point=int(np.argmin(np.abs(side["rotary_speed"].values - (fold - 0.05)))))
-    initial = {name: value for name, value in initial_of(one).items() if name in ("z", "twist", "bit_speed")}
     for speed, sticks in ((float(one["rotary_speed"]), True), (fold + 0.1, False)):
-        run = nsdrill.run(
-            {
-                **SMOOTH,
-                "modes": {"lateral": "frozen"},
-                "initial": initial,
-                "simulation": {"transient": "600 s", "observe": "100 s", "rtol": 1e-9},
-                "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
-            },
-            progress=False,
-        )
+        run = run_from(one, FROZEN, 600, 100, speed)
         fastest = float(run["bit_speed_max"].squeeze())
         if sticks:
             assert fastest == pytest.approx(float(one["bit_speed_max"]), rel=1e-4)
@@ -134,22 +137,12 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
 def test_fold_of_backward_rolling():
     """Without lobes and eccentricity backward rolling is a balance of forces: it folds
     at the least speed at which the friction of some slip can carry the drag."""
-    study = nsdrill.load_study(
-        {
-            **SMOOTH,
-            "drillstring": {"eccentricity": "0 mm"},
-            "initial": {"x": "76.63 mm", "vy": "-0.686 m/s", "twist": "-5.8 rad"},
-            "simulation": {"transient": "20 s", "observe": "20 s"},
-            "continue": {
-                "along": "rotary_speed",
-                "from": "4.3 rad/s",
-                "to": "6.5 rad/s",
-                "seeds": {"rotary_speed": ["6 rad/s"]},
-                "points": 120,
-            },
-        }
-    )
-    data = nsdrill.continue_branches(study)
+    base = {
+        **SMOOTH,
+        "drillstring": {"eccentricity": "0 mm"},
+        "initial": {"x": "76.63 mm", "vy": "-0.686 m/s", "twist": "-5.8 rad"},
+    }
+    study, data = continued(base, 4.3, 6.5, [6], 20, points=120)
     (fold,) = numbers_at(data, FOLD)
     parameters = study.parameters
 
@@ -158,8 +151,7 @@ def test_fold_of_backward_rolling():
 
         def excess(omega):
             k = derive(parameters, 5000.0, 22240.0, omega)
-            stiffness = parameters.bit.rock_stiffness
-            force = 22240.0 * stiffness / (stiffness + k.k_a)
+            force = force_of(study, k)
             torque = bit_torque(study, omega, force)
             span = parameters.drillstring.collar.span
             k_r = k.k_bend - force * math.pi**2 / (2 * span) - torque * math.pi**3 / (2 * span**2)
@@ -187,22 +179,8 @@ def test_fold_of_backward_rolling():
 @pytest.fixture(scope="module")
 def bounce():
     """Bounces over one lobe of the main study, and their setting."""
-    study = nsdrill.load_study(
-        {
-            **AT,
-            "simulation": {"transient": "400 s", "observe": "100 s"},
-            "continue": {
-                "along": "rotary_speed",
-                "from": "3.3 rad/s",
-                "to": "4.6 rad/s",
-                "lobes": 1,
-                # whether a seed settles on this motion or on another depends on its last bits
-                "seeds": {"rotary_speed": ["3.5 rad/s", "3.6 rad/s", "3.7 rad/s"]},
-                "points": 80,
-            },
-        }
-    )
-    return study, nsdrill.continue_branches(study)
+    # whether a seed settles on this motion or on another depends on its last bits
+    return continued(AT, 3.3, 4.6, [3.5, 3.6, 3.7], 400, observe=100, lobes=1, points=80)
 
 
 def orbit_at(data, number):
@@ -265,40 +243,15 @@ def test_multipliers_across_contacts(bounce):
     assert np.max(np.abs(differences * state_scales / state_scales[:, None] - scaled[0])) < 1e-4
 
 
-def test_divergence(bounce):
+def test_divergence():
     """Liouville, of steady drilling on a smooth rock: the sum of the exponents is the
     divergence, in closed form."""
-    study = nsdrill.load_study(
-        {
-            **SMOOTH,
-            "modes": {"lateral": "frozen"},
-            "simulation": {"transient": "10 s", "observe": "10 s"},
-            "continue": {
-                "along": "rotary_speed",
-                "from": "4 rad/s",
-                "to": "5 rad/s",
-                "seeds": {"rotary_speed": ["4.5 rad/s"]},
-                "switch": False,
-                "points": 20,
-            },
-        }
-    )
-    data = nsdrill.continue_branches(study)
-    parameters = study.parameters
+    study, data = continued(FROZEN, 4, 5, [4.5], 10, switch=False, points=20)
     for point in range(data.sizes["point"]):
         one = data.isel(point=point)
         omega = float(one["rotary_speed"])
-        k = derive(parameters, 5000.0, 22240.0, omega)
-        stiffness, h = parameters.bit.rock_stiffness, 1e-5
-        force = 22240.0 * stiffness / (stiffness + k.k_a)
-        bit, radius = parameters.bit.friction, parameters.well.diameter / 2
-
-        def torque(speed):
-            cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.smoothing * speed)  # noqa: B023
-            return force * (2 / 3 * radius * friction(bit, speed) + cutting)  # noqa: B023
-
-        damping = parameters.drillstring.torsional_damping + (torque(omega + h) - torque(omega - h)) / (2 * h)
-        divergence = -parameters.drillstring.axial_damping / k.m_a - damping / k.J
+        k = derive(study.parameters, 5000.0, 22240.0, omega)
+        divergence = -study.parameters.drillstring.axial_damping / k.m_a - damping_of(study, omega) / k.J
         multipliers = multipliers_of(one)
         found = np.log(np.abs(np.prod(multipliers[np.isfinite(multipliers)]))) / float(one["period"])
         assert found == pytest.approx(divergence, abs=1e-8)
@@ -311,16 +264,7 @@ def test_exponent_of_a_settled_bounce(bounce):
     one = orbit_at(data, 3.8)
     largest = max(np.abs(multipliers_of(one)))
     assert int(one["unstable"]) == 0
-    run = nsdrill.run(
-        {
-            **AT,
-            "initial": initial_of(one),
-            "sweep": {"rotary_speed": f"{float(one['rotary_speed'])!r} rad/s"},
-            "simulation": {"transient": "200 s", "observe": "400 s", "rtol": 1e-9},
-            "record": {"exponent": True},
-        },
-        progress=False,
-    )
+    run = run_from(one, AT, 200, 400, record={"exponent": True})
     found, error = float(run["lyapunov_exponent"].squeeze()), float(run["lyapunov_error"].squeeze())
     assert found == pytest.approx(math.log(largest) / float(one["period"]), abs=max(3 * error, 2e-3))
 
@@ -332,16 +276,7 @@ def test_branches_against_the_sweep(bounce):
     _, data = bounce
     for number in (3.4, 4.5):
         one = orbit_at(data, number)
-        speed = float(one["rotary_speed"])
-        run = nsdrill.run(
-            {
-                **AT,
-                "initial": initial_of(one),
-                "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
-                "simulation": {"transient": "100 s", "observe": "50 s", "rtol": 1e-9},
-            },
-            progress=False,
-        )
+        run = run_from(one, AT, 100, 50)
         for name in ("axial_max", "bit_speed_max", "radius_max", "bit_force_max"):
             assert float(run[name].squeeze()) == pytest.approx(float(one[name]), rel=1e-3)
     torus = numbers_at(data, 8)
@@ -381,22 +316,7 @@ def test_torus_bifurcation_against_the_sweep(bounce):
 def test_multipliers_where_equations_are_not_linearised(extra):
     """With stabilisers, or friction along the hole, deviations are differences of the
     equations: the multipliers are those of central differences of the flow."""
-    study = nsdrill.load_study(
-        {
-            **SMOOTH,
-            **extra,
-            "simulation": {"transient": "20 s", "observe": "5 s"},
-            "continue": {
-                "along": "rotary_speed",
-                "from": "3 rad/s",
-                "to": "3.5 rad/s",
-                "switch": False,
-                "points": 4,
-                "seeds": {"rotary_speed": ["3.2 rad/s"]},
-            },
-        }
-    )
-    data = nsdrill.continue_branches(study)
+    study, data = continued({**SMOOTH, **extra}, 3, 3.5, [3.2], 20, observe=5, switch=False, points=4)
     assert list(data["motion"].values) == ["equilibrium"]
     setup = continuation_setup(study)
     flow = Flow(setup.flow(("rotary_speed",), (0.2,), 1).equations, rtol=1e-12)
@@ -419,23 +339,13 @@ def test_a_regulated_motor_against_shooting_by_scipy():
     DOP853 of circuit, springs and friction, and its multipliers are those of
     differences of such runs."""
     gains = (0.0272, 22.2, 1.138, -13.03, 15.6)
-    study = nsdrill.load_study(
-        {
-            "operation": {"depth": "5000 m", "wob": "66.72 kN"},
-            "bit": {"surface_amplitude": "0 mm"},
-            "modes": {"lateral": "frozen", "axial": "frozen"},
-            "drive": {"kind": "dc_motor", "gains": list(gains)},
-            "simulation": {"transient": "20 s", "observe": "10 s"},
-            "continue": {
-                "along": "rotary_speed",
-                "from": "1.5 rad/s",
-                "to": "3 rad/s",
-                "points": 40,
-                "seeds": {"rotary_speed": ["2 rad/s"]},
-            },
-        }
-    )
-    data = nsdrill.continue_branches(study)
+    base = {
+        "operation": {"depth": "5000 m", "wob": "66.72 kN"},
+        "bit": {"surface_amplitude": "0 mm"},
+        "modes": {"lateral": "frozen", "axial": "frozen"},
+        "drive": {"kind": "dc_motor", "gains": list(gains)},
+    }
+    study, data = continued(base, 1.5, 3, [2], 20, observe=10, points=40)
     cycle = list(data["motion"].values).index("limit_cycle")
     one = data.isel(point=int(np.flatnonzero(data["branch_of_point"].values == cycle)[10]))
     speed, period = float(one["rotary_speed"]), float(one["period"])

@@ -171,7 +171,7 @@ def test_a_part_of_a_trace(trace):
     [
         ("orbit", {"xlim": (0.0, 1.0)}, "xlim: found with kind='orbit', whose panels have no x axis in common"),
         ("phase", {"time": ("90 s", "95 s")}, "times with two samples or more between them, of 0 s to 59.995 s"),
-        ("phase", {"time": ("9 s", "5 s")}, "time: found 9 to 5 s; allowed: the lower end first"),
+        ("phase", {"time": ("9 s", "5 s")}, "time: found 9 s to 5 s; allowed: the lower end first"),
         ("phase", {"time": ("9 m", "5 s")}, "time: "),
         ("value", {"time": (0, 1)}, "time: found with results"),
         ("value", {"xlim": (20.0, 30.0)}, "xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"),
@@ -361,3 +361,14 @@ def test_basins_have_colours_that_can_be_told_apart():
     assert colours[0] == RESPONSES[5].colour
     assert min(distances) > 25
     assert lightness_and_hue("#FFFFFF") == pytest.approx([100, 0, 0], abs=0.1)
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_a_picture_without_room_for_its_panels_is_refused(speeds):
+    """In place of words that cover each other; one panel alone has room."""
+    words = "^height: found a picture of 3 by 3 in, in which title, labels and legend leave no room"
+    small = look_of(width="3 in", height="3 in")
+    with pytest.raises(InputError, match=words):
+        plot.draw(speeds, look=small)
+    axes = plot.draw(speeds, panel="radius_peaks", look=small).axes[0]
+    assert axes.get_window_extent().height > 0.2 * axes.figure.dpi

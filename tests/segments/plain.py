@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.linalg import eigh
 
 
 @dataclass
@@ -191,6 +192,55 @@ class Plain:
         lost = self.beta_a * self.k @ np.diff(v) ** 2 + self.beta_t * self.kt @ np.diff(w) ** 2 + self.cw @ w**2
         lost += self.c_top * v[0] ** 2 + self.c_rt * w[0] ** 2 + self.R * current**2
         return float(self.drag(t, v) @ v + force * v[-1] - torque * w[-1] + self.voltage(t, state) * current - lost)
+
+
+@dataclass
+class Driven(Plain):
+    """A string whose top is turned by T = -K_i lag - K_p (w_0 - Omega) - G_t (twist -
+    lag) - G_w (w_n - Omega), with numbers that follow from the ``kind`` as other
+    programs have them; ``motor`` and ``table`` are the machine's."""
+
+    kind: str = "stiff"
+    limit: float = math.inf
+    numbers: dict[str, Any] = field(default_factory=dict)
+    gear: float = 0.0
+    table: float = 2900.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        n = self.n
+        D = np.diff(np.eye(n + 1), axis=0)
+        below = (D.T @ np.diag(self.kt) @ D)[1:, 1:]
+        w = math.sqrt(eigh(below, np.diag(self.J[1:]), eigvals_only=True)[0])
+        k_t = 1 / np.sum(1 / self.kt)
+        zeta = math.pi / 32 * (self.pipe[0] ** 4 - self.pipe[1] ** 4) * math.sqrt(self.rho * self.G)
+        half = self.rho * math.pi / 32 * (self.pipe[0] ** 4 - self.pipe[1] ** 4)
+        half *= (self.depth - self.collar_length) / self.pipes / 2
+        J = self.J[0] - half
+        get = self.numbers.get
+        self.law = {
+            "stiff": (J, 5 * J, 50 * zeta, 0.0, 0.0),
+            "soft_torque": (J - get("taken", 0.0), w**2 * (J - get("taken", 0.0)), get("b", 4.0) * zeta, 0.0, 0.0),
+            "equal_damping": (J, w**2 * J, 2 * math.sqrt(k_t * J), 0.0, 0.0),
+            "z_torque": (J / 13.5, 50 * zeta / 13.5 / (20 / (2 * math.pi)), 50 * zeta / 13.5, 0.0, 0.0),
+            "pi": (J, 14500.0, 14853.0, get("G_t", 0.0), get("G_w", 0.0)),
+        }[self.kind]
+        self.J[0] = self.law[0] + half
+
+    def torque(self, state: Any) -> float:
+        _, _, th, w, _ = self.parts(state)
+        _, K_i, K_p, G_t, G_w = self.law
+        asked = -(K_i * th[0] + K_p * (w[0] - self.speed) + G_t * (th[-1] - th[0]) + G_w * (w[-1] - self.speed))
+        return min(max(asked, 0.0), self.limit) if math.isfinite(self.limit) else asked
+
+    def rates(self, t: float, state: Any) -> Any:
+        made, n = super().rates(t, state), self.n + 1
+        current = self.parts(state)[4]
+        made[3 * n] += (self.torque(state) - self.nK * current) / self.J[0]
+        if t < self.on_at:
+            made[3 * n] = 0.0
+        made[-1] = 0.0
+        return made
 
 
 def ours(state: Any, n: int) -> Any:

@@ -1,6 +1,6 @@
 """The string of segments along ramps, and a bit that creeps."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.models.segments.parameters import Initial
 from nsdrill.study.load import parse_study
 from segments.lanes import DEPTH, MODEL, SPEED, Slopes, run, string
-from segments.plain import Plain, ours, plain_of
+from segments.plain import Driven, Plain, ours, plain_of
 
 FEW = {"segments__pipe": 2, "segments__collar": 2}
 
@@ -124,35 +124,29 @@ simulation: {{rtol: 1.0e-9}}
 GAINS = (0.029333, 41.716072, 2.158996, -32.539385, 13.552175)
 
 
-@dataclass
-class Turned(Plain):
-    """At one moment of the ramp: ``angle`` of the set point."""
-
-    angle: float = 0.0
-
-    def turned(self, t: float) -> float:
-        return self.angle
+REGULATED, TORQUE = f"kind: dc_motor, gains: {list(GAINS)}", {"kind": "soft_torque", "limit": 6000.0}
 
 
 @pytest.mark.parametrize(
-    ("drive", "keys"),
+    ("drive", "string", "keys"),
     [
-        ("kind: dc_motor", {}),
-        (f"kind: dc_motor, gains: {list(GAINS)}, on_at: 0.7 s", {"gains": GAINS, "on_at": 0.7}),
-        ("kind: ideal", {"stiff": True}),
+        ("kind: dc_motor", Plain, {}),
+        (f"{REGULATED}, on_at: 0.7 s", Plain, {"gains": GAINS, "on_at": 0.7}),
+        ("kind: ideal", Plain, {"stiff": True}),
+        ("kind: soft_torque, torque_limit: 6 kN*m, on_at: 0.7 s", Driven, {**TORQUE, "on_at": 0.7}),
     ],
-    ids=["motor", "regulated", "ideal"],
+    ids=["motor", "regulated", "ideal", "torque"],
 )
-def test_a_ramp_is_the_motion_of_moving_numbers(drive, keys):
+def test_a_ramp_is_the_motion_of_moving_numbers(drive, string, keys):
     """The drive, the mud's pulsation and the moment at which control begins go by the
     time of the run."""
     found = nsdrill.simulate(STUDY.format(drive), sample=0.1)
 
     def rates(t, y):
-        speed, load = 13.0 + 4.0 * t, 100e3 - 20e3 / 1.5 * t
-        moment = Turned(pipes=2, collars=2, speed=speed, wob=load, angle=13.0 * t + 2.0 * t * t, **keys)
+        moment = string(pipes=2, collars=2, speed=13.0 + 4.0 * t, wob=100e3 - 20e3 / 1.5 * t, **keys)
+        moment.turned = lambda t: 13.0 * t + 2.0 * t * t
         made = np.array(moment.rates(t, y))
-        if keys.get("stiff"):  # the table follows the set point
+        if keys.get("stiff") or (string is Driven and t < keys["on_at"]):  # the top follows the set point
             made[3 * 5] = 4.0
         return made
 
@@ -160,18 +154,16 @@ def test_a_ramp_is_the_motion_of_moving_numbers(drive, keys):
     at = found.time.values
     pieces, y = [start[:, None]], start
     for first, last in ((0.0, 0.7), (0.7, 1.5)):  # the law begins with a jump
-        times = np.minimum(at[(at > first + 1e-9) & (at <= last + 1e-9)], last)
-        one = solve_ivp(rates, (first, last), y, "DOP853", rtol=1e-9, atol=1e-9, t_eval=times, max_step=0.01)
+        end = last - 1e-12
+        times = np.minimum(at[(at > first + 1e-9) & (at <= last + 1e-9)], end)
+        one = solve_ivp(rates, (first, end), y, "DOP853", rtol=1e-9, atol=1e-9, t_eval=times, max_step=0.01)
         pieces, y = [*pieces, one.y], one.y[:, -1]
-    exact = dict(
-        zip(
-            ("z", "twist", "bit_speed", "drive_speed", "current", "lag"),
-            np.concatenate(pieces, axis=1)[[4, 14, 19, 15, 20, 10]],
-            strict=True,
-        )
-    )
+    rows = {"z": 4, "twist": 14, "bit_speed": 19, "drive_speed": 15, "current": 20, "lag": 10}
+    exact = {name: np.concatenate(pieces, axis=1)[row] for name, row in rows.items()}
     for name, within in {"z": 2e-6, "twist": 2e-4, "bit_speed": 5e-3, "drive_speed": 1e-4, "lag": 1e-4}.items():
         if name in found:
             assert found[name].values == pytest.approx(exact[name], abs=within), name
-    if not keys.get("stiff"):
+    if "dc_motor" in drive:
         assert found["current"].values == pytest.approx(exact["current"], abs=0.1)
+    if string is Driven:
+        assert found["drive_speed"].values[6] == pytest.approx(13 + 4 * 0.6, abs=1e-9)

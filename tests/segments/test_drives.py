@@ -2,17 +2,14 @@
 string with many modes."""
 
 import math
-from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.linalg import eigh
 
 import nsdrill
 from nsdrill.app.check import check
-from nsdrill.errors import InputError, StudyError
+from nsdrill.errors import InputError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.drives import growing
 from nsdrill.models.segments.checks import fall_of_torque, slope_held, torsional_matrix
@@ -20,59 +17,10 @@ from nsdrill.models.segments.parameters import Initial
 from nsdrill.models.segments.string import steady_of, string_of
 from nsdrill.study.load import parse_study
 from segments.lanes import DEPTH, MODEL, QUIET, SPEED, WOB, Slopes, run, string
-from segments.plain import Plain, ours, plain_of
+from segments.plain import Driven, Plain, ours, plain_of
 
 KINDS = ("stiff", "soft_torque", "equal_damping", "z_torque", "pi")
 FEW = {"segments__pipe": 2, "segments__collar": 2}
-
-
-@dataclass
-class Driven(Plain):
-    """A string whose top is turned by T = -K_i lag - K_p (w_0 - Omega) - G_t (twist -
-    lag) - G_w (w_n - Omega), with numbers that follow from the ``kind`` as other
-    programs have them; ``motor`` and ``table`` are the machine's."""
-
-    kind: str = "stiff"
-    limit: float = math.inf
-    numbers: dict[str, Any] = field(default_factory=dict)
-    gear: float = 0.0
-    table: float = 2900.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        n = self.n
-        D = np.diff(np.eye(n + 1), axis=0)
-        below = (D.T @ np.diag(self.kt) @ D)[1:, 1:]
-        w = math.sqrt(eigh(below, np.diag(self.J[1:]), eigvals_only=True)[0])
-        k_t = 1 / np.sum(1 / self.kt)
-        zeta = math.pi / 32 * (self.pipe[0] ** 4 - self.pipe[1] ** 4) * math.sqrt(self.rho * self.G)
-        half = self.rho * math.pi / 32 * (self.pipe[0] ** 4 - self.pipe[1] ** 4)
-        half *= (self.depth - self.collar_length) / self.pipes / 2
-        J = self.J[0] - half
-        get = self.numbers.get
-        self.law = {
-            "stiff": (J, 5 * J, 50 * zeta, 0.0, 0.0),
-            "soft_torque": (J - get("taken", 0.0), w**2 * (J - get("taken", 0.0)), get("b", 4.0) * zeta, 0.0, 0.0),
-            "equal_damping": (J, w**2 * J, 2 * math.sqrt(k_t * J), 0.0, 0.0),
-            "z_torque": (J / 13.5, 50 * zeta / 13.5 / (20 / (2 * math.pi)), 50 * zeta / 13.5, 0.0, 0.0),
-            "pi": (J, 14500.0, 14853.0, get("G_t", 0.0), get("G_w", 0.0)),
-        }[self.kind]
-        self.J[0] = self.law[0] + half
-
-    def torque(self, state: Any) -> float:
-        _, _, th, w, _ = self.parts(state)
-        _, K_i, K_p, G_t, G_w = self.law
-        asked = -(K_i * th[0] + K_p * (w[0] - self.speed) + G_t * (th[-1] - th[0]) + G_w * (w[-1] - self.speed))
-        return min(max(asked, 0.0), self.limit) if math.isfinite(self.limit) else asked
-
-    def rates(self, t: float, state: Any) -> Any:
-        made, n = super().rates(t, state), self.n + 1
-        current = self.parts(state)[4]
-        made[3 * n] += (self.torque(state) - self.nK * current) / self.J[0]
-        if t < self.on_at:
-            made[3 * n] = 0.0
-        made[-1] = 0.0
-        return made
 
 
 CASES = [
@@ -290,100 +238,13 @@ def test_a_carried_sweep_replays_to_the_bit_and_measures_what_a_trace_shows(tmp_
     assert float(here["drive_speed_mean"].item()) == pytest.approx(np.trapezoid(seen["drive_speed"], dx=1e-3) / 6.0)
 
 
-def test_a_drive_by_torque_along_a_ramp_that_is_switched_on():
-    """The top keeps the moving set speed until 0.7 s; DOP853 on the plain equations."""
-    found = nsdrill.simulate(
-        """
-model: segments
-segments: {pipe: 2, collar: 2}
-operation:
-  wob: {ramp: [[0 s, 100 kN], [1.5 s, 80 kN]]}
-  rotary_speed: {ramp: [[0 s, 13 rad/s], [1.5 s, 19 rad/s]]}
-initial: {bit_speed: 10 rad/s}
-drive: {kind: soft_torque, on_at: 0.7 s, torque_limit: 6 kN*m}
-simulation: {rtol: 1.0e-9}
-""",
-        sample=0.1,
-    )
-
-    def rates(t, y):
-        speed, load = 13.0 + 4.0 * t, 100e3 - 20e3 / 1.5 * t
-        moment = Driven(pipes=2, collars=2, speed=speed, wob=load, kind="soft_torque", limit=6000.0, on_at=0.7)
-        moment.turned = lambda t: 13.0 * t + 2.0 * t * t
-        made = np.array(moment.rates(t, y))
-        if t < 0.7:
-            made[3 * 5] = 4.0
-        return made
-
-    start = plain_of(found.attrs["initial_state"][:-1], 4)
-    at, pieces, y = found.time.values, [start[:, None]], start
-    for first, last in ((0.0, 0.7), (0.7, 1.5)):
-        times = np.minimum(at[(at > first + 1e-9) & (at <= last + 1e-9)], last)
-        one = solve_ivp(
-            rates,
-            (first, last - 1e-12),
-            y,
-            "DOP853",
-            rtol=1e-9,
-            atol=1e-9,
-            t_eval=np.minimum(times, last - 1e-12),
-            max_step=0.01,
-        )
-        pieces, y = [*pieces, one.y], one.y[:, -1]
-    exact = np.concatenate(pieces, axis=1)
-    for name, row, within in (
-        ("twist", 14, 2e-4),
-        ("bit_speed", 19, 5e-3),
-        ("drive_speed", 15, 1e-4),
-        ("lag", 10, 1e-4),
-    ):
-        assert found[name].values == pytest.approx(exact[row], abs=within), name
-    assert found["drive_speed"].values[6] == pytest.approx(13 + 4 * 0.6, abs=1e-9)
-
-
-def test_kinds_along_an_axis_are_the_runs_of_each():
-    """Bit for bit; a current is there only where the motor is."""
-    head = SWEEP.partition("drive:")[0] + "simulation: {transient: 1 s, observe: 1 s}\n"
-    both = nsdrill.run(f"{head}sweep: {{drive.kind: [dc_motor, soft_torque]}}\n", progress=False)
-    alone = nsdrill.run(f"{head}drive: {{kind: soft_torque}}\n", progress=False)
-    here = both.sel(drive_kind="soft_torque")
-    for name in ("bit_speed_max", "drive_torque_max", "surface_torque_mean"):
-        assert here[name].item() == alone[name].item()
-    assert np.isnan(here["current_max"].item())
-    assert np.isfinite(both.sel(drive_kind="dc_motor")["current_max"].item())
-
-
-def test_exponents_ensembles_and_unknowns_run():
-    """The exponent leaves the bits alone; starts differ; samples are of the drive's own
-    numbers."""
+def test_ensembles_and_unknowns_run():
+    """Starts differ; samples are of the drive's own numbers."""
     head = SWEEP.partition("sweep:")[0] + "simulation: {transient: 1 s, observe: 2 s}\n"
-    plain, told = (nsdrill.run(head, set={"record.exponent": on}, progress=False) for on in (False, True))
-    assert plain["bit_speed_max"].item() == told["bit_speed_max"].item()
-    assert np.isfinite(told["lyapunov_exponent"].item())
     several = nsdrill.run(head, set={"initial.ensemble": 4}, progress=False)["bit_speed_max"].to_numpy()
     assert len(np.unique(several)) == 4
-    drawn = nsdrill.run(f"{head}uncertain: {{drive.matching: {{uniform: [1, 6]}}, samples: 4}}\n", progress=False)[
-        "drive_speed_max"
-    ].to_numpy()
-    assert len(np.unique(drawn)) == 4
-
-
-@pytest.mark.parametrize(
-    ("drive", "words"),
-    [
-        ("{kind: soft_torque, table_damping: 3 N*m*s/rad}", "which the drive soft_torque does not read"),
-        ("{kind: stiff, gear: 7}", "which the drive stiff does not read"),
-        ("{kind: ideal, inertia: 3000 kg*m^2}", "what a drive of the kind ideal reads: nothing"),
-        ("{kind: z_torque, torque_limit: 60 kN*m}", "which the drive z_torque does not read"),
-        ("{kind: soft_torque, torque_limit: 60 kN*m, compensated_inertia: 9 kg*m^2}", "none with drive.compensated"),
-        ("{kind: soft_torque, compensated_inertia: 3000 kg*m^2}", "below drive.inertia"),
-        ("{kind: softtorque}", "soft_torque"),
-        ("{kind: soft_torque, on_at: 5 s}\nsweep: {wob: [50 kN, 60 kN], procedure: up}", "carries the state"),
-    ],
-)
-def test_what_cannot_be_is_refused_by_its_key(drive, words):
-    with pytest.raises(StudyError, match=words):
-        parse_study(f"model: segments\ndrive: {drive}\n")
+    unknown = f"{head}uncertain: {{drive.matching: {{uniform: [1, 6]}}, samples: 4}}\n"
+    assert len(np.unique(nsdrill.run(unknown, progress=False)["drive_speed_max"].to_numpy())) == 4
 
 
 def test_charts_of_the_model():

@@ -119,28 +119,6 @@ def test_a_string_at_rest_and_one_without_flow():
     assert (off.annulus_factor, off.bore_factor, off.flow) == (0.0, 0.0, 0.022)
 
 
-@pytest.mark.parametrize(
-    ("drive", "words"),
-    [
-        ("{gains: [1, 2, 3]}", "five: K_I, K_1, K_2, K_3, K_4, or null"),
-        ("{on_at: 3 s}", "a time without drive.gains"),
-        ("{kind: lqr, gains: [1, 2, 3, 4, 5]}", "which the drive lqr does not read"),
-        ("{gains: 3}", "a list of one to 5"),
-        ("{gains: [1, 2, 3, 4, x]}", "found 'x'"),
-    ],
-)
-def test_gains_that_do_not_fit(drive, words):
-    with pytest.raises(StudyError, match=words):
-        parse_study(f"{STUDY}drive: {drive}\n")
-
-
-def test_lobes_are_an_axis():
-    head = STUDY.replace("20 s", "2 s").partition("sweep:")[0] + "simulation: {transient: 2 s, observe: 2 s}\n"
-    both = api.run(f"{head}sweep: {{bit.lobes: [1, 3]}}\n", progress=False)["axial_max"].to_numpy().ravel()
-    alone = api.run(f"{head}bit: {{lobes: 3}}\n", progress=False)["axial_max"].to_numpy().ravel()
-    assert both[0] != both[1] == alone[0]
-
-
 def test_steady_drilling_returns_once_a_revolution():
     """The section is a whole turn of the bit. Without pulsation steady drilling on a
     low lobe repeats with each turn, and on flat rock it is an equilibrium."""
@@ -217,6 +195,31 @@ def test_names_of_states_tell_the_number_of_segments():
         ("drive: {kind: stiff, control_weight: 3}", "drive.control_weight", "a drive of the kind stiff reads"),
         ("drive: {inductance: 5 ohm}", "drive.inductance", "H or mH"),
         ("bit: {teeth: 3}", "bit.teeth", "rock_stiffness"),
+        (
+            "drive: {kind: soft_torque, table_damping: 3 N*m*s/rad}",
+            "drive",
+            "which the drive soft_torque does not read",
+        ),
+        ("drive: {kind: stiff, gear: 7}", "drive", "which the drive stiff does not read"),
+        ("drive: {kind: ideal, inertia: 3000 kg*m^2}", "drive", "what a drive of the kind ideal reads: nothing"),
+        ("drive: {kind: z_torque, torque_limit: 60 kN*m}", "drive", "which the drive z_torque does not read"),
+        (
+            "drive: {kind: soft_torque, torque_limit: 60 kN*m, compensated_inertia: 9 kg*m^2}",
+            "drive",
+            "none with drive.compensated",
+        ),
+        ("drive: {kind: soft_torque, compensated_inertia: 3000 kg*m^2}", "drive", "below drive.inertia"),
+        ("drive: {kind: softtorque}", "drive", "soft_torque"),
+        (
+            "drive: {kind: soft_torque, on_at: 5 s}\nsweep: {wob: [50 kN, 60 kN], procedure: up}",
+            "drive",
+            "carries the state",
+        ),
+        ("drive: {gains: [1, 2, 3]}", "drive", "five: K_I, K_1, K_2, K_3, K_4, or null"),
+        ("drive: {on_at: 3 s}", "drive", "a time without drive.gains"),
+        ("drive: {kind: lqr, gains: [1, 2, 3, 4, 5]}", "drive", "which the drive lqr does not read"),
+        ("drive: {gains: 3}", "drive", "a list of one to 5"),
+        ("drive: {gains: [1, 2, 3, 4, x]}", "drive", "found 'x'"),
     ],
 )
 def test_what_cannot_be_is_refused_by_its_key(line, key, words):

@@ -1,8 +1,6 @@
 """Axes, starts and ramps in the study file: how they are asked for, and what is wrong with
 what."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -16,7 +14,6 @@ from nsdrill.plot.labels import quantity
 from nsdrill.store import open_results, read_results
 from nsdrill.study import json_schema, parse_study, study_from_resolved, template_text
 from nsdrill.study.keys import keys_named
-from nsdrill.study.write import study_text
 from nsdrill.unit_table import CF
 from nsdrill.units import readable
 from nsdrill.variables import MODEL
@@ -47,13 +44,8 @@ def test_spacing_is_linear_or_logarithmic():
     assert flat.tolist() == [10e6, 50e6, 90e6]
 
 
-def test_a_study_with_axes_is_built_and_written_again():
-    study = parse_study(ROCK)
-    again = study_from_resolved(json.loads(json.dumps(study.resolved)))
-    assert again.sha256 == study.sha256
-    assert parse_study(study_text(study.resolved)).sha256 == study.sha256
-    replaced = parse_study(ROCK, overrides=["bit.rock_stiffness=70 MN/m"])
-    assert replaced.sha256 == study.sha256, "the axis takes its place"
+def test_an_axis_takes_the_place_of_its_number():
+    assert parse_study(ROCK, overrides=["bit.rock_stiffness=70 MN/m"]).sha256 == parse_study(ROCK).sha256
 
 
 def test_an_override_may_name_an_axis():
@@ -188,9 +180,6 @@ def test_a_slice_in_the_order_of_the_states_ascending():
     }
     assert list(study.initial.slice) == ["x", "vx"]
     assert (study.initial.starts, study.initial.y) == (12, 1e-3)
-    again = study_from_resolved(json.loads(json.dumps(study.resolved)))
-    assert again.initial == study.initial
-    assert again.sha256 == study.sha256
 
 
 def test_the_template_may_become_an_ensemble():
@@ -244,12 +233,6 @@ OF_RAMPS = "sweep: {wob: [1 kN, 2 kN]}\n"
 KNOTS = "[[0 s, 30 rpm], [1 min, 60 rpm], [100 s, 6.5 rad/s]]"
 
 
-def faults_of_a_ramp(text: str, *overrides: str) -> list[Fault]:
-    with pytest.raises(StudyError) as caught:
-        parse_study(text, "f.yaml", overrides)
-    return caught.value.faults
-
-
 def test_a_ramp_is_read_into_si():
     study = parse_study(f"operation:\n  wob: 3 kN\n  rotary_speed: {{ramp: {KNOTS}}}\n")
     assert study.swept == ()
@@ -293,7 +276,7 @@ def test_all_three_may_ramp_and_overrides_give_ramps():
     ],
 )
 def test_one_fault_of_a_ramp(ramp, key, found, allowed):
-    (fault,) = faults_of_a_ramp(f"operation:\n  rotary_speed:\n    {{ramp: {ramp}}}\n")
+    (fault,) = faults(f"operation:\n  rotary_speed:\n    {{ramp: {ramp}}}\n")
     assert fault.key == "operation.rotary_speed" + key
     assert fault.line == 3
     assert found in fault.found
@@ -310,31 +293,21 @@ def test_one_fault_of_a_ramp(ramp, key, found, allowed):
     ],
 )
 def test_something_else_than_a_ramp(value, key, says):
-    (fault,) = faults_of_a_ramp(f"{OF_RAMPS}operation: {{wob: {value}}}")
+    (fault,) = faults(f"{OF_RAMPS}operation: {{wob: {value}}}")
     assert fault.key == key
     assert says in fault.allowed
 
 
 def test_every_depth_of_a_ramp_lies_below_the_collars():
-    (fault,) = faults_of_a_ramp("operation:\n  depth: {ramp: [[0 s, 900 m], [1 s, 200 m], [2 s, 900 m]]}")
+    (fault,) = faults("operation:\n  depth: {ramp: [[0 s, 900 m], [1 s, 200 m], [2 s, 900 m]]}")
     assert fault.key == "operation.depth.ramp[1][1]"
     assert fault.line == 2
     assert "length of the collars" in fault.allowed
 
 
 def test_a_ramp_is_not_carried():
-    (fault,) = faults_of_a_ramp("sweep: {procedure: up}\noperation: {wob: {ramp: [[0 s, 1 N], [1 s, 2 N]]}}")
+    (fault,) = faults("sweep: {procedure: up}\noperation: {wob: {ramp: [[0 s, 1 N], [1 s, 2 N]]}}")
     assert fault.key == "sweep"
-
-
-def test_the_resolved_study_holds_the_ramps():
-    study = parse_study(f"operation: {{rotary_speed: {{ramp: {KNOTS}}}}}")
-    again = study_from_resolved(json.loads(json.dumps(study.resolved)), study.text, study.source)
-    assert again.resolved == study.resolved
-    assert again.ramps == study.ramps
-    assert again.sha256 == study.sha256
-    other = parse_study("operation: {rotary_speed: {ramp: [[0 s, 30 rpm], [1 min, 60 rpm]]}}")
-    assert other.sha256 != study.sha256
 
 
 def test_digests_know_only_the_ramps_that_count():
@@ -343,6 +316,9 @@ def test_digests_know_only_the_ramps_that_count():
     assert "ramps" not in parse_study(OF_RAMPS).resolved
     replaced = parse_study(OF_RAMPS + "operation: {wob: {ramp: [[0 s, 1 N], [1 s, 2 N]]}}")
     assert replaced.sha256 == parse_study(OF_RAMPS).sha256
+    one, other = (f"[[0 s, 30 rpm], [1 min, {end}]]" for end in ("60 rpm", "65 rpm"))
+    digests = {parse_study(f"operation: {{rotary_speed: {{ramp: {knots}}}}}").sha256 for knots in (one, other)}
+    assert len(digests) == 2
 
 
 def test_damaged_ramps_are_a_file_error():

@@ -87,8 +87,11 @@ def test_aliases_serve_within_bounds():
         ("sweep: {depth: [1 km,, 2 km]}", 1, "a comma without a value before it"),
         ("sweep: 'depth", 1, "a quote that is not closed"),
         ("sweep:\n  a: 3\n b: 4", 3, "another indentation than above"),
-        ("title: [a] b", 1, "the whole text in quotes"),
+        ("title: [a] b", 1, "a key: value in each line, or quotes"),
         ("title: @b", 1, "begins with '@'"),
+        ("a: 'b',\n", 1, "text behind a value"),
+        ("a:\n  b\n  c:\n", 3, "a colon where no key can be"),
+        ("a:\n b: 3\n c\n d: 4", 4, "a line without a colon"),
         ("sweep = {}", 1, "A colon and a blank stand after a key: sweep: {}"),
         ("bit: {lobes:3}", 1, "A colon and a blank stand after a key: lobes: 3"),
         ("bit:\n  lobes 3", 2, "A colon and a blank stand after a key: lobes: 3"),
@@ -255,6 +258,19 @@ STUDIES = {
     "slice": "sweep: {depth: 2 km}\n"
     "initial: {slice: {x: {from: -1 in, to: 1 in, points: 3}, vx: {from: 0 ft/s, to: 7 "
     "m/s, points: 3}}}",
+    "logarithmic": "sweep: {bit.rock_stiffness: {from: 10 MN/m, to: 90 MN/m, points: 3, spacing: log}}",
+    "uncertain": """
+sweep: {wob: [10 kN, 20 kN]}
+uncertain:
+  bit.rock_stiffness: {lognormal: {median: 25 MN/m, factor: 2}}
+  bit.friction.static: {normal: {mean: 0.4, deviation: 0.05, low: 0.25}}
+  drillstring.eccentricity: {triangular: [1 mm, 5 mm, 13 mm]}
+  rotary_speed: {values: [60 rpm, 90 rpm]}
+  correlations: [[bit.friction.static, bit.rock_stiffness, 0.5]]
+  samples: 100
+  seed: 7
+""",
+    "table": "uncertain: {table: {bit.friction.static: [0.3, 0.4], bit.rock_stiffness: [10 MN/m, 30 MN/m]}}",
     "ensemble": "sweep: {depth: 2 km}\ninitial: {ensemble: 5, seed: 3, spread: 0.1}",
     "refined": "sweep: {depth: {from: 1 km, to: 2 km, points: 4}, wob: [10 klbf, 30 kN], refine: 2}",
     "digits": "sweep: {depth: 2 km}\nbit: {cutting: {c1: 3.3333333333333333e-8, c2: -1e-300}}\n"
@@ -270,9 +286,13 @@ STUDIES = {
 )
 def test_it_reads_back_the_same(text):
     study = parse_study(text)
-    again = parse_study(study_text(study.resolved))
-    assert again.resolved == study.resolved
-    assert again.sha256 == study.sha256
+    data = json.loads(json.dumps(study.resolved))
+    for again in (parse_study(study_text(study.resolved)), study_from_resolved(data, study.text, study.source)):
+        assert again.resolved == study.resolved
+        assert again.sha256 == study.sha256
+        assert (again.ramps, again.initial) == (study.ramps, study.initial)
+        assert again.drawn.keys() == study.drawn.keys()
+        assert all(np.array_equal(values, again.drawn[key]) for key, values in study.drawn.items())
 
 
 @pytest.mark.parametrize("title", ["", "a: b # c", "- a", "null", '"q" \\ \'', "x\ny\t\u2028", "é 漢 \U0001f600"])

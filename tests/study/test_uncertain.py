@@ -11,7 +11,6 @@ import nsdrill
 from nsdrill.errors import StudyError
 from nsdrill.sampling import Uncertain, distribution, draw, quantile
 from nsdrill.study.load import parse_study
-from nsdrill.study.study import study_from_resolved
 from nsdrill.study.write import changes, study_text
 
 KEY = "bit.friction.static"
@@ -97,21 +96,11 @@ def test_same_study_gives_the_same_samples_and_another_seed_others():
     assert {axis.key for axis in one.unknowns} == {"operation.rotary_speed", "drillstring.eccentricity", ROCK, KEY}
 
 
-def test_resolved_study_and_its_text_give_the_same_samples():
-    one = study(FULL)
-    again, written = (study_from_resolved(one.resolved), parse_study(study_text(one.resolved), "again"))
-    assert one.sha256 == again.sha256 == written.sha256
-    for key, values in one.drawn.items():
-        assert np.array_equal(values, again.drawn[key])
-        assert np.array_equal(values, written.drawn[key])
-
-
 def test_table_is_taken_row_by_row():
     found = study("{table: {bit.friction.static: [0.3, 0.4, 0.35], bit.rock_stiffness: [10 MN/m, 30 MN/m, 20 MN/m]}}")
     assert found.samples == 3
     assert found.drawn[KEY].tolist() == [0.3, 0.4, 0.35]
     assert found.drawn[ROCK].tolist() == [10e6, 30e6, 20e6]
-    assert parse_study(study_text(found.resolved), "again").sha256 == found.sha256
 
 
 def test_joint_rows_may_overlap_where_each_row_is_in_order():

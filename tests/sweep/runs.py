@@ -65,12 +65,12 @@ def run_work(
     return columns
 
 
-def run_from(work: Work, states: np.ndarray, lanes: int = 8) -> dict[str, np.ndarray]:
-    """The points of ``work``, each from its own initial state: ``states`` [points, 9];
-    one batch, no engine."""
+def run_from(work: Work, states: np.ndarray | None = None, lanes: int = 8) -> dict[str, np.ndarray]:
+    """The points of ``work``, each from its own initial state, those of the study or
+    ``states`` [points, 9]; one batch, no engine."""
     points = np.arange(work.plan.points)
-    batch = work.new_batch(lanes, len(points))
-    batch.add_many(points, replace(work.prepare(points), initial=states))
+    batch, runs = work.new_batch(lanes, len(points)), work.prepare(points)
+    batch.add_many(points, runs if states is None else replace(runs, initial=states))
     return collect(work, finish(work, batch))
 
 

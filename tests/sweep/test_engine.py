@@ -232,14 +232,6 @@ def test_no_peaks_may_be_kept(grid):
     assert all(out[name].tobytes() == grid[name].tobytes() for name in grid if name not in PEAKS)
 
 
-def test_fewer_peaks_are_the_last_ones(grid):
-    out = run_work(replace(GRID, record=Record(peaks=5)), 8)
-    for name in PEAKS:
-        for few, many in zip(out[name], grid[name], strict=True):
-            kept = many[np.isfinite(many)]
-            assert few[np.isfinite(few)].tolist() == kept[-5:].tolist()
-
-
 def test_without_a_transient_the_window_opens_at_once():
     work = work_for(Case(), Simulation(transient=0.0, observe=3.0), initial=Initial(x=0.02), rotary_speed=SPEEDS)
     out = run_work(work, 8)

@@ -1,6 +1,7 @@
 """Points, chains and their order; any number of the study as an axis; several starts of every
 operating point."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from main_model import MAIN, pack
 from model_tables import VARIABLES
 from reference import Case
 
+import nsdrill
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import power
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
@@ -200,13 +202,39 @@ def test_all_starts_have_all_variables_and_states_of_their_own(six):
     assert len(np.unique(six["initial_state"], axis=0)) == 18
 
 
-def test_more_starts_leave_the_first_as_they_were(six):
-    nine = run_work(ensemble(9), lanes=8)
-    first = np.arange(27).reshape(3, 9)[:, :6].ravel()
-    assert all(nine[name][first].tobytes() == six[name].tobytes() for name in six)
+SECONDS = "simulation: {transient: 2 s, observe: 5 s}\n"
+SMALL_STRING = "model: segments\nsegments: {pipe: 2, collar: 2}\nsimulation: {transient: 1 s, observe: 1 s}\n"
+BEAM = "model: beam\nbeam: {modes: 3, stations: [{at: 0.1}, {at: 0.5}, {at: 0.9}]}\n"
+# A study, and its axes.
+SWEPT = {
+    "law": (f"{SECONDS}bit: {{friction: {{law: rational}}}}\n", {"bit.friction.b1": ["1.5 s/rad", "3 s/rad"]}),
+    "limit": (
+        f"{SECONDS}drive: {{kind: stiff, torque_limit: 9 kN m}}\n",
+        {"drive.torque_limit": ["2 kN*m", "60 kN*m"]},
+    ),
+    "options that are off": (
+        f"{SECONDS}operation: {{rotary_speed: 5 rad/s}}\n",
+        {"well.inclination": ["0 rad", "0.4 rad", "1.2 rad"], "mud.swirl": [0.0, 0.5]},
+    ),
+    "load of the beam": (f"{BEAM}{SECONDS}", {"beam.axial_load": ["0 kN", "300 kN"]}),
+    "lobes": (SMALL_STRING, {"bit.lobes": [1, 3]}),
+    "kinds of drives": (f"{SMALL_STRING}initial: {{start: rest}}\n", {"drive.kind": ["soft_torque", "dc_motor"]}),
+}
 
 
-def test_another_order_and_other_neighbours(six):
-    some = np.array([17, 3, 8])
-    out = run_work(ensemble(), 8, pending=some)
-    assert all(out[name][some].tobytes() == six[name][some].tobytes() for name in six)
+@pytest.mark.parametrize("name", SWEPT)
+def test_points_of_a_sweep_have_the_bits_of_runs_of_their_own(name):
+    """Also those at which an option is off, and where a run alone has fewer variables:
+    there the sweep has none of their values."""
+    text, axes = SWEPT[name]
+    swept = nsdrill.run(text, set={"sweep": axes})
+    assert not np.all(np.ptp(swept.surface_torque_mean.values.ravel()) == 0.0)
+    for values in itertools.product(*axes.values()):
+        alone = nsdrill.run(text, set=dict(zip(axes, values, strict=True)))
+        places = [axes[key].index(value) for key, value in zip(axes, values, strict=True)]
+        here = swept.isel(dict(zip((key.replace(".", "_") for key in axes), places, strict=True)))
+        for variable in here.data_vars:
+            if variable not in alone:
+                assert np.all(np.isnan(here[variable])), variable
+            elif "state" not in here[variable].dims:
+                assert here[variable].values.tobytes() == alone[variable].values.tobytes(), (variable, values)

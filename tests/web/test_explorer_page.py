@@ -2,6 +2,7 @@
 
 import csv
 import io
+import itertools
 import json
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -222,6 +223,42 @@ def test_undo(page, explorer):
     with page.expect_response("**/api/live", timeout=WAIT) as answer:
         page.locator("#onward").click()
     assert json.loads(answer.value.request.post_data)["state"] == first["state"]
+
+
+def test_undo_marks_the_cell_before(page, files):
+    with running(files / "map.h5") as made:
+        opened(page, made.url)
+        cells = []
+        for across in (0.2, 0.8):
+            clicked(page, across)
+            cells.append(page.locator("#hover .name").inner_text())
+        page.locator("#undo").click()
+        page.locator("#hover .name", has_text=cells[0]).wait_for()
+        assert cells[0] != cells[1]
+        speed = cells[0].partition(",")[0]
+        assert speed in page.locator("#which .name").inner_text()
+
+
+SMALL_PLANE = """async () => {
+    const box = document.createElement("div");
+    box.style.width = "150px";
+    document.body.append(box);
+    const o = { x: [-0.1055, -0.1028], y: [0, 1], xlabel: "z", height: 150, low: true, narrow: true };
+    const { plot } = nsdrill.chart(box, { ...o, draw() {}, over() {} }), axis = plot.axes[0];
+    await new Promise((drawn) => setTimeout(drawn, 200));
+    const context = document.createElement("canvas").getContext("2d");
+    context.font = '11px "DejaVu Sans", Verdana, sans-serif';
+    return axis._splits.map((value, k) => [plot.valToPos(value, "x"), axis._values[k]]).filter(([, text]) => text)
+        .map(([at, text]) => [-0.5, 0.5].map((part) => at + part * context.measureText(text).width));
+}"""
+
+
+def test_numbers_below_a_small_plane_do_not_meet(page, explorer):
+    """Also where they have many digits, as of a motion that hardly moves."""
+    opened(page, explorer.url)
+    words = page.evaluate(SMALL_PLANE)
+    assert words
+    assert all(left[1] + 3 < right[0] for left, right in itertools.pairwise(words)), words
 
 
 def test_a_bare_number_has_the_unit_of_its_field(page, explorer):

@@ -297,6 +297,8 @@ def test_their_motions_have_the_words_of_texts_and_the_colours_of_pictures(share
         {"name": "steady drilling", "colour": COLOURS["equilibrium"]},
         {"name": "whirl on an invariant circle over 2 lobes", "colour": COLOURS["invariant_circle"]},
     ]
+    begins = [session.orbit({"point": point})[0]["begins"] for point in (0, 4)]
+    assert ["its period is" in text for text in begins] == [False, True]  # steady drilling repeats at once
     told = [motion_text(motion, lobes) for motion, lobes in zip(motions, (1, 2), strict=True)]
     assert [one["name"] for one in head["curves"]["kinds"]] == told
 
@@ -318,7 +320,13 @@ def test_another_string_is_told_and_units_are_those_of_the_page(shared, tmp_path
         file.attrs["study_resolved"] = json.dumps(resolved)
     head, columns = Session(shared / "small.h5", over=other).diagram({"y": "radius_peaks"})
     assert "curve x" not in columns
-    assert "bit.lobes is 7 there" in head["note"]
+    assert "bit.lobes is 7 there, 3 here." in head["note"]
+    with hdf5.writing(other, copy_of=other) as file:
+        resolved["bit"]["lobes"] = 3
+        resolved["well"]["diameter"] = 0.5
+        file.attrs["study_resolved"] = json.dumps(resolved)
+    head, _ = Session(shared / "small.h5", "field", over=other).diagram({"y": "radius_peaks"})
+    assert "well.diameter is 19.685 in there, 15 in here." in head["note"]
 
 
 def test_a_click_runs_the_motion_of_a_branch(branches):

@@ -67,7 +67,9 @@ def test_python_writes_the_same_page(shared, tmp_path):
     file, page = str(shared / "small.h5"), str(tmp_path / "page.html")
     assert nsdrill.report([file, shared / "map.h5"], page, motions=1, units="field") == page
     written = Path(page).read_text(encoding="utf-8")
-    assert nsdrill.report((shared / "small.h5", shared / "map.h5"), page, 1, "field", overwrite=True) == page
+    assert (
+        nsdrill.report((shared / "small.h5", shared / "map.h5"), page, motions=1, units="field", overwrite=True) == page
+    )
     done = made(file, shared / "map.h5", "-o", page, "--motions", "1", "--units", "field", "--overwrite")
     assert done.exit_code == 0, done.output
     assert Path(page).read_text(encoding="utf-8") == written

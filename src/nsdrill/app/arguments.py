@@ -147,7 +147,7 @@ def seconds_in(name: str, value: object) -> float:
     try:
         number = to_si(value, "s") if isinstance(value, str) else _float(value)
     except QuantityError as error:
-        raise InputError(f"{name}: {error}") from None
+        raise Refusal(name, error.found, error.allowed, error.suggestion, bare="s") from None
     if number is None:
         raise InputError(f"{name}: found {value!r}; allowed: a number of seconds, or a text with a unit, '10 ms'.")
     return number

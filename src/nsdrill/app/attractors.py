@@ -132,7 +132,7 @@ def attractors(source: Source) -> list[Answer]:
     starts = len(results.coords["start"])
     features = model_in(results.attrs).distinguishing
     names = dict.fromkeys((*NEEDED, *IF_THERE, *features, "attractor"))
-    flat = {name: results[name].reshape(-1, starts) for name in names if name in results.variables}
+    flat = {name: results[name].reshape(-1, starts) for name in names if name in {*results.variables, "attractor"}}
     sampled = not results.slice
     places = np.ndindex(*results.shape[1:-1])
     return [

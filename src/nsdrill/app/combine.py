@@ -20,7 +20,7 @@ from nsdrill.app.datasets import sweep_in
 from nsdrill.app.experiment import prepare, provenance, versions
 from nsdrill.app.summary import relabelled
 from nsdrill.data import Array, Attributes, Resolved, Results, resolved_study, value_at
-from nsdrill.errors import InputError, option
+from nsdrill.errors import InputError, count, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.registry import BY_NAME
 from nsdrill.store import kind_of
@@ -53,7 +53,7 @@ def combine(sources: Sequence[Source]) -> tuple[Results, str]:
     """The combined results of all ``sources``, results or their files, and the key that
     becomes an axis. InputError where they differ in more than one number."""
     if len(sources) < 2:
-        raise InputError(f"combine: found {len(sources)} file; allowed: two or more.")
+        raise InputError(f"combine: found {count(len(sources), 'file')}; allowed: two or more.")
     named = [_read(source, number) for number, source in enumerate(sources)]
     _check_made_alike(named)
     key, keys = _differing(named)

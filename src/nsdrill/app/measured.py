@@ -172,8 +172,13 @@ class _Table:
             raise FileError(f"{self.where}: found no measured value; allowed: {names.some_results()}.")
         self.check_settings(settings)
         errors = {name: table[name + ERROR] for name in values if name + ERROR in given}
-        if any(np.any(~(error[np.isfinite(values[name])] > 0)) for name, error in errors.items()):
-            raise FileError(f"{self.path}: found an error of 0 or less, or none beside a value; allowed: one above 0.")
+        for name, error in errors.items():
+            if np.any(bad := np.isfinite(values[name]) & ~(error > 0)):
+                line = self.at[int(np.argmax(bad))]
+                raise FileError(
+                    f"{self.path}, line {line}: {name + ERROR}: found an error of 0 or less, or none beside a value; "
+                    "allowed: one above 0."
+                )
         return self.with_errors(settings, values, errors, [f"line {line}" for line in self.at])
 
     def columns(self) -> list[Column]:

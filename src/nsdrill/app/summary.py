@@ -365,7 +365,7 @@ def new_labels(
             raise InputError(
                 f"{path}: with these thresholds the responses differ between neighbours where the "
                 f"map was not refined; "
-                f"at least {count(missing, 'further point')} would have to be run. Nothing was changed. Run "
+                f"at least {count(missing, 'more point')} would have to be run. Nothing was changed. Run "
                 f"the study with these "
                 f"thresholds: nsdrill run with the same {option('set')}."
             )

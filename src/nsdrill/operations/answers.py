@@ -319,6 +319,7 @@ def diff(a: One, b: Two) -> Answer:
 def report(
     results: ResultsFiles,
     path: ReportPath,
+    *,
     motions: Motions = 4,
     units: Units = None,
     severity: Severity = None,

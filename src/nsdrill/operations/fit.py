@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from nsdrill.errors import Refusal, RunWarning
+from nsdrill.errors import InputError, Refusal, RunWarning
 from nsdrill.late import deferred
 from nsdrill.operations.argument import Argument, File, Flag, Texts, Whole
 from nsdrill.operations.arguments import (
@@ -173,6 +173,8 @@ def fit(
     units = units or loaded.units
     _check_counts(batch, rounds, samples)
     output = arguments.output_in(path, study, data, resume=resume, overwrite=overwrite and picture is None)
+    if output is not None and output.lower().endswith((".h5", ".hdf5", ".nc")):
+        raise InputError(f"{output}: found the ending of results; allowed: that of a study, .yaml.")
     if picture is not None:
         pictures.claim_picture(picture, overwrite)
     times = arguments.seconds_in("shortest", shortest), arguments.seconds_in("settle", settle)

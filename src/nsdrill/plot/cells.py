@@ -162,6 +162,7 @@ RATE_OF_PENETRATION = "rate_of_penetration"
 MAX_LINES = 6
 MIN_RELATIVE_RANGE = 0.02  # range relative to the greatest value: below it no lines are drawn
 LABEL_CLEARANCE = 0.12  # between a label and a point kept clear, as a part of the axes
+NAME_CLEARANCE = 0.07  # between a label and the middle of the name of an area
 LABEL_ROOM = 1.1  # of the size of a label: the room that it needs inside the axes
 ALONG_A_LINE = (0.5, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9)  # where a label that is moved may stand
 
@@ -172,12 +173,18 @@ def line_variables(model: Description) -> tuple[str, ...]:
 
 
 def draw_equal_rates(
-    axes: Axes, centres: Cells, values: Array, units: str, keep_clear: Sequence[tuple[float, float]] = ()
+    axes: Axes,
+    centres: Cells,
+    values: Array,
+    units: str,
+    keep_clear: Sequence[tuple[float, float]] = (),
+    names: Sequence[tuple[float, float]] = (),
 ) -> list[Artist]:
     """Draw labelled lines of equal rate of penetration, ``values`` [y, x] in SI at the
     ``centres`` of cells in shown units. Values of NaN, as of points that were not run,
     are left out and the lines follow from the others. No label stands over the points
-    ``keep_clear``, in units of the axes.
+    ``keep_clear``, in units of the axes, and none over ``names`` at such points where
+    there is another place.
 
     Returns the legend entry; none where there are no lines: with fewer than two values
     along an axis, or values that hardly vary.
@@ -203,7 +210,7 @@ def draw_equal_rates(
         lines = axes.tricontour(x[known], y[known], values[known], zorder=4, **style)
     lines.set(gid="equal", path_effects=halo(1.8))
     label_style: Properties = {"fontsize": font_size(6), "inline_spacing": 2}
-    positions = _label_positions(axes, lines, keep_clear, label_style)
+    positions = _label_positions(axes, lines, keep_clear, names, label_style)
     for label in axes.clabel(lines, inline=True, manual=positions, **label_style):
         label.set(path_effects=halo(1.8), gid=f"equal{LABEL_OF_LINE}")
     return [line_entry(color="black", linewidth=0.7, linestyle="dashed", label=shown.label)]
@@ -224,11 +231,15 @@ def _to_the_edges(centres: Cells, values: Array) -> tuple[Cells, Array]:
 
 
 def _label_positions(
-    axes: Axes, lines: Any, keep_clear: Sequence[tuple[float, float]], label_style: Properties
+    axes: Axes,
+    lines: Any,
+    keep_clear: Sequence[tuple[float, float]],
+    names: Sequence[tuple[float, float]],
+    label_style: Properties,
 ) -> list[tuple[float, float]]:
     """The positions of the labels of the lines: matplotlib's own where these lie inside
-    the axes and leave the points ``keep_clear`` free, else others along the same line.
-    A line without such a place gets no label."""
+    the axes and leave the points ``keep_clear`` and if possible the ``names`` free, else
+    others along the same line. A line without such a place gets no label."""
     default_labels = axes.clabel(lines, inline=False, **label_style)
     positions = [label.get_position() for label in default_labels]
     sizes = [label.get_window_extent() for label in default_labels]
@@ -236,10 +247,10 @@ def _label_positions(
         label.remove()
     box = axes.get_window_extent()
     parts = axes.transData - axes.transAxes  # from the units of the axes to parts of them
-    clear_parts = parts.transform(keep_clear) if keep_clear else np.empty((0, 2))
 
-    def clearance(place: Array) -> float:
-        return float(np.min(np.hypot(*(clear_parts - place).T), initial=np.inf))
+    def clearance(place: Array, of: Sequence[tuple[float, float]]) -> float:
+        places = parts.transform(of) if of else np.empty((0, 2))
+        return float(np.min(np.hypot(*(places - place).T), initial=np.inf))
 
     found = []
     segments = [parts.transform(segment) for level in lines.allsegs for segment in level if len(segment)]
@@ -249,12 +260,10 @@ def _label_positions(
         nearest = min(segments, key=lambda segment: float(np.min(np.hypot(*(segment - place).T))))
         number = np.linspace(0.0, 1.0, len(nearest))
         along = np.transpose([np.interp(ALONG_A_LINE, number, part) for part in nearest.T])
-        free = [
-            one
-            for one in (place, *along)
-            if np.all((half < one) & (one < 1.0 - half)) and clearance(one) > LABEL_CLEARANCE
-        ]
+        inside = [one for one in (place, *along) if np.all((half < one) & (one < 1.0 - half))]
+        free = [one for one in inside if clearance(one, keep_clear) > LABEL_CLEARANCE]
         if free:
-            x, y = parts.inverted().transform(free[0])
+            best = next((one for one in free if clearance(one, names) > NAME_CLEARANCE), free[0])
+            x, y = parts.inverted().transform(best)
             found.append((float(x), float(y)))
     return found

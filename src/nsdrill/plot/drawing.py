@@ -89,7 +89,7 @@ class Drawing:
         alone = panel is not None or axes is not None
         with using_look(self.look), house_style(), without_glyph_warnings():
             figure = self._picture(limits_y=not alone)
-            freeze_layout(figure)
+            freeze_layout(figure, whole=not alone)
             earlier = set(axes.findobj()) if isinstance(axes, Artist) else set()
             if alone:
                 figure = draw_panel(lambda: self._picture(limits_y=True), figure, panel, axes, of_kind)
@@ -126,7 +126,7 @@ class Drawing:
                 f"branches first and the sweep with {option('over')}."
             )
         fixed = {name: float(curves[name].values.ravel()[0]) for name in data.held if name in curves}
-        check_same_string(curves, data, fixed)
+        check_same_string(curves, data, fixed, self.units)
         draw_branch_curves(figure, curves, Planes.of(data, self.units))
 
 

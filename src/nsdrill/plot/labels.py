@@ -8,6 +8,7 @@ import re
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import cast
 
 from nsdrill import quantity as quantities
 from nsdrill.data import Attributes, Results, drive_kind, frozen_modes, overrides, resolved_study
@@ -79,6 +80,14 @@ def both_ways(attrs: Attributes) -> str:
 def check_units(units: str) -> None:
     if units not in UNIT_SYSTEMS:
         raise InputError(f"unit system: found {units!r}; allowed: {', '.join(UNIT_SYSTEMS)}.")
+
+
+def setting(key: str, value: object, units: str = "si") -> str:
+    """The value (SI) of a key of a study as it is shown: a number with its unit, any
+    other as it is."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    known = quantities.find(key) if is_number else None
+    return str(value) if known is None else known.text(cast("float", value), units)
 
 
 def quantity(name: str, units: str = "si") -> Shown:

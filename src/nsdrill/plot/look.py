@@ -251,7 +251,10 @@ def resolve_ends(
         for value, open_end in zip(ends, (least, greatest), strict=True)
     )
     if None not in ends and not low < high:
-        raise InputError(f"{option(name)}: found {low:g} to {high:g} {units}; allowed: the lower end first.")
+        found = (
+            " to ".join(map(str, ends)) if all(isinstance(end, str) for end in ends) else f"{low:g} to {high:g} {units}"
+        )
+        raise InputError(f"{option(name)}: found {found}; allowed: the lower end first.")
     return low, high
 
 

@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 from nsdrill.analysis.hysteresis import disagreement
 from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome
 from nsdrill.data import Array, Results
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import words_along
 from nsdrill.observe.motion import verdict
 from nsdrill.plot.cells import (
@@ -137,7 +137,8 @@ class Planes(Plane):
         axes_in_order = (*ACROSS, *sorted(results.axes[len(ACROSS) :], key=lambda axis: bool(words_along(axis))))
         swept = [axis for axis in axes_in_order if axis in results.swept]
         if len(swept) > 3:
-            raise InputError(f"a map has at most three axes; found {', '.join(swept)}. Give values of the others.")
+            found = f"a map: found the axes {', '.join(swept)}; allowed: at most three"
+            raise InputError(f"{found}. Give values of the others, with {option('at')}.")
         # The panel axis is one that is not swept; with three swept axes it is one of
         # words, else the shortest.
         unswept = [axis for axis in results.axes if axis not in swept]

@@ -6,6 +6,7 @@ from __future__ import annotations
 import io
 import re
 import textwrap
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal
 
@@ -372,16 +373,27 @@ def _widen_constant_axes(figure: Figure) -> None:
                 getattr(axes, f"set_{name}lim")(*(limits if ends[0] <= ends[1] else limits[::-1]))
 
 
-def freeze_layout(figure: Figure) -> None:
+def freeze_layout(figure: Figure, *, whole: bool = True) -> None:
     """Lay out the figure and fix its layout: the same geometry in every format, each
     time it is saved.
 
     The layout is computed twice, as the space for aligned labels is known only once the
-    axes have their positions.
+    axes have their positions. InputError where words leave no room for the panels of
+    a ``whole`` picture, not of one of which a panel is drawn alone.
     """
     _widen_constant_axes(figure)
-    for _ in range(2):
-        figure.draw_without_rendering()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error" if whole else "ignore", message="constrained_layout not applied")
+        try:
+            for _ in range(2):
+                figure.draw_without_rendering()
+        except UserWarning:
+            width, height = figure.get_size_inches()
+            raise InputError(
+                f"{option('width' if look.get().height is None else 'height')}: found a picture of {width:.3g} by "
+                f"{height:.3g} in, in which title, labels and legend leave no room for the panels; allowed: more. "
+                f"Smaller type ({option('font_size')}) or one panel alone ({option('panel')}) need less."
+            ) from None
     figure.set_layout_engine("none")
     # The layout solver orders its variables by memory address, so positions differ in
     # the last bits from one call to the next: enough for a pixel. Rounding makes them

@@ -32,6 +32,10 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
     for axis in results.axes:
         values = np.asarray(results.coords[axis], dtype=float)
         order = np.argsort(values, kind="stable")
+        if at and axis in at and axis in results.uncertain:
+            argument, key = (axis, "") if axis in AXES else ("at", axis)
+            found = quantity(axis).value(at[axis])
+            raise Refusal(argument, found, "nothing, as it is uncertain: each sample has its own", key=key)
         if at and axis in at:
             order = np.array([_index_of(axis, keys.get(axis, axis), values, at[axis])])
         if not np.array_equal(order, np.arange(len(values))):
@@ -63,6 +67,7 @@ def select(results: Results, dimension: str, number: float) -> Results:
     if number != int(number) or not 0 <= number < count:
         raise Refusal(argument, f"{number:g}", f"0 to {count - 1}", key=key)
     coords = {name: values for name, values in results.coords.items() if name != dimension}
+    coords |= {name: samples[[int(number)]] for name, samples in results.uncertain.items()}
     place = results.grid.index(dimension)
     variables = {
         name: array.take(int(number), axis=place)
@@ -90,7 +95,7 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
         def shown(value: float) -> str:
             return amount(value, target.unit, 4) if isinstance(target, WithUnit) else quantity(axis).value(value)
 
-        argument = axis if axis in AXES else f"{option('at')} {key}"
+        argument = option(axis) if axis in AXES else f"{option('at')} {key}"
         raise InputError(
             f"{argument}: found {shown(target)}; allowed: {shown(ascending[0])} to "
             f"{shown(ascending[-1])}, as the sweep, of "

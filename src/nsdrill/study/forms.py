@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Protocol, TypeVar
 
 from nsdrill.data import Resolved
-from nsdrill.errors import Fault
+from nsdrill.errors import Fault, printable
 from nsdrill.models.leaves import place_of, words_of
 from nsdrill.study.keys import RAMP, TIME, Keys, Leaf, Plain, Schema, Value, colon_hint, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath, dotted
@@ -224,7 +224,7 @@ class Section:
         if raw is None and self.empty is not None:
             raw = dict(self.empty)
         if not isinstance(raw, dict):
-            hint = colon_hint(raw, self.members) if isinstance(raw, str) else None
+            hint = colon_hint(raw, self.members) or self.word_hint(raw) if isinstance(raw, str) else None
             return at.refuse(
                 path, shown(raw), f"a mapping with the keys {', '.join(self.listed or self.members)}", hint
             )
@@ -243,6 +243,13 @@ class Section:
         at.faulty |= {dotted((*path, name)) for name in bad}
         return self.checked(at, path, raw, {name: value for name, value in found.items() if value is not FAULTY})
 
+    def word_hint(self, word: str) -> str | None:
+        """Which key takes the ``word`` that stands in place of the mapping, if one does."""
+        choices = {
+            name: member.about.choices for name, member in self.members.items() if isinstance(member.about, Leaf)
+        }
+        return next((f"Did you mean {{{name}: {word}}}?" for name, words in choices.items() if word in words), None)
+
     def checked(self, at: Reading, path: KeyPath, raw: dict[str, Plain], found: Resolved) -> Value:
         """The values ``found``, or :data:`FAULTY` where they do not go together."""
         return found
@@ -255,6 +262,11 @@ class Section:
         elsewhere = [key for key in at.keys.meanings if key.rpartition(".")[2] == name]
         if colon := colon_hint(str(name), self.members):
             suggestion = colon
+        elif odd := next((char for char in str(name) if not char.isascii()), None):
+            suggestion = f"It has the character {printable(odd)} (U+{ord(odd):04X}): type it anew, with plain spaces."
+        elif dotted(path) in at.keys.leaves:  # a part of the name is a section
+            parts = str(name).split(".")
+            suggestion = f"In a file keys are nested: {': {'.join(parts)}: ...{'}' * (len(parts) - 1)}"
         elif suggestion is None and elsewhere:
             suggestion = f"Did you mean {' or '.join(elsewhere[:3])}?"
         return at.refuse(path, "an unknown key", ", ".join(self.listed or self.members), suggestion, of_key=True)

@@ -230,6 +230,8 @@ class Leaf:
             value = self._number(raw)
         else:
             bare = "Write it bare, without quotes or unit."
+            if isinstance(raw, str) and self.units == "" and (percent := re.fullmatch(r"(\d+\.?\d*) ?%", raw)):
+                bare = f"Write {float(percent[1]) / 100:g}."
             hint = si.comma_hint(raw) or bare if isinstance(raw, str) and self.kind != "switch" else None
             remark = "without a unit" if self.kind == "quantity" else ""
             raise QuantityError(shown(raw, remark), self.allowed(), hint)
@@ -457,5 +459,6 @@ def did_you_mean(name: str, candidates: typing.Iterable[str], section: str = "")
     near."""
     known = list(candidates)
     usual = [key for key in known if key == OTHER_WORDS.get(name)]
-    near = usual or difflib.get_close_matches(name[:80], known, n=1)
+    capitals = [key for key in known if key.lower() == name.lower()]
+    near = usual or capitals or difflib.get_close_matches(name[:80], known, n=1)
     return f"Did you mean {section}{'.' if section else ''}{near[0]}?" if near else None

@@ -204,7 +204,8 @@ _SYNTAX = (
     (r"character ('.')", "a value that begins with {}", "it in quotes"),
     (r"expected .* '([]}])'$", "a closing {} for which there is no opening one", "brackets in pairs"),
     (r"expected .* '<block \w+ start>'$", "another indentation than above", "keys of one section in one column"),
-    (r"expected <block end>, .* '<scalar>'$", "text behind a value", "a key with a colon, or the whole text in quotes"),
+    ("could not find expected ':'", "a line without a colon", "key: value, or - value, in each line"),
+    (r"expected <block end>, .* '(?:<scalar>|,)'$", "text behind a value", "a key: value in each line, or quotes"),
     (r"expected .* ','$", "a comma without a value before it", "values between commas"),
     (r"expected '<document start>'", "text behind the end of the document", YAML),
     (r"expected .* '(?:<stream end>|<document end>|\\x00)'$", "the end of the text in place of a value", "a value"),
@@ -298,10 +299,12 @@ class _Builder:
             return event.value if event.style else _scalar(event.value)
         if len(path) >= DEEPEST:
             raise self.fault(event, path[:-1], f"more than {DEEPEST} levels", "the five levels of a study")
-        if event.flow_style:
+        in_brackets = bool(event.flow_style)
+        if in_brackets:
             self.open.append(event)
-        found = self.items(path) if type(event).__name__ == "SequenceStartEvent" else self.members(path)
-        if event.flow_style:
+        is_list = type(event).__name__ == "SequenceStartEvent"
+        found = self.items(path) if is_list else self.members(path, in_brackets)
+        if in_brackets:
             self.open.pop()
         return found
 
@@ -316,13 +319,13 @@ class _Builder:
                 texts[-2:], items[-2:] = [whole], [whole.text]
         return items
 
-    def members(self, path: KeyPath) -> dict[str, Plain]:
+    def members(self, path: KeyPath, in_braces: bool) -> dict[str, Plain]:
         """The values of the mapping at ``path`` by their names."""
         found: dict[str, Plain] = {}
         name, text = "", None
         while type(key := next(self.events)).__name__ != "MappingEndEvent":
             value = next(self.events)
-            if text and (whole := _split_value(text, key, value)):
+            if in_braces and text and (whole := _split_value(text, key, value)):
                 text, found[name] = whole, whole.text
                 continue
             name, text = self.key(key, path, found), _Text.of(value)

@@ -132,6 +132,11 @@ class _Axes(Section):
             hint = "Run a study for each word."
         elif leaf is None:
             found, hint = "an unknown key", did_you_mean(name, others) or hint
+            inside = at.document.value(path)
+            whole = (
+                [f"{name}.{key}" for key in inside if f"{name}.{key}" in keys.axes] if isinstance(inside, dict) else []
+            )
+            hint = f"Here a key stands as a whole: {whole[0]}." if whole else hint
         elif leaf.kind in ("quantity", "number", "whole"):
             found = "a number that is not of the string or its operation"
         else:

@@ -15,7 +15,7 @@ from nsdrill.data import Answer, Array, Attributes, Results
 from nsdrill.errors import FileError, InputError, count
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.plot.kinds.branches import COLOURS, GRAZING_MARKERS, MARKERS
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import quantity, setting
 from nsdrill.store import hdf5, open_branches
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES
@@ -227,8 +227,9 @@ def mismatch(branches: Branches, results: Results, axis: str, place: Sequence[in
     """Why the branches do not belong in a diagram along ``axis`` through ``place``; ""
     where they do."""
     if other := other_string(branches.attrs, results, {}, (branches.key,)):
-        key, branch_value, sweep_value = other[0]
-        return f"The branches are of another string: {key} is {branch_value} there, {sweep_value} here."
+        key, of_branches, of_sweep = other[0]
+        there, here = (setting(key, value, units) for value in (of_branches, of_sweep))
+        return f"The branches are of another string: {key} is {there} there, {here} here."
     if axis != branches.along:
         return f"The branches run along {plain(quantity(branches.along).words)}."
     for name, i in zip(results.grid, place, strict=True):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import EQUILIBRIUM
 from nsdrill.analysis.probability import outcome
 from nsdrill.app.experiment import unlike
 from nsdrill.app.motions import Motion
@@ -56,8 +57,11 @@ def orbit(session: Session, request: Request) -> Reply:
     values = {name: float(branches.features[name][point]) for name in DEFAULT_SLIDERS if name in branches.features}
     values[branches.key] = float(branches.numbers[point])
     period = float(branches.period[point])
-    if not 0.0 < period < asked.MAX_SECONDS:  # steady drilling has none
-        period = asked.DEFAULT_SECONDS
+    repeats = f", its period is {period:.4g} s"
+    if branches.motions[branches.branch_of(point)] == EQUILIBRIUM:  # over one lobe, or none
+        repeats = ""
+    if not 0.0 < period < asked.MAX_SECONDS:
+        repeats, period = "", asked.DEFAULT_SECONDS
     seconds = period * (1 if branches.unstable[point] else max(1, math.ceil(asked.DEFAULT_SECONDS / period)))
     with session.computing():
         study = session.motions.at(session.motions.own | values)
@@ -73,7 +77,7 @@ def orbit(session: Session, request: Request) -> Reply:
         head["features"] = value_rows(study.model.shown, motion.found, session.units)
     file = shlex.quote(branches.path)
     head |= {
-        "begins": f"Point {point}, {branches.name_of(point)}: run for {seconds:.4g} s, its period is {period:.4g} s.",
+        "begins": f"Point {point}, {branches.name_of(point)}: run for {seconds:.4g} s{repeats}.",
         "changes": values,
         "command": f"nsdrill show {file} --study > branches_study.yaml && nsdrill simulate "
         f"branches_study.yaml "

@@ -299,8 +299,9 @@ def _add_motion(page: Page, session: Session, place: tuple[int, ...]) -> str:
     if head["ended"]:
         page.add(escaped(f"It ended early: {head['ended']}."))
     else:
-        ending = "the stored state, bit for bit" if head["same_bits"] else f"not the stored state: {head['differing']}"
-        page.add(escaped(f"Run again for this page, it ends in: {ending}."))
+        differing = "; ".join(head["differing"]) or "nothing that the file records"
+        ending = "in the stored state, bit for bit." if head["same_bits"] else f"elsewhere. What differs: {differing}."
+        page.add(escaped(f"Run again for this page, it ends {ending}"))
     page.add("</figcaption>")
     page.add_drawing("motion", [(head, shown)], {"drawn": drawn}, f"The motion at {title}")
     page.add("</figure>")

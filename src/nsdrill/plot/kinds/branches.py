@@ -29,7 +29,7 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.description import Panel
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.labels import heading, operating_point, quantity
+from nsdrill.plot.labels import heading, operating_point, quantity, setting
 from nsdrill.plot.look import look, value_of
 from nsdrill.plot.maps import Planes
 from nsdrill.plot.page import area_entry, finish, line_entry, name_panel, new_figure, stack, write
@@ -98,7 +98,7 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
     x = quantity(along, units)
     fixed = {name: float(data[name].values[0]) for name in AXES if name in data and name != along}
     if over is not None:
-        check_same_string(data, over, fixed)
+        check_same_string(data, over, fixed, units)
         check_along(over, along)
     figure = new_figure(page_width(), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * max(2, len(shown)) / 3)
     axes = stack(figure, len(shown))
@@ -125,14 +125,14 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
     return finish(figure, title, [*handles.values(), *walls], 4)
 
 
-def check_same_string(data: Dataset, over: Results, fixed: dict[str, float]) -> None:
+def check_same_string(data: Dataset, over: Results, fixed: dict[str, float], units: str) -> None:
     """InputError where a sweep and branches, one of which is drawn over the other, are
     of different strings."""
     ignored = {str(data.attrs.get(name, "")) for name in ("along", "along_key", "over", "over_key")}
     differences = other_string(data.attrs, over, fixed, ignored)
     if differences:
         listing = "; ".join(
-            f"{key}: {of_branches} of the branches, {of_sweep} of the sweep"
+            f"{key}: {setting(key, of_branches, units)} of the branches, {setting(key, of_sweep, units)} of the sweep"
             for key, of_branches, of_sweep in differences[:4]
         )
         raise Refusal("over", f"another string ({listing})", "results of the same string")

@@ -105,13 +105,14 @@ class Window:
             hatch(axes, cells, chosen, RIM_HATCH, CRITICAL_COLOURS[code], f"rim:{code}", width=HATCH_WIDTH)
         hatch(axes, cells, state == UNKNOWN, UNKNOWN_HATCH, BLACK, "unknown")
         point, most_probable = self.numbers["maps"][number]["recommended"], self._most_probable_in(number)
+        self._name_areas(axes, cells, number, point)
         if self.maps.y and RATE_OF_PENETRATION in self.maps.yields:
             rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
             clear = [self.plane.shown(one) for one in (point, most_probable) if one]
-            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines
+            names = [text.get_position() for text in axes.texts]
+            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear, names) or self.lines
         if point:
             self._draw_recommended(axes, point)
-        self._name_areas(axes, cells, number, point)
         if most_probable:
             # White below black is visible on every colour.
             x, y = self.plane.shown(most_probable)
@@ -257,7 +258,7 @@ def write_name(axes: Axes, place: tuple[float, float], text: str, code: int, sta
     colour, ground = BLACK, "white"
     if state == CRITICAL:
         colour, ground = ink_on(CRITICAL_COLOURS[code]), CRITICAL_COLOURS[code]
-    centred: Properties = {"ha": "center", "va": "center", "zorder": 4, "clip_on": True}
+    centred: Properties = {"ha": "center", "va": "center", "zorder": 4.5, "clip_on": True}
     axes.text(
         *place, text, color=colour, fontsize=font_size(7), path_effects=halo(2.5, ground), gid=f"area:{code}", **centred
     )

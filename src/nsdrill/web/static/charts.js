@@ -3,7 +3,7 @@
 // samples closer than a pixel are drawn as the least and greatest value of each pixel column. Every drawing is a function of a
 // canvas context, so that a picture of the page can also be made of vectors (vector.js).
 window.nsdrill = (() => {
-  const FAMILY = '"DejaVu Sans", Verdana, sans-serif', font = (size, weight = "") => `${weight}${size}px ${FAMILY}`, FONT = font(11);
+  const FAMILY = '"DejaVu Sans", Verdana, sans-serif', font = (size, weight = "") => `${weight}${size}px ${FAMILY}`, FONT = font(11), DIGIT = 7; // px: a digit of FONT
   const INK = "#1b1b1b", GRID = "#e8e8e8", BLUE = "#0072B2", VERMILLION = "#D55E00", REFERENCE = "#4D4D4D", DIFFERS = "#E8D47A";
   const MAX_MARKERS = 20000; // above, markers are drawn as squares
   const ratio = () => window.devicePixelRatio || 1;
@@ -97,8 +97,14 @@ window.nsdrill = (() => {
       grid: { stroke: GRID, width: 1 }, ticks: { stroke: "#999", width: 1, size: 4 }, ...more,
     });
     const ticks = (u, splits, which, space, step) => {
-      const count = decimals(splits.length > 1 ? splits[1] - splits[0] : step), every = o.narrow && !which && splits.length > 3 ? 2 : 1;
-      return splits.map((value, k) => (value == null || k % every ? "" : count > 6 ? digits(value, 4) : value.toFixed(count)));
+      const count = decimals(splits.length > 1 ? splits[1] - splits[0] : step);
+      const texts = splits.map((value) => (value == null ? "" : count > 6 ? digits(value, 4) : value.toFixed(count)));
+      if (!o.narrow || which || texts.length < 2) return texts;
+      // below a small plane only as many as do not meet
+      const width = u.bbox.width / devicePixelRatio || u.width, { min, max } = u.scales.x;
+      const apart = width * Math.abs(splits[1] - splits[0]) / (max - min), longest = Math.max(...texts.map((text) => text.length));
+      const every = Math.max(1, Math.ceil((DIGIT * longest + 8) / apart));
+      return texts.map((text, k) => (k % every ? "" : text));
     };
     const numbers = (log) => (log ? {} : { values: ticks });
     const plot = new uPlot(

@@ -278,14 +278,21 @@
     return [i, x.dimension === y.dimension ? place[y.dimension] % step : place[y.dimension]];
   }
 
-  // Mark the present point of the sweep in what is drawn.
+  // Mark the present point of the sweep, or of a branch, in what is drawn.
   function markPlace() {
-    if (!view || !view.all || !now.place || meta.kind !== "results") return;
+    if (!view || !view.all) return;
+    const [name, { point }] = now.request || ["", {}], xs = view.all[0]["curve x"];
+    if (name === "orbit" && xs) {
+      Object.assign(view, { point, chosen: null });
+      for (const chart of charts) chart.choose(-1, xs[point]);
+    }
+    if (!now.place || meta.kind !== "results" || name === "orbit") return;
     const d = view.all[0], free = [0, d.dimension, d.x.dimension, d.y.dimension];
     if (!d.place || d.place.some((at, k) => !free.includes(k) && at !== now.place[k])) return; // it lies elsewhere
     if (view.map) view.chosen = cellOf(now.place);
     else view.chosen = [now.place[0], now.place[d.dimension]];
     if (view.chosen) for (const chart of charts) chart.choose(...view.chosen);
+    if (view.map && view.chosen) view.showCell(...view.chosen);
   }
 
   // The point to begin with: the one that is recommended, the most probable one, or that in the middle.
@@ -394,7 +401,7 @@
   async function runMotion(name, request, stroke = null) {
     const reply = await ask(name, request);
     if (now.reply && !(stroke && stroke.kept)) {
-      past.push({ now: { ...now }, chosen: view && view.chosen });
+      past.push({ ...now });
       past.splice(0, past.length - MOST_PAST);
       if (stroke) stroke.kept = true;
     }
@@ -412,12 +419,9 @@
   const undo = latestOnly(async () => {
     const before = past.pop();
     if (!before) return;
-    Object.assign(now, before.now);
+    Object.assign(now, before);
     showMotion(now.reply);
-    if (view && before.chosen && charts.length) {
-      view.chosen = before.chosen;
-      for (const chart of charts) chart.choose(...before.chosen);
-    }
+    markPlace();
   });
 
   // A change that the server refuses is undone, or the server would refuse all later ones with it.
