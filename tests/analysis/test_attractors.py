@@ -63,19 +63,57 @@ def found(*groups: dict[str, np.ndarray], tolerance: float = TOLERANCE) -> list[
 
 
 BOUNCE = {"response": BIT_BOUNCE, "lift_off_fraction": 0.7, "axial_acceleration_rms": 0.4}
+WIDE = {"radius_mean": 0.9 * GAP}
+ROW = np.linspace(0, 1, 30) * GAP
+LOOSE, FIRM = {"half_difference": 0.4, "settled": 0}, {"half_difference": 0.01}
+FAR = BOUNCE | {"lift_off_fraction": 0.7 + 0.4 * UNSETTLED_SHARE * 0.99}
+STUCK = {"response": STICK_SLIP, "stick_slip_index": np.inf, "stuck_fraction": 1.0, "axial_acceleration_rms": 0.0}
+BAD = starts(2, status=DIVERGED, radius_mean=np.nan)
+SCATTER = 0.7 + 0.01 * np.random.default_rng(1).standard_normal(7)
+BOUNCES = starts(7, **BOUNCE | {"lift_off_fraction": SCATTER})
 
 
-def test_a_bistable_point():
-    """Smooth drilling and bounce beside each other, as near 2000 m in the worked
-    example."""
-    rng = np.random.default_rng(1)
-    bounce = starts(7, **BOUNCE | {"lift_off_fraction": 0.7 + 0.01 * rng.standard_normal(7)})
-    assert found(starts(5), bounce, starts(4)) == [1] * 5 + [2] * 7 + [1] * 4
-    assert found(starts(3), bounce) == [2] * 3 + [1] * 7, "the largest is the first"
-
-
-def test_two_bounces_with_the_same_labels_are_told_apart():
-    assert found(starts(4, **BOUNCE), starts(2, **BOUNCE | {"lift_off_fraction": 0.78})) == [1] * 4 + [2] * 2
+@pytest.mark.parametrize(
+    ("groups", "numbers"),
+    [
+        # Smooth drilling and bounce beside each other, as near 2000 m in the worked example.
+        pytest.param([starts(5), BOUNCES, starts(4)], [1] * 5 + [2] * 7 + [1] * 4, id="bistable"),
+        pytest.param([starts(3), BOUNCES], [2] * 3 + [1] * 7, id="the largest is the first"),
+        pytest.param(
+            [starts(4, **BOUNCE), starts(2, **BOUNCE | {"lift_off_fraction": 0.78})],
+            [1] * 4 + [2] * 2,
+            id="two bounces with the same labels",
+        ),
+        pytest.param(
+            [starts(2), starts(1, axial_acceleration_rms=0.1 * np.exp(0.09))], [1, 1, 1], id="9 % of acceleration"
+        ),
+        pytest.param(
+            [starts(2), starts(1, axial_acceleration_rms=0.1 * np.exp(0.11))], [1, 1, 2], id="11 % of acceleration"
+        ),
+        pytest.param([starts(2), starts(1, whirl_speed_mean=0.9 * SPEED)], [1, 1, 1], id="whirl on a small orbit"),
+        pytest.param(
+            [starts(2, **WIDE), starts(1, **WIDE, whirl_speed_mean=-1.48 * SPEED)],
+            [1, 1, 2],
+            id="whirl the other way on a large orbit",
+        ),
+        pytest.param([starts(2), starts(1, response=WHIRL)], [1, 1, 2], id="another response"),
+        pytest.param([starts(2), starts(1, response=STICK_SLIP)], [1, 1, 2], id="stick-slip"),
+        pytest.param([starts(2), starts(1, whirl_kind=2)], [1, 1, 2], id="another kind of whirl"),
+        pytest.param([starts(30, radius_mean=ROW)], [1] * 30, id="a chain is one group"),
+        pytest.param([starts(28, radius_mean=np.delete(ROW, [10, 11]))], [2] * 10 + [1] * 18, id="a chain with a gap"),
+        pytest.param(
+            [starts(2, **BOUNCE | LOOSE), starts(1, **FAR | LOOSE)], [1, 1, 1], id="unsettled motions scatter more"
+        ),
+        pytest.param([starts(2, **BOUNCE | LOOSE), starts(1, **FAR | FIRM)], [1, 1, 2], id="the steadier one decides"),
+        pytest.param([BAD, starts(3), starts(1, status=PENDING)], [0, 0, 1, 1, 1, 0], id="failed starts are on none"),
+        pytest.param([BAD], [0, 0], id="all failed"),
+        pytest.param(
+            [starts(2, **STUCK), starts(1, **STUCK | {"stick_slip_index": np.nan})], [1, 1, 1], id="a bit at rest"
+        ),
+    ],
+)
+def test_groups(groups, numbers):
+    assert found(*groups) == numbers
 
 
 @pytest.mark.parametrize(
@@ -92,36 +130,6 @@ def test_the_scales(name, step):
     base = float(starts(1)[name][0])
     assert found(starts(2), starts(1, **{name: base + 0.9 * TOLERANCE * step})) == [1, 1, 1]
     assert found(starts(2), starts(1, **{name: base + 1.1 * TOLERANCE * step})) == [1, 1, 2]
-
-
-def test_ten_percent_of_acceleration_is_one_tolerance():
-    assert found(starts(2), starts(1, axial_acceleration_rms=0.1 * np.exp(0.09))) == [1, 1, 1]
-    assert found(starts(2), starts(1, axial_acceleration_rms=0.1 * np.exp(0.11))) == [1, 1, 2]
-
-
-def test_the_direction_of_whirl_counts_on_a_large_orbit_only():
-    assert found(starts(2), starts(1, whirl_speed_mean=0.9 * SPEED, radius_mean=4e-3)) == [1, 1, 1]
-    wide = {"radius_mean": 0.9 * GAP}
-    assert found(starts(2, **wide), starts(1, **wide, whirl_speed_mean=-1.48 * SPEED)) == [1, 1, 2]
-
-
-@pytest.mark.parametrize("change", [{"response": WHIRL}, {"response": STICK_SLIP}, {"whirl_kind": 2}])
-def test_labels_part(change):
-    assert found(starts(2), starts(1, **change)) == [1, 1, 2]
-
-
-def test_a_chain_is_one_group():
-    chain = starts(30, radius_mean=np.linspace(0, 1, 30) * GAP)
-    assert found(chain) == [1] * 30
-    gap = np.delete(np.linspace(0, 1, 30), [10, 11]) * GAP
-    assert found(starts(28, radius_mean=gap)) == [2] * 10 + [1] * 18
-
-
-def test_unsettled_motions_may_scatter_more():
-    far = {"lift_off_fraction": 0.7 + 0.4 * UNSETTLED_SHARE * 0.99}
-    loose, firm = {"half_difference": 0.4, "settled": 0}, {"half_difference": 0.01}
-    assert found(starts(2, **BOUNCE | loose), starts(1, **BOUNCE | far | loose)) == [1, 1, 1]
-    assert found(starts(2, **BOUNCE | loose), starts(1, **BOUNCE | far | firm)) == [1, 1, 2], "the steadier one decides"
 
 
 def test_a_start_on_its_way_bridges_nothing():
@@ -149,17 +157,6 @@ def test_kinds_of_motion_part_where_they_are_decided():
     three = starts(2, **BOUNCE | {"lift_off_fraction": 0.73}, motion=PERIODIC, period=3)
     assert found(of(3, PERIODIC, 1), three, near) == [1] * 3 + [2] * 2 + [2]
     assert found(of(2, UNDETERMINED), of(1, UNSETTLED)) == [1, 1, 1]
-
-
-def test_failed_starts_are_on_none():
-    bad = starts(2, status=DIVERGED) | {"radius_mean": np.full(2, np.nan)}
-    assert found(bad, starts(3), starts(1, status=PENDING)) == [0, 0, 1, 1, 1, 0]
-    assert found(bad) == [0, 0]
-
-
-def test_a_bit_that_does_not_turn():
-    stuck = {"response": STICK_SLIP, "stick_slip_index": np.inf, "stuck_fraction": 1.0, "axial_acceleration_rms": 0.0}
-    assert found(starts(2, **stuck), starts(1, **stuck | {"stick_slip_index": np.nan})) == [1, 1, 1]
 
 
 def test_the_order_of_the_starts_changes_no_group():

@@ -51,6 +51,24 @@ def made_up(*attractors: tuple[int, float], members: int = 8, settled: bool = Tr
     return Places(point.astype(int), np.full(n, members), place[:, None], np.full(n, kinds), np.full(n, settled))
 
 
+NUMBERED = {
+    "within the threshold": (made_up((0, 0.0), (1, 0.99 * MATCHING)), (2,), [1, 1]),
+    "beyond the threshold": (made_up((0, 0.0), (1, 1.01 * MATCHING)), (2,), [1, 2]),
+    # All move by 0.1: the second is then where the third was, but each goes on.
+    "nearest in sum": (made_up((0, 0.0), (0, 0.1), (0, 0.2), (1, 0.1), (1, 0.2), (1, 0.3)), (2,), [1, 2, 3, 1, 2, 3]),
+    "unsettled, does not come back": (made_up((0, 0.0), (2, 0.0), settled=False), (3,), [1, 2]),
+    "unsettled, at the next point": (made_up((0, 0.0), (1, 0.0), settled=False), (2,), [1, 1]),
+    # Around the four operating points each is near the next, from 0 to 0.47 at the first
+    # one. The widest step parts them.
+    "a way around": (made_up((0, 0.0), (0, 0.47), (1, 0.11), (2, 0.36), (3, 0.24)), (2, 2), [2, 1, 2, 1, 1]),
+}
+
+
+@pytest.mark.parametrize(("places", "shape", "expected"), NUMBERED.values(), ids=NUMBERED)
+def test_numbers_of_branches(places, shape, expected):
+    assert number(places, shape, MATCHING).tolist() == expected
+
+
 def test_branches_whose_features_cross_are_told_apart_by_their_states():
     """The time off the rock of the one rises as that of the other falls. From 0.34 at
     one point the nearest at the next is 0.34 of the other; the greatest radius says
@@ -97,18 +115,6 @@ def test_labels_and_contact_with_the_wall_change_along_a_branch():
     assert numbered(stacked(rattling, rolling)).tolist() == [[1] * 3] * 2
 
 
-@pytest.mark.parametrize(("step", "same"), [(0.99, True), (1.01, False)])
-def test_the_threshold(step, same):
-    a, b = number(made_up((0, 0.0), (1, step * MATCHING)), (2,), MATCHING)
-    assert (a == b) == same
-
-
-def test_nearest_in_sum_rather_than_one_by_one():
-    """All move by 0.1: the second is then where the third was, but each goes on."""
-    found = made_up(*((0, x) for x in (0.0, 0.1, 0.2)), *((1, x) for x in (0.1, 0.2, 0.3)))
-    assert number(found, (2,), MATCHING).tolist() == [1, 2, 3, 1, 2, 3]
-
-
 @pytest.mark.parametrize("missed", range(1, MAX_MISSED + 2))
 def test_what_comes_back(missed):
     """A branch that a few operating points miss keeps its number; over more of them it
@@ -117,11 +123,6 @@ def test_what_comes_back(missed):
     found = made_up(*sorted([(0, 0.0), (missed + 1, 0.1), *ever]))
     first, *_, last, _ = number(found, (2 + missed,), MATCHING)
     assert (first == last) == (missed <= MAX_MISSED)
-
-
-def test_an_unsettled_motion_does_not_come_back():
-    assert number(made_up((0, 0.0), (2, 0.0), settled=False), (3,), MATCHING).tolist() == [1, 2]
-    assert number(made_up((0, 0.0), (1, 0.0), settled=False), (2,), MATCHING).tolist() == [1, 1]
 
 
 def test_the_same_kind_of_motion_is_preferred_and_no_other_excluded():
@@ -156,13 +157,6 @@ def test_pieces_of_a_chaotic_motion_are_paired_by_size():
     found = made_up((0, 0.0), (0, 0.1), (1, 0.08), (1, 0.0), settled=False)
     found.members[:] = [30, 2, 30, 2]
     assert number(found, (2,), MATCHING).tolist() == [1, 2, 1, 2]
-
-
-def test_a_way_around_joins_no_two_attractors_of_one_operating_point():
-    """Around the four operating points each is near the next, from 0 to 0.47 at the
-    first one. The widest step parts them."""
-    found = made_up((0, 0.0), (0, 0.47), (1, 0.11), (2, 0.36), (3, 0.24))
-    assert number(found, (2, 2), MATCHING).tolist() == [2, 1, 2, 1, 1]
 
 
 def cusp(a: np.ndarray, b: np.ndarray, count: int) -> tuple[Table, np.ndarray]:
@@ -259,13 +253,32 @@ def test_one_interval_with_its_ends_step_and_responses():
     }
 
 
-def test_another_pair_of_responses_is_another_interval():
-    rows = hysteresis(grid({"up": ["ss...bb."], "down": ["s..bbbB."]}, SPEEDS))
-    assert [(row["from"], row["to"], row["up"], row["down"], row["differs"]) for row in rows] == [
-        (2.0, 2.0, "stick_slip", "none", ["stick_slip"]),
-        (4.0, 5.0, "none", "bit_bounce", ["bit_bounce"]),
-        (7.0, 7.0, "bit_bounce", "bit_bounce+whirl", ["whirl"]),
-    ]
+INTERVALS = {
+    "another pair of responses is another interval": (
+        "ss...bb.",
+        "s..bbbB.",
+        [
+            {"from": 2.0, "to": 2.0, "up": "stick_slip", "down": "none", "differs": ["stick_slip"]},
+            {"from": 4.0, "to": 5.0, "up": "none", "down": "bit_bounce", "differs": ["bit_bounce"]},
+            {"from": 7.0, "to": 7.0, "up": "bit_bounce", "down": "bit_bounce+whirl", "differs": ["whirl"]},
+        ],
+    ),
+    "an inferred point interrupts nothing": ("...i....", "..bbbb..", [{"from": 3.0, "to": 6.0}]),
+    "the ends of the sweep": ("bb....ww", "........", [{"open": ["from"]}, {"open": ["to"]}]),
+    "all of the sweep": ("bbbbbbbb", "........", [{"open": ["from", "to"], "step": None}]),
+    "the larger of two unequal steps": ("....", ".bb.", [{"step": 2.5}]),
+}
+
+
+@pytest.mark.parametrize(("up", "down", "told"), INTERVALS.values(), ids=INTERVALS)
+def test_intervals(up, down, told):
+    rows = hysteresis(grid({"up": [up], "down": [down]}, SPEEDS if len(up) == 8 else [1.0, 2.0, 2.5, 5.0]))
+    assert [{name: row[name] for name in one} for row, one in zip(rows, told, strict=True)] == told
+
+
+def test_of_one_value_of_an_axis_that_is_named_both_responses_may_differ():
+    [row] = hysteresis(grid({"up": ["B"], "down": ["."]}, [3.0], wob=[1e3]), "rotary_speed")
+    assert row["differs"] == ["bit_bounce", "whirl"]
 
 
 @pytest.mark.parametrize("sign", ["x", "?"])
@@ -276,28 +289,6 @@ def test_a_point_that_is_not_known_interrupts(sign, side):
     line[3] = sign
     rows = hysteresis(grid({**maps, side: ["".join(line)]}, SPEEDS))
     assert [(row["from"], row["to"], row["open"]) for row in rows] == [(3.0, 3.0, ["to"]), (5.0, 6.0, ["from"])]
-
-
-def test_an_inferred_point_does_not():
-    [row] = hysteresis(grid({"up": ["...i...."], "down": ["..bbbb.."]}, SPEEDS))
-    assert (row["from"], row["to"]) == (3.0, 6.0)
-
-
-def test_the_end_of_the_sweep_leaves_an_interval_open():
-    rows = hysteresis(grid({"up": ["bb....ww"], "down": ["........"]}, SPEEDS))
-    assert [row["open"] for row in rows] == [["from"], ["to"]]
-    [whole] = hysteresis(grid({"up": ["bbbbbbbb"], "down": ["........"]}, SPEEDS))
-    assert (whole["open"], whole["step"]) == (["from", "to"], None)
-
-
-def test_the_larger_of_two_unequal_steps_is_told():
-    [row] = hysteresis(grid({"up": ["...."], "down": [".bb."]}, [1.0, 2.0, 2.5, 5.0]))
-    assert row["step"] == 2.5
-
-
-def test_both_responses_may_differ():
-    [row] = hysteresis(grid({"up": ["B"], "down": ["."]}, [3.0], wob=[1e3]), "rotary_speed")
-    assert row["differs"] == ["bit_bounce", "whirl"]
 
 
 def test_every_combination_of_the_other_axes_has_its_own():

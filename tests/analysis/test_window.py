@@ -371,7 +371,6 @@ def test_by_brute_force():
             bad = [np.hypot(up[r] - up[row], across[c] - across[column]) for r, c in np.argwhere(~safe)]
             best = max(best, min([edge, *bad]))
         found = largest_margin(safe, y, x)
-        assert found is not None
         assert safe[found[0], found[1]]
         assert found[2] == pytest.approx(best, rel=1e-12)
 

@@ -8,14 +8,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
 import nsdrill
 from nsdrill.errors import Refusal, naming_options, option
-from nsdrill.store import part_path, read_results
+from nsdrill.store import part_path
 
 NESTED: dict[str, Any] = {
     "title": "Small",
@@ -522,8 +521,6 @@ def test_attractors(small, tmp_path):
     assert nsdrill.attractors(made)[0]["starts"] == 4
     trace = nsdrill.replay(made, start=2)
     assert trace.attrs["same_bits"] == 1
-    with pytest.raises(nsdrill.InputError, match=r"4 starts\. Say which one with start, 0 to 3"):
-        nsdrill.replay(made)
     with pytest.raises(nsdrill.FileError, match=r"one start.*set={'initial\.ensemble': 64}"):
         nsdrill.attractors(small)
 
@@ -603,13 +600,3 @@ def test_an_argument_has_the_name_of_the_caller():
     names = [option(name, value) for name, value in said]
     assert names == ["overwrite=True", "kind='map'", "at={'sample': ...}", "set={'bit.lobes': 3}", "path"]
     assert str(Refusal("at", "5", "4", key="wob", bare="N")) == "at['wob']: found 5; allowed: 4; a number is in N."
-
-
-def test_a_results_file_opens_in_xarray_alone(shared):
-    with h5py.File(shared / "small.h5") as file, xr.open_dataset(shared / "small.h5", engine="h5netcdf") as data:
-        assert data.sizes["rotary_speed"] == len(file["rotary_speed"])
-    kept = read_results(shared / "small.h5")
-    with nsdrill.open_results(shared / "small.h5") as data:
-        assert data.bit_speed_max.sel(procedure="down").squeeze().values.tolist() == (
-            kept["bit_speed_max"][1].ravel().tolist()
-        )

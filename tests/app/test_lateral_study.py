@@ -11,10 +11,11 @@ import nsdrill
 from nsdrill import StudyError
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.summary import reclassify
-from nsdrill.models.christoforou_yigit.columns import STATE_NAMES
 from nsdrill.models.christoforou_yigit.parameters import Parameters, Stabilizer
 from nsdrill.study import parse_study, study_from_resolved
 from nsdrill.variables import IRREGULAR, LOW_SIDE
+
+from .alike import starting_in
 
 WHIRL = """
 modes: {axial: frozen, torsional: frozen}
@@ -134,17 +135,6 @@ sweep: {rotary_speed: [10 rad/s]}
 simulation: {transient: 20 s, observe: 5 s}
 record: {peaks: 4}
 """
-UNITS = {
-    "x": "m",
-    "y": "m",
-    "z": "m",
-    "vx": "m/s",
-    "vy": "m/s",
-    "vz": "m/s",
-    "twist": "rad",
-    "drive_angle": "rad",
-    "bit_speed": "rad/s",
-}
 
 
 def test_the_final_state_of_a_rolling_run_is_the_start_of_another():
@@ -153,8 +143,7 @@ def test_the_final_state_of_a_rolling_run_is_the_start_of_another():
     final = first["final_state"].ravel()
     gap = (0.381 - 0.2286) / 2
     assert np.hypot(final[0], final[2]) > gap + 1e-3
-    given = [f"initial.{name}={value!r} {UNITS[name]}" for name, value in zip(STATE_NAMES, final.tolist(), strict=True)]
-    second = run_in_memory(parse_study(ROLLING, "s", [*given, "simulation.transient=0 s"]))
+    second = run_in_memory(parse_study(ROLLING, "s", [*starting_in(final), "simulation.transient=0 s"]))
     assert second["initial_state"].tobytes() == first["final_state"].tobytes()
     assert second["wall_contact_fraction"].item() == 1.0
     assert second["rolling_ratio"].item() == pytest.approx(1.0, abs=0.1)

@@ -42,17 +42,6 @@ def test_dask_that_is_not_installed(monkeypatch):
         pass
 
 
-def test_resume_refuses_another_version(small, tmp_path, monkeypatch):
-    study = nsdrill.load_study(small)
-    with monkeypatch.context() as patch:
-        patch.setattr("nsdrill.app.run.write_results", lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt))
-        with pytest.raises(Interrupted):
-            run_study(study, tmp_path / "out.h5")
-    monkeypatch.setattr("nsdrill.abi.source_digest", lambda: "another")
-    with pytest.raises(nsdrill.FileError, match=r"other versions.*model digest"):
-        run_study(study, tmp_path / "out.h5", resume=True)
-
-
 def test_a_carried_chain_hands_on_its_state(shared):
     results = read_results(shared / "small.h5")
     initial, final = results["initial_state"], results["final_state"]

@@ -16,47 +16,20 @@ from nsdrill.app.trajectory import replay
 from nsdrill.study import parse_study
 
 # name -> units; the names that scripts of users rely on.
-POINTS = {
-    "status": "1",
-    "response": "1",
-    "whirl_kind": "1",
-    "settled": "1",
-    "bit_speed_min": "rad s-1",
-    "bit_speed_max": "rad s-1",
-    "bit_speed_mean": "rad s-1",
-    "stick_slip_index": "percent",
-    "stuck_fraction": "1",
-    "axial_min": "m",
-    "axial_max": "m",
-    "lift_off_fraction": "1",
-    "bit_force_max": "N",
-    "bit_torque_max": "N m",
-    "radius_max": "m",
-    "radius_mean": "m",
-    "wall_contact_fraction": "1",
-    "wall_force_max": "N",
-    "whirl_ratio": "1",
-    "surface_torque_min": "N m",
-    "surface_torque_max": "N m",
-    "surface_torque_mean": "N m",
-    "lateral_acceleration_rms": "m s-2",
-    "axial_acceleration_rms": "m s-2",
-    "steps": "1",
-    "rejected": "1",
+UNITS = {
+    "1": "status response whirl_kind settled stuck_fraction lift_off_fraction wall_contact_fraction whirl_ratio steps "
+    "rejected",
+    "rad s-1": "bit_speed_min bit_speed_max bit_speed_mean",
+    "percent": "stick_slip_index",
+    "m": "axial_min axial_max radius_max radius_mean",
+    "N": "bit_force_max wall_force_max",
+    "N m": "bit_torque_max surface_torque_min surface_torque_max surface_torque_mean",
+    "m s-2": "lateral_acceleration_rms axial_acceleration_rms",
 }
+POINTS = {name: units for units, names in UNITS.items() for name in names.split()}
 PEAKS = {"axial_peaks": "m", "bit_speed_peaks": "rad s-1", "radius_peaks": "m"}
 STATES = ["x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle"]
-STATE_UNITS = {
-    "x": "m",
-    "vx": "m s-1",
-    "y": "m",
-    "vy": "m s-1",
-    "z": "m",
-    "vz": "m s-1",
-    "twist": "rad",
-    "bit_speed": "rad s-1",
-    "drive_angle": "rad",
-}
+STATE_UNITS = dict(zip(STATES, [*("m", "m s-1") * 3, "rad", "rad s-1", "rad"], strict=True))
 AXES = {"depth": "m", "wob": "N", "rotary_speed": "rad s-1"}
 GRID = {
     "small": ("procedure", "rotary_speed"),
@@ -220,21 +193,8 @@ def test_trace_file(shared, tmp_path):
 
     write_trace(tmp_path / "trace.h5", replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
     with xarray.open_dataset(tmp_path / "trace.h5", engine="h5netcdf") as data:
-        for name in (
-            "x",
-            "vx",
-            "y",
-            "vy",
-            "z",
-            "vz",
-            "radius",
-            "whirl_angle",
-            "twist",
-            "bit_speed",
-            "bit_force",
-            "bit_torque",
-            "wall_force",
-        ):
+        forces = ("bit_force", "bit_torque", "wall_force")
+        for name in (*STATES, "radius", "whirl_angle", *forces):
             assert data[name].dims == ("time",)
             assert data[name].attrs["units"]
         assert data["time"].attrs["units"] == "s"

@@ -38,17 +38,26 @@ def out(tmp_path):
     return tmp_path / "out.h5"
 
 
-def limits(text: str, folder: Path) -> tuple[int, int]:
+@pytest.fixture(scope="module")
+def free(tmp_path_factory):
+    """Of each text the file in which no point fails."""
+    folder = tmp_path_factory.mktemp("free")
+    made = {GRID: folder / "grid.h5", CHAINS: folder / "chains.h5"}
+    for text, path in made.items():
+        run_study(study_of(text, 10**7), path)
+    return made
+
+
+def limits(path: Path) -> tuple[int, int]:
     """Two limits of steps: under the first many points fail, under the second few."""
-    run_study(study_of(text, 10**7), folder / "free.h5")
-    free = read_results(folder / "free.h5")
+    free = read_results(path)
     tried = free["steps"] + free["rejected"]
     return int(np.quantile(tried, 0.4)), int(np.quantile(tried, 0.8))
 
 
 @TEXTS
-def test_with_nothing_changed_the_file_stays_what_it_was(out, tmp_path, text):
-    low, _ = limits(text, tmp_path)
+def test_with_nothing_changed_the_file_stays_what_it_was(out, text, free):
+    low, _ = limits(free[text])
     study = study_of(text, low)
     first = run_study(study, out)
     assert 0 < first.failed < first.points
@@ -61,8 +70,8 @@ def test_with_nothing_changed_the_file_stays_what_it_was(out, tmp_path, text):
 
 
 @TEXTS
-def test_a_larger_limit_gives_the_file_of_a_run_with_it(out, tmp_path, text):
-    low, high = limits(text, tmp_path)
+def test_a_larger_limit_gives_the_file_of_a_run_with_it(out, tmp_path, text, free):
+    low, high = limits(free[text])
     run_study(study_of(text, low), out)
     for limit in (high, 10**7):
         outcome = run_study(study_of(text, limit), out, retry_failed=True)
@@ -80,10 +89,10 @@ def test_a_larger_limit_gives_the_file_of_a_run_with_it(out, tmp_path, text):
 
 @TEXTS
 @pytest.mark.parametrize("after", [1, 3])
-def test_an_interrupted_retry_goes_on(out, tmp_path, text, after, monkeypatch):
+def test_an_interrupted_retry_goes_on(out, tmp_path, text, after, monkeypatch, free):
     """Of a chain nothing stays that followed from a point that has become another."""
     look_often(monkeypatch)
-    low, high = limits(text, tmp_path)
+    low, high = limits(free[text])
     run_study(study_of(text, low), out)
     with pytest.raises(Interrupted):
         run_study(study_of(text, high), out, retry_failed=True, workers=1, lanes=1, watch=Interrupt(after))
@@ -94,21 +103,21 @@ def test_an_interrupted_retry_goes_on(out, tmp_path, text, after, monkeypatch):
     assert not different(out, tmp_path / "whole.h5")
 
 
-def test_an_unfinished_run_takes_the_larger_limit_too(out, tmp_path, monkeypatch):
+def test_an_unfinished_run_takes_the_larger_limit_too(out, tmp_path, monkeypatch, free):
     look_often(monkeypatch)
-    low, _ = limits(GRID, tmp_path)
+    low, _ = limits(free[GRID])
     with pytest.raises(Interrupted):
         run_study(study_of(GRID, low), out, workers=1, lanes=1, watch=Interrupt())
     with RunLog.open(part_path(out)) as log:
         missing = int(np.count_nonzero(~log.done()))
     assert missing > 0
     run_study(study_of(GRID, 10**7), out, retry_failed=True)
-    assert not different(out, tmp_path / "free.h5")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["free.h5", "out.h5"]
+    assert not different(out, free[GRID])
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.h5"]
 
 
-def test_what_may_not_differ(out, tmp_path):
-    low, high = limits(GRID, tmp_path)
+def test_what_may_not_differ(out, free):
+    low, high = limits(free[GRID])
     run_study(study_of(GRID, high), out)
     before = out.read_bytes()
     with pytest.raises(FileError, match=f"max_steps: {high} there, {low} here.* only simulation.max_steps may differ"):
@@ -124,8 +133,8 @@ def test_what_may_not_differ(out, tmp_path):
     assert not part_path(out).exists()
 
 
-def test_other_labels_are_not_mixed_with_those_of_the_study(out, tmp_path):
-    low, high = limits(GRID, tmp_path)
+def test_other_labels_are_not_mixed_with_those_of_the_study(out, free):
+    low, high = limits(free[GRID])
     run_study(study_of(GRID, low), out)
     reclassify(out, ["classify.stick_slip.stick_slip_index=60"])
     with pytest.raises(FileError, match="nsdrill classify without set"):
@@ -144,8 +153,8 @@ def test_where_nothing_failed_nothing_changes(out):
 
 
 @pytest.mark.parametrize("where", ["os.replace", "nsdrill.store.RunLog._write_slots"])
-def test_a_full_disk_leaves_the_failed_points_where_they_are(out, tmp_path, monkeypatch, where):
-    low, _ = limits(GRID, tmp_path)
+def test_a_full_disk_leaves_the_failed_points_where_they_are(out, tmp_path, monkeypatch, where, free):
+    low, _ = limits(free[GRID])
     run_study(study_of(GRID, low), out)
     before = out.read_bytes()
     real = RunLog._write_slots
@@ -166,12 +175,12 @@ def test_a_full_disk_leaves_the_failed_points_where_they_are(out, tmp_path, monk
             run_study(study_of(GRID, 10**7), out, retry_failed=True)
     assert out.read_bytes() == before
     run_study(study_of(GRID, 10**7), out, retry_failed=True)
-    assert not different(out, tmp_path / "free.h5")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["free.h5", "out.h5"]
+    assert not different(out, free[GRID])
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.h5"]
 
 
-def test_the_command(out, tmp_path, monkeypatch):
-    low, _ = limits(GRID, tmp_path)
+def test_the_command(out, tmp_path, monkeypatch, free):
+    low, _ = limits(free[GRID])
     study = tmp_path / "s.yaml"
     study.write_text(GRID)
     words = ["nsdrill", "run", str(study), "-o", str(out), "--quiet"]

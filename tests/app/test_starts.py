@@ -16,7 +16,7 @@ from nsdrill.app.saving import table, write_rows
 from nsdrill.app.summary import reclassify, summarize
 from nsdrill.app.trajectory import replay, simulate
 from nsdrill.data import Results
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import InputError
 from nsdrill.store import open_results, part_path, read_partial, read_point, read_results
 from nsdrill.study import parse_study
 
@@ -132,11 +132,6 @@ def test_attractors_as_plain_data(made):
             chosen = numbers == one["number"]
             assert one["features"]["radius_max"] == np.median(results["radius_max"][0, i, 0, 0][chosen])
             assert len(np.unique(results["response"][0, i, 0, 0][chosen])) == 1
-
-
-def test_without_several_starts_there_are_no_attractors(shared):
-    with pytest.raises(FileError, match=r"one start.*initial\.ensemble"):
-        nsdrill.attractors(shared / "map.h5")
 
 
 def test_a_file_that_lacks_the_attractors_is_refused_in_words(made, tmp_path):

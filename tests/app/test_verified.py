@@ -18,6 +18,8 @@ from nsdrill.store import part_path, read_partial, read_results
 from nsdrill.study import Study, parse_study
 from nsdrill.variables import INFERRED, OK, PENDING, STEP_LIMIT
 
+from .alike import starting_in
+
 BASE = """
 operation: {depth: 3000 m}
 simulation: {transient: 5 s, observe: 15 s, verify: true}
@@ -50,7 +52,7 @@ def test_the_runs_are_those_of_the_unchecked_sweep(text):
     assert np.all(np.isnan(checked["tight_difference"][checked["status"] == INFERRED]))
 
 
-def test_each_check_is_the_run_that_it_says(tmp_path):
+def test_each_check_is_the_run_that_it_says():
     """The same simulations made by hand: to a hundredth of the tolerance from the
     stored initial state, and on from the stored final state. In a carried sweep these
     states are no points of another study, so one axis of one value."""
@@ -58,25 +60,17 @@ def test_each_check_is_the_run_that_it_says(tmp_path):
     found = run_in_memory(study_of(text))
     tight, long = stages.checks(study_of(text).simulation)
     assert (tight.simulation.rtol, long.simulation.rtol) == (1e-8, 1e-6)
+    plain = text.split("  procedure")[0]
     for check_, row in ((tight, "initial_state"), (long, "final_state")):
         states = found[row][1, 0, 0]
         # off the wall, as a study must begin
         inside = np.flatnonzero(np.hypot(states[:, 0], states[:, 2]) < 0.07)
         assert len(inside) > 1
         for i in inside[[0, -1]].tolist():
-            state = states[i]
-            names = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
-            units = ("m", "m/s", "m", "m/s", "m", "m/s", "rad", "rad/s", "rad")
-            given = [f"initial.{n}={v!r} {u}" for n, v, u in zip(names, state.tolist(), units, strict=True)]
-            speed = float(found.coords["rotary_speed"][i])
-            one = run_in_memory(
-                study_of(
-                    text.split("  procedure")[0].replace("{from: 2 rad/s, to: 9 rad/s, points: 8}", f"{speed!r} rad/s"),
-                    "simulation.verify=false",
-                    f"simulation.rtol={check_.simulation.rtol!r}",
-                    *given,
-                )
-            )
+            speed = f"{float(found.coords['rotary_speed'][i])!r} rad/s"
+            changes = ("simulation.verify=false", f"simulation.rtol={check_.simulation.rtol!r}")
+            at = plain.replace("{from: 2 rad/s, to: 9 rad/s, points: 8}", speed)
+            one = run_in_memory(study_of(at, *changes, *starting_in(states[i])))
             for name in ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction"):
                 assert one[name].item() == found[f"{check_.name}_{name}"][1, 0, 0, i], (check_.name, i, name)
             assert one["response"].item() == found[f"{check_.name}_response"][1, 0, 0, i]
@@ -149,9 +143,13 @@ def test_new_thresholds_give_new_trust(tmp_path):
     assert not different(out, other)
 
 
-def test_what_is_said_of_it():
-    found = run_in_memory(study_of(REFINED))
-    told = summarize(found)["trust"]
+@pytest.fixture(scope="module")
+def refined():
+    return run_in_memory(study_of(REFINED))
+
+
+def test_what_is_said_of_it(refined):
+    found, told = refined, summarize(refined)["trust"]
     ran = int(np.count_nonzero(found["status"] == OK))
     assert told["agree"] + told["features_differ"] + told["response_differs"] == ran < found["status"].size
     assert told["agree"] == np.count_nonzero(found["trusted"])
@@ -162,13 +160,11 @@ def test_what_is_said_of_it():
     assert not any("Verify" in warning for warning in check(study_of(GRID, "simulation.verify=false")).warnings)
 
 
-def test_what_was_inferred_is_no_cause_of_distrust():
+def test_what_was_inferred_is_no_cause_of_distrust(refined):
     """For the operating window: it was not checked because it was not run."""
-    found = run_in_memory(study_of(REFINED))
-    inferred = found["status"] == INFERRED
-    assert inferred.any()
-    distrusted = classes(found).distrusted
-    untrusted = (found["status"] == OK) & (verdict(found) == RESPONSE_DIFFERS)
+    assert np.any(refined["status"] == INFERRED)
+    distrusted = classes(refined).distrusted
+    untrusted = (refined["status"] == OK) & (verdict(refined) == RESPONSE_DIFFERS)
     assert distrusted.sum() == untrusted.sum() > 0
 
 

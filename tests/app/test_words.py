@@ -16,6 +16,8 @@ from nsdrill.errors import InputError, StudyError
 from nsdrill.store import MemoryLog, read_results, write_results
 from nsdrill.store.dataset import from_dataset, to_dataset
 
+from .alike import alike
+
 STUDY = """
 operation: {depth: 2000 m, wob: 40 kN}
 modes: {axial: frozen, lateral: frozen}
@@ -36,19 +38,14 @@ def path(tmp_path_factory):
     return found
 
 
+SPEEDS_ALONE = {"rotary_speed": ["3 rad/s", "5 rad/s"]}
+
+
 def alone(kind: str, inertia: str) -> xarray.Dataset:
     """The study of one kind of drive and one inertia; without the numbers that the kind
     does not read."""
     drive = {"torque_limit": "60 kN*m", "inertia": inertia} if kind == "stiff" else {}
-    study = {
-        "operation": {"depth": "2000 m", "wob": "40 kN"},
-        "modes": {"axial": "frozen", "lateral": "frozen"},
-        "drive": {"kind": kind, **drive},
-        "sweep": {"rotary_speed": ["3 rad/s", "5 rad/s"]},
-        "simulation": {"transient": "3 s", "observe": "6 s"},
-        "record": {"peaks": 2},
-    }
-    return nsdrill.run(study)
+    return nsdrill.run(STUDY, set={"drive": {"kind": kind, **drive}, "sweep": SPEEDS_ALONE})
 
 
 def test_each_word_has_the_bits_of_a_study_of_its_own(path):
@@ -59,9 +56,7 @@ def test_each_word_has_the_bits_of_a_study_of_its_own(path):
         for inertia in (1500.0, 2500.0):
             one = every.sel(drive_kind=kind, drive_inertia=inertia)
             single = alone(kind, f"{inertia} kg*m^2")
-            for name in single.data_vars:
-                here = one[name].sel(state=single.state) if "state" in one[name].dims else one[name]
-                assert np.array_equal(here.values, single[name].values, equal_nan=True), (kind, inertia, name)
+            alike(one, single)
             more = [name for name in one.data_vars if name not in single]
             assert all(np.all(np.isnan(one[name])) for name in more), kind
     assert np.all(np.isnan(every.drive_speed_mean.sel(drive_kind="ideal")))
@@ -85,10 +80,7 @@ def test_each_word_of_a_carried_sweep_is_a_chain_of_its_own(tmp_path):
     every = nsdrill.run(CARRIED % f"drive.kind: [{', '.join(WORDS)}]", tmp_path / "every.h5")
     assert every.procedure.values.tolist() == ["up", "down"]
     for kind in WORDS:
-        one, single = every.sel(drive_kind=kind), nsdrill.run(CARRIED % f"drive.kind: {kind}")
-        for name in single.data_vars:
-            here = one[name].sel(state=single.state) if "state" in one[name].dims else one[name]
-            assert np.array_equal(here.values, single[name].values, equal_nan=True), (kind, name)
+        alike(every.sel(drive_kind=kind), nsdrill.run(CARRIED % f"drive.kind: {kind}"))
     code = float(read_results(tmp_path / "every.h5", ()).coords["drive_kind"][1])
     run = replay(tmp_path / "every.h5", rotary_speed=4.0, at={"drive.kind": code}, procedure="down")
     assert run.same_bits
@@ -105,8 +97,7 @@ def test_chains_of_words_go_on_where_a_run_was_interrupted(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         nsdrill.run(study, tmp_path / "out.h5", workers=1, progress=interrupt)
     resumed = nsdrill.run(study, tmp_path / "out.h5", resume=True)
-    for name in whole.data_vars:
-        assert np.array_equal(whole[name].values, resumed[name].values, equal_nan=True), name
+    alike(resumed, whole)
 
 
 def test_carried_sweeps_that_differ_in_a_word_become_one(tmp_path):
@@ -116,9 +107,7 @@ def test_carried_sweeps_that_differ_in_a_word_become_one(tmp_path):
     whole, key = combine(files)
     assert key == "drive.kind"
     swept = to_dataset(whole)
-    again = nsdrill.run(CARRIED % "drive.kind: [ideal, stiff]")
-    for name in swept.data_vars:
-        assert np.array_equal(swept[name].values, again[name].values, equal_nan=True), name
+    alike(nsdrill.run(CARRIED % "drive.kind: [ideal, stiff]"), swept)
     plain = CARRIED.replace(", %s", "") + "drive: {kind: %s}\n"
     for file in files:
         nsdrill.run(plain % file.stem, file, overwrite=True)
@@ -147,17 +136,9 @@ def test_a_dataset_and_its_file_say_the_same(path):
 def test_files_that_differ_in_a_word_become_one(tmp_path, path):
     """Also where one drive has states and numbers that the other has not, and keys that
     it alone reads."""
-    several = []
-    for kind in ("stiff", "ideal"):
-        drive = {"kind": kind} | ({"torque_limit": "60 kN*m"} if kind == "stiff" else {})
-        study = nsdrill.load_study(
-            STUDY.replace("drive: {torque_limit: 60 kN*m, inertia: 2000 kg*m^2}\n", "")
-            .replace("  drive.kind: [stiff, ideal]\n", "")
-            .replace("  drive.inertia: [1500 kg*m^2, 2500 kg*m^2]\n", "")
-            + f"drive: {json.dumps(drive)}\n"
-        )
-        several.append(tmp_path / f"{kind}.h5")
-        nsdrill.run(study, several[-1])
+    several = [tmp_path / "stiff.h5", tmp_path / "ideal.h5"]
+    for file, numbers in zip(several, ({"torque_limit": "60 kN*m"}, {}), strict=True):
+        nsdrill.run(STUDY, file, set={"drive": {"kind": file.stem, **numbers}, "sweep": SPEEDS_ALONE})
     whole, key = combine(several)
     assert key == "drive.kind"
     write_results(tmp_path / "both.h5", MemoryLog.of(whole))
@@ -167,9 +148,7 @@ def test_files_that_differ_in_a_word_become_one(tmp_path, path):
     both = nsdrill.open_results(tmp_path / "both.h5")
     assert both.drive_kind.values.tolist() == ["ideal", "stiff"]
     assert set(both.data_vars) == set(swept.data_vars)
-    for name in swept.data_vars:
-        ordered = both[name].transpose(*swept[name].dims)
-        assert np.array_equal(ordered.values, swept[name].values, equal_nan=True), name
+    alike(both, swept)
     assert replay(tmp_path / "both.h5", rotary_speed=3.0, at={"drive.kind": 1.0}).same_bits
 
 
@@ -327,10 +306,7 @@ def test_each_value_has_the_bits_of_a_study_of_its_own(study, changes):
     both = nsdrill.run(study, set=changes)
     assert both.sizes["bit_lobes"] == 2
     for lobes in both.bit_lobes.values:
-        alone = nsdrill.run(study, set={**changes, "sweep.bit.lobes": int(lobes)})
-        for name in alone.data_vars:
-            one = both[name].sel(bit_lobes=lobes)
-            assert np.array_equal(one.values, alone[name].values, equal_nan=True), (name, lobes)
+        alike(both.sel(bit_lobes=lobes), nsdrill.run(study, set={**changes, "sweep.bit.lobes": int(lobes)}))
 
 
 def test_its_points_are_replayed_bit_for_bit_and_checked(of_lobes):

@@ -62,3 +62,8 @@ def finish(process: subprocess.Popen[str]) -> Answer:
 def unwrapped(text: str) -> str:
     """Words that are broken into lines, in one."""
     return " ".join(text.split())
+
+
+def changed(*changes: str) -> list[str]:
+    """The words that change keys of a study: ``--set`` before each of them."""
+    return [word for change in changes for word in ("--set", change)]

@@ -7,12 +7,15 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from app.test_starts import TEXT
 
 import nsdrill
 from nsdrill.plot import draw
 from nsdrill.plot.traces import title_of
 from nsdrill.store import read_results, read_trace
 from nsdrill.study import parse_study
+
+from .helpers import changed
 
 SWEEP = """\
 operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}
@@ -95,23 +98,10 @@ simulation: {transient: 0.1 s, observe: 0.1 s}
     assert "well friction dynamic 0." in row
 
 
-TEXT = """\
-title: Starts
-operation: {wob: 22.24 kN, rotary_speed: 3 rad/s}
-initial: {ensemble: 7, seed: 2}
-sweep: {depth: [2000 m, 3000 m]}
-simulation: {transient: 5 s, observe: 10 s}
-record: {peaks: 3}
-"""
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    from nsdrill.app.run import run_study
-    from nsdrill.study import parse_study
-
     path = tmp_path_factory.mktemp("starts") / "out.h5"
-    run_study(parse_study(TEXT), path, workers=1)
+    nsdrill.run(parse_study(TEXT), path, workers=1)
     return path
 
 
@@ -229,14 +219,7 @@ def test_run_refuses_a_ramp(call, ramp):
 
 
 def test_a_sweep_replaces_the_ramp_of_its_axis(call, ramp):
-    words = (
-        "--set",
-        "sweep={rotary_speed: [3 rad/s, 4 rad/s]}",
-        "--set",
-        "simulation.transient=1 s",
-        "--set",
-        "simulation.observe=1 s",
-    )
+    words = changed("sweep={rotary_speed: [3 rad/s, 4 rad/s]}", "simulation.transient=1 s", "simulation.observe=1 s")
     call("run", ramp, "-o", "out.h5", *words)
     # which follows the ramp all the same
     call("simulate", ramp, "-o", "t.h5", *words)
@@ -248,10 +231,8 @@ def test_pictures_of_a_ramp(call, ramp):
     call("simulate", ramp, "-o", "plain.h5", "--rotary-speed", "3 rad/s")
     assert "ramp  " in call("plot", "t.h5", "--kind", "list").out
     assert "ramp  " not in call("plot", "plain.h5", "--kind", "list").out
-    call(
-        f"run {ramp} -o out.h5 --quiet --set 'sweep={{rotary_speed: [3 rad/s, 4 rad/s, 5 rad/s]}}' --set "
-        "'simulation.transient=1 s' --set 'simulation.observe=5 s'"
-    )
+    sweep = "sweep={rotary_speed: [3 rad/s, 4 rad/s, 5 rad/s]}"
+    call("run", ramp, "-o", "out.h5", *changed(sweep, "simulation.transient=1 s", "simulation.observe=5 s"))
     call("plot", "t.h5", "-o", "a.png")
     call("plot", "t.h5", "-o", "b.png", "--kind", "ramp", "--over", "out.h5")
     for words, says in (
@@ -278,49 +259,43 @@ record: {peaks: 0}
 """
 
 
-@pytest.fixture
-def results(call, tmp_path):
-    (tmp_path / "study.yaml").write_text(UNCERTAIN)
-    call("run", str(tmp_path / "study.yaml"), "-o", str(tmp_path / "out.h5"), "--quiet")
-    return tmp_path / "out.h5"
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Results with samples, beside their study; to be read only."""
+    folder = tmp_path_factory.mktemp("uncertain")
+    (folder / "study.yaml").write_text(UNCERTAIN)
+    nsdrill.run(folder / "study.yaml", folder / "out.h5", progress=False).close()
+    return folder / "out.h5"
 
 
-def test_from_the_study_to_the_answers(call, results, tmp_path):
-    study = str(tmp_path / "study.yaml")
-    assert "16 samples of weight on bit, bit rock stiffness" in call("check", study).out
-    shown = call("show", str(results)).out
-    assert "weight on bit" in shown
-    assert "nine in ten lie in" in shown
-    assert "Probability, in brackets its 95 % interval from 16 samples:" in shown
-    plain = json.loads(call("show", str(results), "--json").out)
-    assert plain["samples"] == 16
-    assert len(plain["probabilities"]) == 3
-    assert 20e3 < plain["unknowns"]["operation.wob"]["value"] < 40e3
-    field = json.loads(call("show", str(results), "--json", "--units", "field").out)
-    assert field["unknowns"]["operation.wob"]["units"] == "klbf"
-    assert field["unknowns"]["operation.wob"]["value"] == pytest.approx(
-        plain["unknowns"]["operation.wob"]["value"] / 4448.2216152605
-    )
-    window = call("window", str(results), "--confidence", "75").out
-    assert call("window", str(results), "--confidence", "75 %").out == window
+def test_from_the_study_to_the_answers(call, results):
+    assert "16 samples of weight on bit, bit rock stiffness" in call("check", results.with_name("study.yaml")).out
+    shown = call("show", results).out
+    for said in ("weight on bit", "nine in ten lie in", "Probability, in brackets its 95 % interval from 16 samples:"):
+        assert said in shown
+    plain, field = (json.loads(call("show", results, "--json", "--units", units).out) for units in ("si", "field"))
+    assert (plain["samples"], len(plain["probabilities"])) == (16, 3)
+    wob, other = (one["unknowns"]["operation.wob"] for one in (plain, field))
+    assert 20e3 < wob["value"] < 40e3
+    assert (other["value"], other["units"]) == (pytest.approx(wob["value"] / 4448.2216152605), "klbf")
+    window = call("window", results, "--confidence", "75").out
+    assert call("window", results, "--confidence", "75 %").out == window
     assert "75 % or more of 16 samples" in window
     assert "What the confidence costs:" in window
-    assert json.loads(call("window", str(results), "--json").out)["confidence"] == 0.9
-    assert "first" in call("sensitivity", str(results), "-o", str(tmp_path / "t.png")).out
-    assert (tmp_path / "t.png").stat().st_size > 1000
-    call("plot", str(results), "-o", str(tmp_path / "p.png"), "--confidence", "80")
-    call("plot", str(results), "--at", "sample=3", "--kind", "summary", "-o", str(tmp_path / "s.png"))
+    assert json.loads(call("window", results, "--json").out)["confidence"] == 0.9
+    assert "first" in call("sensitivity", results, "-o", "t.png").out
+    assert Path("t.png").stat().st_size > 1000
+    call("plot", results, "-o", "p.png", "--confidence", "80")
+    call("plot", results, "--at", "sample=3", "--kind", "summary", "-o", "s.png")
 
 
-def test_one_sample_is_replayed(call, results, tmp_path):
-    done = call("replay", str(results), "--rotary-speed", "8rad/s", "--at", "sample=5", "-o", str(tmp_path / "t.h5"))
+def test_one_sample_is_replayed(call, results):
+    done = call("replay", results, "--rotary-speed", "8rad/s", "--at", "sample=5", "-o", "t.h5")
     assert "sample 5" in done.err
     assert "bit for bit" in done.err
-    study, trace = str(tmp_path / "study.yaml"), str(tmp_path / "u.h5")
-    said = call("simulate", study, "--at", "sample=5", "-o", trace).err
-    assert "Point: 2000 m" in said
-    assert "bit rock stiffness" in said
-    assert "sample 5" in said
+    said = call("simulate", results.with_name("study.yaml"), "--at", "sample=5", "-o", "u.h5").err
+    for word in ("Point: 2000 m", "bit rock stiffness", "sample 5"):
+        assert word in said
 
 
 @pytest.mark.parametrize(
@@ -339,18 +314,15 @@ def test_one_sample_is_replayed(call, results, tmp_path):
         (("combine", "OUT", "OUT", "-o", "NEW"), "found the same study"),
     ],
 )
-def test_what_is_wrong_is_said_and_writes_nothing(call, results, tmp_path, words, message):
-    names = {"OUT": str(results), "NEW": str(tmp_path / "new.png" if words[0] == "plot" else tmp_path / "new.h5")}
-    before = sorted(path.name for path in tmp_path.iterdir())
+def test_what_is_wrong_is_said_and_writes_nothing(call, results, words, message):
+    names = {"OUT": results, "NEW": "new.png" if words[0] == "plot" else "new.h5"}
     assert message in call(*(names.get(word, word) for word in words), code=2).err
-    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    assert not list(Path().iterdir())
 
 
-def test_files_become_one(call, tmp_path):
-    (tmp_path / "study.yaml").write_text(UNCERTAIN)
-    for wob in ("10 MN/m", "20 MN/m"):
-        name = str(tmp_path / f"{wob[:2]}.h5")
-        call("run", str(tmp_path / "study.yaml"), "-o", name, "--quiet", "--set", f"well.stiffness={wob}")
-    made = call("combine", str(tmp_path / "10.h5"), str(tmp_path / "20.h5"), "-o", str(tmp_path / "both.h5"))
+def test_files_become_one(call, results):
+    for name, stiffness in (("10.h5", "10 MN/m"), ("20.h5", "20 MN/m")):
+        call("run", results.with_name("study.yaml"), "-o", name, "--quiet", *changed(f"well.stiffness={stiffness}"))
+    made = call("combine", "10.h5", "20.h5", "-o", "both.h5")
     assert "2 files along the well stiffness (well.stiffness), 2 values; 96 points." in made.err
-    assert "Probability" in call("show", str(tmp_path / "both.h5")).out
+    assert "Probability" in call("show", "both.h5").out

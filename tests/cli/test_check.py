@@ -10,24 +10,10 @@ import pytest
 from nsdrill.models.contents import Contents
 from nsdrill.store import record_dtype
 
-from .helpers import unwrapped
+from .helpers import changed, unwrapped
 
-NAMES = [
-    "m_c",
-    "m_f",
-    "m_l",
-    "m_e",
-    "k_bend",
-    "c_h",
-    "m_a",
-    "k_a",
-    "J",
-    "k_t",
-    "gap",
-    "depth_of_cut",
-    "cutting_arm",
-    "buckling_load",
-]
+NAMES = ["m_c", "m_f", "m_l", "m_e", "k_bend", "c_h", "m_a", "k_a", "J", "k_t"]
+NAMES += ["gap", "depth_of_cut", "cutting_arm", "buckling_load"]
 # At 2000 m, 22.24 kN and 3 rad/s with the defaults, worked out by hand from the theory
 # page's formulas.
 KNOWN = {
@@ -117,9 +103,9 @@ def test_further_figures(call, small):
     ],
 )
 def test_warnings(call, small, changes, said):
-    sets = [word for change in changes for word in ("--set", change)]
-    assert f"Warning: {said}" in unwrapped(call("check", small, "--set", "simulation.observe=200 s", *sets).err)
-    warnings = json.loads(call("check", small, "--set", "simulation.observe=200 s", *sets, "--json").out)["warnings"]
+    words = ("check", small, *changed("simulation.observe=200 s", *changes))
+    assert f"Warning: {said}" in unwrapped(call(*words).err)
+    warnings = json.loads(call(*words, "--json").out)["warnings"]
     assert any(warning.startswith(said) for warning in warnings)
 
 
@@ -161,116 +147,81 @@ def test_studies_of_the_paper_are_valid(call):
         call("check", study)
 
 
-ROTARY = "rotary-assembly"
+@pytest.fixture
+def told(call):
+    """Gives what ``check`` says of the rotary assembly with changed keys."""
+    call("new", "--example", "rotary-assembly", "-o", "rotary.yaml")
+
+    def tell(*changes, units="field"):
+        return unwrapped(call("check", "rotary.yaml", *changed(*changes), "--units", units).err)
+
+    return tell
 
 
-def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call):
+@pytest.fixture
+def wall_speed(call, told):
+    """Gives the speed [rpm] at which the collar reaches the wall, with changed keys; None
+    where there is none."""
+
+    def figure(*changes):
+        words = ("check", "rotary.yaml", *changed("sweep={}", *changes), "--json", "--units", "si")
+        found = json.loads(call(*words).out)["figures"]["wall_speed"]["value"]
+        return None if found is None else found * 30 / math.pi
+
+    return figure
+
+
+def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(told, wall_speed):
     """The eccentricities that are named have their wall speed at the ends of the
     sweep."""
-    call("new", "--example", ROTARY, "-o", "rotary.yaml")
-    sweep = ["--set", "sweep.rotary_speed={from: 60 rpm, to: 140 rpm, points: 17}"]
-    sets = ["--set", "drillstring.eccentricity=12.7 mm", *sweep]
-    said = unwrapped(call("check", "rotary.yaml", *sets, "--units", "field").err)
-    (line,) = (one for one in said.splitlines() if one.startswith("Warning: Wall: "))
-    below = re.search(r"to stay off the wall it must be below ([\d.]+) in", line)
+    sweep = "sweep.rotary_speed={from: 60 rpm, to: 140 rpm, points: 17}"
+    wide = ("drillstring.eccentricity=12.7 mm", sweep)
+    said = told(*wide)
+    below = re.search(r"Warning: Wall: .*to stay off the wall it must be below ([\d.]+) in", said)
     assert below is not None  # nearly the same at both ends, said once
+    assert said.count("Warning: Wall: ") == 1
     for speed in (60, 140):
-        offset = 25.4 * float(below[1])
-
-        def reached(offset, speed=speed):
-            sets = ["sweep={}", f"drillstring.eccentricity={offset} mm", f"operation.rotary_speed={speed} rpm"]
-            found = [
-                json.loads(
-                    call(
-                        "check",
-                        "rotary.yaml",
-                        "--json",
-                        "--units",
-                        "si",
-                        *(word for one in (*sets, f"operation.wob={wob} klbf") for word in ("--set", one)),
-                    ).out
-                )["figures"]
-                for wob in (5, 25)
-            ]
-            speeds = [one["wall_speed"]["value"] for one in found]
-            return any(one is not None and one * 30 / math.pi <= speed for one in speeds)
-
-        assert reached(1.005 * offset)
-        assert not reached(0.995 * offset)
-    assert "Wall:" not in call("check", "rotary.yaml", *sweep).err  # 2 mm: 62 rpm
-    assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "drillstring.collar.span=30 ft").err
-    assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "modes.lateral=frozen").err
+        for factor in (1.005, 0.995):
+            offset = f"drillstring.eccentricity={factor * 25.4 * float(below[1])} mm"
+            at = (offset, f"operation.rotary_speed={speed} rpm")
+            speeds = [wall_speed(*at, f"operation.wob={wob} klbf") for wob in (5, 25)]
+            assert any(one is not None and one <= speed for one in speeds) == (factor > 1)
+    assert "Wall:" not in told(sweep)  # 2 mm: 62 rpm
+    for change in ("drillstring.collar.span=30 ft", "modes.lateral=frozen"):
+        assert "Wall:" not in told(*wide, change)
     assert "The eccentricity is 0.5 in" in said
     # Of one system of units each, without and with it: 60 rpm, 140 rpm, 0.5 in.
-    si = unwrapped(call("check", "rotary.yaml", *sets, "--units", "si").err)
+    si = told(*wide, units="si")
     assert not re.search(r"\d (rpm|in|klbf|ft)\b", si)
     assert not re.search(r"\d (rad/s|mm|m|kN)\b", said)
     assert "to stay off the wall it must be below 1.063 mm. A shorter" in si
 
 
-def test_a_sweep_that_begins_above_a_critical_speed_is_told(call):
+def test_a_sweep_that_begins_above_a_critical_speed_is_told(told, wall_speed):
     """A string that is brought up to speed passes through it; the speed that is named
     is that of the figures."""
-    call("new", "--example", ROTARY, "-o", "rotary.yaml")
-    assert "Start:" not in call("check", "rotary.yaml").err
-    sets = ["--set", "drillstring.eccentricity=12.7 mm"]
-    speed = "sweep.rotary_speed={from: 80 rpm, to: 140 rpm, points: 4}"
-
-    def told(*more):
-        said = call(
-            "check",
-            "rotary.yaml",
-            *sets,
-            "--set",
-            speed,
-            "--units",
-            "field",
-            *(word for one in more for word in ("--set", one)),
-        )
-        return re.search(
-            r"Start: .* begins at 80 rpm.* reaches the wall \(([\d.]+) rpm to ([\d.]+) rpm\)", unwrapped(said.err)
-        )
-
-    found = told()
-    assert found is not None
+    assert "Start:" not in told()
+    wide = ("drillstring.eccentricity=12.7 mm", "sweep.rotary_speed={from: 80 rpm, to: 140 rpm, points: 4}")
+    start = r"Start: .* begins at 80 rpm.* reaches the wall \(([\d.]+) rpm to ([\d.]+) rpm\)"
+    found = re.search(start, told(*wide))
     for wob, said in zip((25, 5), found.groups(), strict=True):
-        at = ["--set", "sweep={}", "--set", f"operation.wob={wob} klbf", "--set", "operation.rotary_speed=80 rpm"]
-        figures = json.loads(call("check", "rotary.yaml", *sets, *at, "--json", "--units", "si").out)["figures"]
-        assert figures["wall_speed"]["value"] * 30 / math.pi == pytest.approx(float(said), rel=1e-3)
-    # every point from its own start
-    assert told("sweep.procedure=same", "sweep.along=null") is None
-    assert told("initial.x=60 mm") is None  # it is on the wall from the start
-    assert told("drillstring.eccentricity=1 mm") is None
+        at = (wide[0], f"operation.wob={wob} klbf", "operation.rotary_speed=80 rpm")
+        assert wall_speed(*at) == pytest.approx(float(said), rel=1e-3)
+    for other in (
+        ("sweep.procedure=same", "sweep.along=null"),  # every point from its own start
+        ("initial.x=60 mm",),  # it is on the wall from the start
+        ("drillstring.eccentricity=1 mm",),
+    ):
+        assert re.search(start, told(*wide, *other)) is None
 
 
-def test_numbers_on_which_the_answer_hangs_are_named(call):
-    call("new", "--example", ROTARY, "-o", "rotary.yaml")
-    said = unwrapped(call("check", "rotary.yaml", "--units", "field").err)
-    moved = re.search(r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", said)
-    assert moved is not None
-    figures = {
-        value: json.loads(call("check", "rotary.yaml", *sets, "--json", "--units", "si").out)["figures"]["wall_speed"][
-            "value"
-        ]
-        for value in ("2 mm", "1 mm")
-        for sets in [
-            [
-                "--set",
-                f"drillstring.eccentricity={value}",
-                "--set",
-                "sweep={}",
-                "--set",
-                "operation.wob=15 klbf",
-                "--set",
-                "operation.rotary_speed=100 rpm",
-            ]
-        ]
-    }
-    assert figures["2 mm"] * 30 / math.pi == pytest.approx(float(moved[1]), rel=1e-3)
-    assert figures["1 mm"] is None
+def test_numbers_on_which_the_answer_hangs_are_named(told, wall_speed):
+    moved = re.search(r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", told())
+    at = ("operation.wob=15 klbf", "operation.rotary_speed=100 rpm")
+    assert wall_speed("drillstring.eccentricity=2 mm", *at) == pytest.approx(float(moved[1]), rel=1e-3)
+    assert wall_speed("drillstring.eccentricity=1 mm", *at) is None
     # What is said to be uncertain is no longer a guess.
-    told = "uncertain={drillstring.eccentricity: {uniform: [1 mm, 5 mm]}}"
-    assert "drillstring.eccentricity moves" not in call("check", "rotary.yaml", "--set", told).err
+    assert "drillstring.eccentricity moves" not in told("uncertain={drillstring.eccentricity: {uniform: [1 mm, 5 mm]}}")
 
 
 def test_other_words_for_keys(call, small):
@@ -285,5 +236,5 @@ def test_branches_are_named_where_a_study_has_no_sweep(call, tmp_path):
     study = tmp_path / "branches.yaml"
     assert f"nsdrill branches {study} -o out.h5" in call("new", "--example", "branches_stick_slip", "-o", study).err
     assert "nsdrill branches follows it" in call("check", study).out
-    ends = ("--set", "continue.from=8 rad/s", "--set", "continue.to=1.5 rad/s")
-    assert "continue goes from 8 rad/s down to 1.5 rad/s" in " ".join(call("check", study, *ends).err.split())
+    ends = changed("continue.from=8 rad/s", "continue.to=1.5 rad/s")
+    assert "continue goes from 8 rad/s down to 1.5 rad/s" in unwrapped(call("check", study, *ends).err)

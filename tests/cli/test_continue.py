@@ -15,7 +15,7 @@ import nsdrill
 from nsdrill.app.unfinished import Part
 from nsdrill.text.branches import lines, stable_parts
 
-from .helpers import finish, start
+from .helpers import finish, start, unwrapped
 from .test_fit_resume import has_state
 
 STUDY = """\
@@ -94,60 +94,52 @@ def test_stable_parts_end_at_bifurcations():
         assert stable_parts(np.array(unstable), np.array(labels)) == expected
 
 
-def test_show_says_where_a_stable_part_is_only_one_of_points():
-    part = {
-        "branch": 0,
-        "words": "whirl on an invariant circle",
-        "min": 4.0,
-        "max": 5.0,
-        "parent": -1,
-        "stable": [[4.5, 4.0]],
-        "stable_ends": [["point", "branch"]],
-        "looked_between": False,
-        "end_reason": "the circle has lost its smoothness",
-        "special": [],
-    }
+PART = {
+    "branch": 0,
+    "words": "periodic over 1 lobe",
+    "min": 4.0,
+    "max": 5.0,
+    "parent": -1,
+    "stable": [[4.5, 4.0]],
+    "stable_ends": [["point", "branch"]],
+    "looked_between": True,
+    "end_reason": "the end of the range",
+    "special": [],
+}
+SPECIAL = {
+    "label": "fold",
+    "meaning": "two motions meet",
+    "value": 4.2,
+    "note": "",
+    "unstable_before": 0,
+    "unstable_after": 1,
+    "point": 3,
+}
+
+
+def told(*branches, everything=False):
+    """The lines on these branches."""
     head = {"title": "", "created": "", "nsdrill_version": "", "overrides": {}, "operation": {}}
-    summary = head | {"along": "rotary_speed", "from": 4.0, "to": 5.0, "points": 9, "seeds": {}}
-    text = "\n".join(lines("b.h5", summary | {"branches": [part], "curves": []}, "si"))
+    along = {"along": "rotary_speed", "from": 4.0, "to": 5.0, "points": 9, "seeds": {}}
+    return list(lines("b.h5", {**head, **along, "branches": branches, "curves": []}, "si", everything=everything))
+
+
+def test_show_says_where_a_stable_part_is_only_one_of_points():
+    text = "\n".join(told({**PART, "words": "whirl on an invariant circle", "looked_between": False}))
     assert "4 rad/s (end of the branch) to 4.5 rad/s (its last point)" in text
     assert "bifurcations between them are not looked for" in text
 
 
 def test_show_of_many_branches_fits_a_screen():
     """A line for each, what its special points mean once, and the rest with --all."""
-    special = {
-        "label": "fold",
-        "meaning": "two motions meet",
-        "value": 4.2,
-        "note": "",
-        "unstable_before": 0,
-        "unstable_after": 1,
-        "point": 3,
-    }
-    part = {
-        "words": "periodic over 1 lobe",
-        "min": 4.0,
-        "max": 5.0,
-        "parent": -1,
-        "stable": [[4.5, 4.0]],
-        "stable_ends": [["point", "branch"]],
-        "looked_between": True,
-        "end_reason": "the end of the range",
-        "special": [special] * 5,
-    }
-    head = {"title": "", "created": "", "nsdrill_version": "", "overrides": {}, "operation": {}}
-    summary = head | {"along": "rotary_speed", "from": 4.0, "to": 5.0, "points": 9, "seeds": {}}
-    summary |= {"branches": [part | {"branch": k} for k in range(30)], "curves": []}
-    brief = list(lines("b.h5", summary, "si"))
+    branches = [{**PART, "branch": k, "special": [SPECIAL] * 5} for k in range(30)]
+    brief = told(*branches)
     assert len(brief) <= 40
     assert "    7  periodic over 1 lobe, 4 to 5 rad/s: stable 4 to 4.5 rad/s; 5 fold" in brief
     assert brief.count("  fold: two motions meet") == 1
     assert "  and 10 more branches" in brief
-    everything = "\n".join(lines("b.h5", summary, "si", everything=True))
-    assert everything.count("two motions meet; stable to one side") == 150
-    summary["branches"] = summary["branches"][:2]
-    assert "\n".join(lines("b.h5", summary, "si")).count("two motions meet") == 10
+    assert "\n".join(told(*branches, everything=True)).count("two motions meet; stable to one side") == 150
+    assert "\n".join(told(*branches[:2])).count("two motions meet") == 10
 
 
 def test_plot_export_and_orbit(made, call):
@@ -263,44 +255,30 @@ def test_curves_over_a_map_are_asked_for_by_name(made, call):
 
 
 @pytest.mark.parametrize(
-    ("settings", "words"),
+    ("study", "words"),
     [
-        (["continue=null"], "continue.along: found nothing"),
-        (["continue.along=bit.lobes"], "allowed: depth, wob, rotary_speed"),
-        (["continue.from=3 m"], "rad/s or rpm"),
-        (["continue.to=1.5 rad/s"], "from and to that differ"),
-        (["continue.lobes=[]"], "an empty list"),
-        (["continue.seeds={wob: [1 kN]}"], "another number"),
-        (["continue.motions=[rolling]"], "found no motion to follow"),
-        (["operation.rotary_speed={ramp: [[0 s, 3 rad/s], [60 s, 4 rad/s]]}"], "ramp"),
+        (STUDY.partition("continue:")[0], "found no section continue"),
+        (f"{STUDY.partition('continue:')[0]}continue: null\n", "continue.along: found nothing"),
+        (STUDY.replace("to: 6 rad/s", "to: 1.5 rad/s"), "from and to that differ"),
+        (STUDY.replace("along: rotary_speed", "along: bit.lobes"), "allowed: depth, wob, rotary_speed"),
+        (STUDY.replace("from: 1.5 rad/s", "from: 3 m"), "rad/s or rpm"),
+        (f"{STUDY}  lobes: []\n", "an empty list"),
+        (STUDY.replace("{rotary_speed: [5 rad/s]}", "{wob: [1 kN]}"), "another number"),
+        (f"{STUDY}  motions: [rolling]\n", "found no motion to follow"),
+        (STUDY.replace("22.24 kN}", "22.24 kN, rotary_speed: {ramp: [[0 s, 3 rad/s], [60 s, 4 rad/s]]}}"), "ramp"),
+        (
+            "continue: {along: well.inclination, from: 0 deg, to: 5 deg, seeds: {well.inclination: [2 deg]}}\n",
+            "different symmetries",
+        ),
+        ("model: segments\ncontinue: {along: wob, from: 50 kN, to: 100 kN}\n", "segments"),
+        ("continue: {along: wob, from: 10 kN, to: 30 kN, motions: [stick_slip]}\n", "Over lobes it is a torus"),
+        ("drive: {kind: dc_motor}\ncontinue: {along: wob, from: 10 kN, to: 30 kN}\n", "found dc_motor"),
     ],
 )
-def test_what_cannot_be_continued_is_said(settings, words, call):
-    Path("study.yaml").write_text(STUDY)
-    answer = call(
-        "continue", "study.yaml", "-o", "b.h5", *(part for text in settings for part in ("--set", text)), code=2
-    )
-    assert words in " ".join(answer.err.split())
+def test_what_cannot_be_continued_is_said(study, words, call):
+    Path("study.yaml").write_text(study)
+    assert words in unwrapped(call("continue", "study.yaml", "-o", "b.h5", code=2).err)
     assert [path.name for path in Path().iterdir()] == ["study.yaml"]
-
-
-def test_a_study_without_the_section(call):
-    Path("study.yaml").write_text(STUDY.partition("continue:")[0])
-    assert "found no section continue" in call("continue", "study.yaml", "-o", "b.h5", code=2).err
-
-
-def test_other_symmetry_at_the_ends(call):
-    Path("study.yaml").write_text(
-        "continue: {along: well.inclination, from: 0 deg, to: 5 deg, seeds: {well.inclination: [2 deg]}}\n"
-    )
-    assert "different symmetries" in call("continue", "study.yaml", "-o", "b.h5", code=2).err
-    Path("study.yaml").write_text("model: segments\ncontinue: {along: wob, from: 50 kN, to: 100 kN}\n")
-    assert "segments" in call("continue", "study.yaml", "-o", "b.h5", code=2).err
-    Path("study.yaml").write_text("continue: {along: wob, from: 10 kN, to: 30 kN, motions: [stick_slip]}\n")
-    assert "Over lobes it is a torus" in " ".join(call("continue", "study.yaml", "-o", "b.h5", code=2).err.split())
-    Path("study.yaml").write_text("drive: {kind: dc_motor}\ncontinue: {along: wob, from: 10 kN, to: 30 kN}\n")
-    assert "found dc_motor" in call("continue", "study.yaml", "-o", "b.h5", code=2).err
-    assert not Path("b.h5").exists()
 
 
 def test_existing_files_and_wrong_seeds(made, call):
@@ -308,7 +286,7 @@ def test_existing_files_and_wrong_seeds(made, call):
     Path("b.h5").write_text("mine")
     call("continue", "study.yaml", "-o", "b.h5", code=2)
     assert Path("b.h5").read_text() == "mine"
-    answer = call("continue", "study.yaml", "-o", "c.h5", "--seeds", made / "b.h5", code=2)
+    call("continue", "study.yaml", "-o", "c.h5", "--seeds", made / "b.h5", code=2)
     nsdrill.run(
         {
             "model": "torsion",

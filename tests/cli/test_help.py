@@ -21,7 +21,7 @@ from nsdrill.models.registry import NAMES
 from nsdrill.study.keys import keys_named
 from nsdrill.study.load import parse_study
 from nsdrill.study.read import parse
-from nsdrill.study.write import short_text
+from nsdrill.study.write import examples, short_text
 
 HEAVY = ("numba", "h5py", "matplotlib", "pydantic", "scipy", "xarray", "distributed", "ruamel.yaml", "numpy")
 
@@ -80,9 +80,7 @@ def test_a_summary_imports_the_model_of_its_file_only(shared):
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_and_option_is_explained(name):
     command = group.get_command(click.Context(group), name)
-    assert command is not None
     assert command.help
-    assert command.epilog is not None
     assert f"nsdrill {name}" in command.epilog
     for parameter in command.params:
         if isinstance(parameter, click.Option):
@@ -99,8 +97,6 @@ def test_group_help_names_commands_and_exit_codes(call):
 
 
 def test_version(call):
-    import nsdrill
-
     assert call("--version").out == f"nsdrill {nsdrill.__version__}\n"
 
 
@@ -191,13 +187,16 @@ def test_the_picture_of_the_window_has_three_names(shared, call, option):
 
 def test_the_short_study(call):
     text = call("new").out
+    assert call("new", "-o", "-").out == text == short_text()
+    assert not list(Path().iterdir())
     lines = text.splitlines()
     assert 18 <= len(lines) <= 28
     assert lines[0].startswith("# yaml-language-server: $schema=study.schema.json")
     study = parse_study(text)
-    assert study.swept == ("rotary_speed",)
-    assert study.procedure == "up-down"
+    assert (study.swept, study.procedure) == (("rotary_speed",), "up-down")
     call("new", "-o", "study.yaml")
+    assert "--overwrite" in call("new", "-o", "study.yaml", code=2).err
+    call("new", "-o", "study.yaml", "--overwrite")
     assert Path("study.yaml").read_text(encoding="utf-8") == text
     call("check", "study.yaml")
 
@@ -245,8 +244,7 @@ def test_every_key_is_in_the_long_one(call):
 def test_the_list_of_examples(call):
     out = call("new", "--list").out
     assert "  torsional_speed            Stick-slip of the torsional model\n" in out
-    for line in out.splitlines():
-        call("new", "--example", line.split()[0])
+    assert {line.split()[0] for line in out.splitlines()} == {*examples()}
     assert "one of the two" in call("new", "--all", "--example", "torsional_speed", code=2).err
 
 
@@ -266,6 +264,9 @@ def test_labels_may_go_to_a_new_file(shared, call):
     ("words", "expected"),
     [
         (["b"], ["branches"]),
+        (["show", "--un"], ["--units"]),
+        (["show", "sm"], ["file,sm"]),  # which the shell completes from the folder
+        (["plot", "-o", "pi"], ["file,pi"]),
         (["new", "--example", "tors"], ["torsional_speed"]),
         (["schema", "--model", "seg"], ["segments"]),
         (["plot", "out.h5", "--kind", "bif"], ["bifurcation"]),
@@ -286,7 +287,7 @@ def test_a_shell_completes_names_and_keys(call, monkeypatch, shared, words, expe
     for name, value in {"COMP_WORDS": " ".join(("nsdrill", *words)), "COMP_CWORD": len(words)}.items():
         monkeypatch.setenv(name, str(value))
     monkeypatch.setenv("_NSDRILL_COMPLETE", "bash_complete")
-    assert [line.partition(",")[2] for line in call().out.splitlines()] == expected
+    assert [line.removeprefix("plain,") for line in call().out.splitlines()] == expected
 
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -14,7 +14,8 @@ import pytest
 from same_bits import different
 
 from nsdrill.cache import cache_directory
-from nsdrill.study import json_schema, short_text
+from nsdrill.study import json_schema
+from nsdrill.study.write import examples
 
 from .helpers import SCRIPT, Answer, finish, start
 
@@ -31,16 +32,17 @@ def shell(text: str, cwd: Path) -> Answer:
     return Answer(done.returncode, done.stdout, done.stderr)
 
 
+CLOSED = "Error: standard output: cannot be written: Bad file descriptor.\n"
+FULL = "Error: standard output: cannot be written: No space left on device.\n"
+
+
 @pytest.mark.parametrize(
     ("command", "code", "said"),
     [
-        ("$N new >&-", 1, "Error: standard output: cannot be written: Bad file descriptor.\n"),
-        ("$N new > /dev/full", 1, "Error: standard output: cannot be written: No space left on device.\n"),
-        (
-            "PYTHONUNBUFFERED=1 $N --version > /dev/full",
-            1,
-            "Error: standard output: cannot be written: No space left on device.\n",
-        ),
+        ("$N new >&-", 1, CLOSED),
+        ("$N new > /dev/full", 1, FULL),
+        ("PYTHONUNBUFFERED=1 $N --version > /dev/full", 1, FULL),
+        ("$N export {shared}/map.h5 -o - > /dev/full", 1, FULL),
         ("$N new >&- 2>&- <&-", 1, ""),
         # More than the 64 KiB of a pipe, so that the writer notices that nobody reads.
         ("$N schema | head -c 1 > /dev/null", 0, ""),
@@ -48,8 +50,8 @@ def shell(text: str, cwd: Path) -> Answer:
         ("$N nothing 2>&-", 2, ""),
     ],
 )
-def test_output_that_reaches_nobody(tmp_path, command, code, said):
-    assert shell(command, tmp_path) == Answer(code, "", said)
+def test_output_that_reaches_nobody(tmp_path, shared, command, code, said):
+    assert shell(command.format(shared=shared), tmp_path) == Answer(code, "", said)
 
 
 @pytest.mark.parametrize("streams", [">&- 2>&- <&-", "2> /dev/full"])
@@ -129,11 +131,6 @@ def piped(text: str, *words: object, cwd: Path) -> Answer:
     return Answer(done.returncode, done.stdout, done.stderr)
 
 
-def test_new_writes_to_standard_output(call):
-    assert call("new", "-o", "-").out == call("new").out == short_text()
-    assert not list(Path().iterdir())
-
-
 @pytest.fixture
 def fed(call, monkeypatch):
     """Gives a command with this text on standard input."""
@@ -201,41 +198,12 @@ def test_csv_on_standard_output(call, shared, units):
     assert [path.name for path in Path().iterdir()] == ["table.csv"]
 
 
-def test_a_full_standard_output(shared):
-    with open("/dev/full", "w") as full:
-        done = subprocess.run(
-            [SCRIPT, "export", shared / "map.h5", "-o", "-"],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            timeout=120,
-        )
-    assert done.returncode == 1
-    assert "standard output: cannot be written" in done.stderr
-
-
 def test_the_schema_as_a_file(call):
     assert call("schema").out == call("schema", "-o", "-").out
     assert "# yaml-language-server: $schema=study.schema.json" in call("schema", "-o", "study.schema.json").err
     assert json.loads(Path("study.schema.json").read_text()) == json_schema()
     assert json_schema()["$id"].startswith("urn:nsdrill:")
     call("schema", "-o", "study.schema.json", code=2)
-
-
-@pytest.mark.parametrize(
-    ("words", "found"),
-    [
-        ("nsdrill wi", "plain,window"),
-        ("nsdrill show --un", "plain,--units"),
-        ("nsdrill show sm", "file,sm"),
-        ("nsdrill plot -o pi", "file,pi"),
-    ],
-)
-def test_completion(words, found, call, monkeypatch):
-    monkeypatch.setenv("_NSDRILL_COMPLETE", "bash_complete")
-    monkeypatch.setenv("COMP_WORDS", words)
-    monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
-    assert found in call().out.splitlines()
 
 
 NAMES = [b"\xff\xfe", b"two\nlines", "日本".encode()]
@@ -275,16 +243,11 @@ def test_a_run_under_an_odd_name(small, tmp_path, monkeypatch):
 
 
 def test_an_example_is_written_as_it_is(call):
-    """Every study that comes with the package loads; a wrong name lists all with their
-    titles."""
-    from nsdrill.study import load_study
-    from nsdrill.study.write import examples
-
+    """A wrong name lists all with their titles."""
     assert len(examples()) > 10
     for name, path in examples().items():
         call("new", "--example", name, "-o", f"{name}.yaml")
         assert Path(f"{name}.yaml").read_text() == path.read_text()
-        load_study(f"{name}.yaml")
     wrong = call("new", "--example", "torsional", code=2)
     assert "Did you mean torsional_speed?" in wrong.err
     assert "Stick-slip of the torsional model" in wrong.err

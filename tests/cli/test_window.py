@@ -161,14 +161,6 @@ def test_two_studies_are_compared(call, shared, tmp_path):
     assert "the same axes" in call("window", map_file, shared / "small.h5", code=2).err
 
 
-def test_the_picture_has_two_options(call, shared, tmp_path):
-    """``--picture``, and ``-o`` for scripts that are older."""
-    for option in ("--picture", "-o"):
-        picture = tmp_path / f"{option.strip('-')}.png"
-        call("window", shared / "map.h5", option, picture)
-        assert picture.exists()
-
-
 ABOVE_THE_WALL = """
 title: Above the wall
 drillstring: {eccentricity: 12.7 mm}

@@ -20,8 +20,6 @@ def script(name: str) -> ModuleType:
     label = f"nsdrill_docs_{name}"
     if label not in sys.modules:
         spec = importlib.util.spec_from_file_location(label, DOCS / f"{name}.py")
-        assert spec is not None
-        assert spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         sys.modules[label] = module
         spec.loader.exec_module(module)

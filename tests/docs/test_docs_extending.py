@@ -66,7 +66,6 @@ def test_a_model_is_observed_as_declared(blocks, docs, capsys):
     names = run(blocks[2])
     page = (docs / "dev" / "extending.md").read_text(encoding="utf-8")
     shown = re.search(r"^```text\n(bit_speed_max.*?)^```", page, re.M | re.S)
-    assert shown is not None
     assert capsys.readouterr().out.split() == shown.group(1).split()
     found, (_, _, damping, drive, torque) = names["found"], names["parameters"][0]
     friction = torque * 2 / np.pi * np.arctan(20.0 * drive) * (0.5 + 1.0 / (1.0 + 3.0 * drive))
@@ -273,7 +272,6 @@ def extended(blocks: list[Path]) -> str:
     after("Mean, Names", ", TimeAbove")
     after("from nsdrill.ranges import Checked, parameter\n", added.splitlines()[0] + "\n")
     method = re.search(r"^def classify.*?\n\n", added, re.M | re.S)
-    assert method is not None
     after('    name = "spring"\n', textwrap.indent(method.group(), "    ") + "\n")
     ends = {
         "labels": 'labels=(*known("stick_slip_severity")',

@@ -163,33 +163,23 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def test_a_notebook_shows_a_figure_without_pyplot(shared):
-    code = (
-        "import sys, nsdrill; figure = nsdrill.plot(sys.argv[1]); assert figure._repr_png_()[:4] "
-        "== b'\\x89PNG'; "
-        "print('matplotlib.pyplot' in sys.modules)"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == "False\n"
-
-
-def test_the_same_picture_of_a_file_and_of_a_dataset(shared):
-    with nsdrill.open_results(shared / "small.h5") as data:
-        pictures = [nsdrill.plot(source, "summary")._repr_png_() for source in (shared / "small.h5", data)]
-    assert pictures[0] == pictures[1]
-
-
-def test_the_room_of_that_name_can_be_called(shared):
+    """The function is called although a room has its name, and was imported before."""
     code = (
         "import sys, inspect, nsdrill.plot; from nsdrill.plot import draw; import nsdrill; "
         "assert 'ax' in inspect.signature(nsdrill.plot).parameters; "
-        "print(type(nsdrill.plot(sys.argv[1], kind='summary', units='field')).__name__)"
+        "figure = nsdrill.plot(sys.argv[1], kind='summary', units='field'); "
+        "assert figure._repr_png_()[:4] == b'\\x89PNG'; "
+        "print(type(figure).__name__, 'matplotlib.pyplot' in sys.modules)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == "Picture\n"
+    command = [sys.executable, "-c", code, str(shared / "small.h5")]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "Picture False\n"
+
+
+@pytest.mark.parametrize(("kind", "more"), [("summary", {}), ("window", {"severity": 2})])
+def test_the_same_picture_of_a_file_and_of_a_dataset(shared, kind, more):
+    with nsdrill.open_results(shared / "small.h5") as data:
+        pictures = [nsdrill.plot(source, kind, **more)._repr_png_() for source in (shared / "small.h5", data)]
+    assert pictures[0] == pictures[1]
 
 
 @pytest.mark.parametrize("kind", ["map", "lift_off", "window", "whirl_kind"])
@@ -288,12 +278,6 @@ def test_a_figure_is_saved(plane, tmp_path):
         nsdrill.save(figure, tmp_path / "map.png")
     with pytest.raises(nsdrill.InputError, match=r"allowed: \.png, \.pdf, \.svg"):
         nsdrill.save(figure, tmp_path / "map.h5")
-
-
-def test_window_by_severity(shared):
-    figure = nsdrill.plot(shared / "small.h5", "window", severity=2)
-    with nsdrill.open_results(shared / "small.h5") as data:
-        assert nsdrill.plot(data, "window", severity=2)._repr_png_() == figure._repr_png_()
 
 
 PAGE = Path(__file__).parents[2] / "docs" / "dev" / "extending.md"

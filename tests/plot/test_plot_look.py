@@ -234,13 +234,6 @@ def test_no_line_is_wider_than_its_figure(make, kind):
     assert "soft torque drive; axial motion frozen" in words
 
 
-def test_a_short_title_stays_as_it_is():
-    assert plot.draw(make_trace(), "orbit").get_suptitle().splitlines() == [
-        "Speed sweep, state carried",
-        "5000 m, 66.72 kN, 3 rad/s, carried down",
-    ]
-
-
 def test_each_colour_of_a_legend_means_one_thing():
     """Pictures of the kind of motion have the responses in the same legend. Black is a
     dash at an equilibrium."""

@@ -45,52 +45,44 @@ def path(tmp_path):
     return tmp_path / "out.h5"
 
 
+def foreign(path):
+    with h5py.File(path, "w") as file:
+        file["depth"] = [1.0, 2.0]
+
+
+def newer(path):
+    make_results(path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["format_version"] = 99
+
+
 @pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
 @pytest.mark.parametrize(
-    ("data", "words"),
-    [(None, "there is no such file"), (b"", "this file is empty"), (b"title: a study\n", "not an HDF5 file")],
+    ("make", "words"),
+    [
+        (lambda path: None, "there is no such file"),
+        (lambda path: path.write_bytes(b""), "this file is empty"),
+        (lambda path: path.write_bytes(b"title: a study\n"), "not an HDF5 file"),
+        (lambda path: path.write_bytes(hdf5.SIGNATURE + bytes(range(256)) * 40), "damaged or incomplete"),
+        (foreign, "none of nsdrill"),
+        (newer, r"file format 99.*Use a newer nsdrill"),
+    ],
+    ids=["missing", "empty", "text", "only a signature", "of another program", "of a newer format"],
 )
-def test_what_is_no_hdf5_file(path, reader, data, words):
-    if data is not None:
-        path.write_bytes(data)
+def test_what_is_no_file_of_ours(path, reader, make, words):
+    make(path)
     with pytest.raises(FileError, match=words):
         reader(path)
 
 
-@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
-def test_what_begins_like_hdf5_and_is_not(path, reader):
-    path.write_bytes(hdf5.SIGNATURE + bytes(range(256)) * 40)
-    with pytest.raises(FileError, match="damaged or incomplete"):
-        reader(path)
-
-
-@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
-def test_hdf5_of_another_program(path, reader):
-    with h5py.File(path, "w") as file:
-        file["depth"] = [1.0, 2.0]
-    with pytest.raises(FileError, match="none of nsdrill"):
-        reader(path)
-
-
-@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
-def test_a_newer_format(path, reader):
-    make_results(path)
-    with h5py.File(path, "r+") as file:
-        file.attrs["format_version"] = 99
-    with pytest.raises(FileError, match=r"file format 99.*Use a newer nsdrill"):
-        reader(path)
-
-
-def test_folders_pipes_and_impossible_names(tmp_path):
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("", "this is no file"), ("pipe", "this is no file"), ("a\0b", "cannot be read"), ("n" * 300, "cannot be read")],
+)
+def test_folders_pipes_and_impossible_names(tmp_path, name, words):
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(FileError, match="this is no file"):
-        read_results(tmp_path)
-    with pytest.raises(FileError, match="this is no file"):
-        read_results(tmp_path / "pipe")
-    with pytest.raises(FileError, match="cannot be read"):
-        read_results("a\0b")
-    with pytest.raises(FileError, match="cannot be read"):
-        read_results(tmp_path / ("n" * 300))
+    with pytest.raises(FileError, match=words):
+        read_results(tmp_path / name)
 
 
 def test_a_file_that_may_not_be_read(path, monkeypatch):
@@ -163,6 +155,7 @@ def test_flipped_numbers_are_noticed_without_a_seal_too(path):
         (lambda file: replace(file, "depth", 500.0 - np.arange(5.0)), "depth: found values that do not ascend"),
         (lambda file: replace(file, "depth", 500.0 + np.arange(5.0) * 1e9), "depth: found .* at most 100 000 m"),
         (lambda file: replace(file, "depth", np.full(5, np.nan)), "depth should have finite numbers"),
+        (lambda file: replace(file, "wob", np.full(3, np.inf)), "wob should have finite numbers"),
         (lambda file: replace(file, "peak", np.array([5, 6, 7])), "coordinate peak does not count from 0"),
         (lambda file: file.__setitem__("start", np.zeros(0, int)), "coordinate start does not count from 0"),
         (lambda file: file["status"].write_direct(np.full((2, 5, 3, 4), 77, "i1")), "status has values that mean"),
@@ -205,14 +198,6 @@ def test_attributes_of_other_types(path, name, value, words):
     for reader in (read_results, read_attributes):
         with pytest.raises(FileError, match=words):
             reader(path)
-
-
-def test_values_beyond_all_measure(path):
-    make_results(path)
-    with h5py.File(path, "r+") as file:
-        replace(file, "wob", np.full(len(file["wob"]), np.inf))
-    with pytest.raises(FileError, match="wob should have finite numbers"):
-        read_results(path)
 
 
 def test_the_log_of_a_run_is_not_trusted_either(path):

@@ -18,12 +18,10 @@ from nsdrill.models.contents import Contents
 from nsdrill.store import (
     MemoryLog,
     RunLog,
-    collect,
     kind_of,
     log_from_results,
     open_results,
     read_attributes,
-    read_point,
     read_results,
     rewrite_labels,
     write_results,
@@ -138,16 +136,6 @@ def test_pending_points_are_marked(path):
 def test_only_named_variables_are_read(path):
     make_results(path)
     assert set(read_results(path, ["status", "axial_max"]).variables) == {"status", "axial_max"}
-
-
-def test_one_point(path):
-    records = make_results(path)
-    point = read_point(path, 1, 2, 0, 3)
-    index = np.ravel_multi_index((1, 2, 0, 3), SHAPE)
-    assert point["procedure"] == "up"
-    assert point["wob"] == header()["coords"]["wob"][0]
-    for name in records.dtype.names:
-        assert np.asarray(point[name]).tobytes() == records[name][index].tobytes()
 
 
 def test_a_finished_file_becomes_a_log_again(path, tmp_path):
@@ -285,29 +273,3 @@ print(peak() - before)
     child = subprocess.run(command, capture_output=True, text=True, check=False)
     assert child.returncode == 0, child.stderr
     assert float(child.stdout) < 60  # MiB: blocks of 4 MiB in several copies, and one byte a point
-
-
-def test_collecting_a_log_and_reading_its_file_agree(path):
-    log = MemoryLog(header(), POINTS, Contents(2))
-    log.write(np.arange(POINTS), made(POINTS, 2))
-    write_results(path, log)
-    here, there = collect(log), read_results(path)
-    assert list(here.coords) == list(there.coords)
-    for name in (*here.coords, *here.variables):
-        assert here[name].dtype == there[name].dtype
-        assert here[name].tobytes() == there[name].tobytes()
-
-
-def test_files_from_before_the_severities_are_read(path):
-    import h5py
-
-    from nsdrill.store import hdf5, variables_in
-
-    make_results(path, peaks=3)
-    for name in ("bounce_severity", "whirl_severity"):
-        hdf5.unseal(path)
-        with h5py.File(path, "r+") as file:
-            del file[name]
-        assert name not in read_results(path).variables
-        assert name not in {variable.name for variable in variables_in(path)}
-        assert "response" in read_point(path, 0, 0, 0, 0)

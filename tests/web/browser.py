@@ -3,7 +3,13 @@ name, where one is missing."""
 
 import json
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
+
+from nsdrill.web.explorer import Explorer
+from nsdrill.web.session import Session
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 WIDTHS = (1280, 400)
@@ -35,3 +41,13 @@ def clicked(page: Any, across: float) -> dict[str, Any]:
         page.mouse.click(*place(page, across))
     page.locator("#bits").wait_for(timeout=WAIT)
     return head_of(answer.value)
+
+
+@contextmanager
+def running(path: Path, **more: Any) -> Iterator[Explorer]:
+    made = Explorer(Session(path, **more))
+    made.start()
+    try:
+        yield made
+    finally:
+        made.close()

@@ -5,8 +5,6 @@ import io
 import itertools
 import json
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +13,8 @@ import pytest
 from click.testing import CliRunner
 
 from nsdrill.cli.main import group
-from nsdrill.web.explorer import Explorer
-from nsdrill.web.session import Session
 
-from .browser import WAIT, clicked, head_of, opened, place
+from .browser import WAIT, clicked, head_of, opened, place, running
 from .test_motions import write
 
 SHORT = "simulation: {transient: 2 s, observe: 6 s}\n"
@@ -39,16 +35,6 @@ BASIN = """title: Starts
 initial: {slice: {x: {from: -60 mm, to: 60 mm, points: 5},
   vx: {from: -0.5 m/s, to: 0.5 m/s, points: 4}}}
 """
-
-
-@contextmanager
-def running(path: Path, **more: Any) -> Iterator[Explorer]:
-    made = Explorer(Session(path, **more))
-    made.start()
-    try:
-        yield made
-    finally:
-        made.close()
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +67,6 @@ def test_a_map_opens_on_its_window(page, files):
 
     with running(files / "map.h5") as made:
         results = made.session.results
-        assert results is not None
         opened(page, made.url)
         assert page.locator("#channel").input_value() == "area window"
         maps = boxes(page, "#diagram .uplot")
@@ -117,7 +102,6 @@ def test_unknown_numbers_open_on_their_probability(page, files):
 def test_a_start_of_a_basin_can_be_clicked(page, files):
     with running(files / "basin.h5") as made:
         results = made.session.results
-        assert results is not None
         opened(page, made.url)
         with page.expect_response("**/api/replay", timeout=WAIT) as answer:
             page.mouse.click(*place(page, 0.1, 0.1))  # the least x, the greatest vx
@@ -195,7 +179,6 @@ def test_kinds_of_branches_are_switched(page, shared, tmp_path):
     path = write(tmp_path / "branches.h5", shared)
     with running(path) as made:
         branches = made.session.branches
-        assert branches is not None
         kinds = list(dict.fromkeys(branches.names))
         opened(page, made.url)
         toggles = page.locator("#legend .toggle")

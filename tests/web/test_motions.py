@@ -63,7 +63,6 @@ def test_a_wrong_state_in_the_file_is_noticed(shared):
 def test_going_on_with_nothing_changed_is_the_next_run_of_a_carried_sweep(shared, session):
     """The point after it in the chain began in the final state of the one before."""
     results, motions = session.results, session.motions
-    assert results is not None
     before, after = (0, 0, 0, 4), (0, 0, 0, 5)
     state = np.array(results["final_state"][before])
     simulation = session.study.simulation
@@ -180,7 +179,6 @@ def test_every_model_moves(tmp_path, name):
 def test_a_failed_point_is_shown_as_far_as_it_came(shared):
     session = Session(shared / "failing.h5")
     results = session.results
-    assert results is not None
     place = [int(i) for i in np.argwhere(results["status"] == 3)[0]]
     head, columns = session.replay({"place": place})
     assert head["same_bits"]

@@ -26,6 +26,7 @@ from nsdrill.web.answers import LIMITS, file_answer
 from nsdrill.web.report import representatives
 from nsdrill.web.server import static
 
+from .browser import BROWSER
 from .pdf_words import pages
 
 
@@ -208,12 +209,17 @@ def test_the_answer_is_first_and_how_it_was_made_last(page, shared):
     assert text.startswith(f"Small – nsdrill Small small.h5 {sentence}")
 
 
-def test_every_warning_of_the_text_is_in_the_first_lines(page, shared):
-    text = words_of(page).partition("Diagrams")[0]
+def test_every_warning_of_the_text_stands_once_in_the_first_lines(page, shared):
+    """Neither below the numbers nor in the picture a second time."""
+    window = re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
+    drawn = "".join(base64.b64decode(one).decode() for one in window)
     said = list(warnings(window_of(read_results(shared / "small.h5")), "si"))
     assert said
     for one in said:
-        assert " ".join(one.split()) in text
+        words = " ".join(one.split())
+        assert words in words_of(page).partition("Diagrams")[0]
+        assert words_of(page).count(words) == 1
+        assert one.partition(":")[0].partition(" at ")[0] not in drawn
 
 
 def test_what_limits_the_answer_stands_beside_it(page):
@@ -223,15 +229,6 @@ def test_what_limits_the_answer_stands_beside_it(page):
     assert text.index(LIMITS) < text.index("Diagrams")
     for wanted in ("Not validated against field data", "rate of penetration has default constants"):
         assert wanted in LIMITS
-
-
-def test_every_warning_stands_once(page, shared):
-    """Neither below the numbers nor in the picture a second time."""
-    window = re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
-    drawn = "".join(base64.b64decode(one).decode() for one in window)
-    for one in warnings(window_of(read_results(shared / "small.h5")), "si"):
-        assert words_of(page).count(" ".join(one.split())) == 1
-        assert one.partition(":")[0].partition(" at ")[0] not in drawn
 
 
 def test_the_window_of_a_page_is_by_severity_or_confidence(shared, tmp_path):
@@ -315,7 +312,6 @@ def test_the_window_is_a_picture_of_vectors_with_words(page):
     assert "<image" not in text  # nothing is made of pixels
 
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 if BROWSER is None:
     pytest.skip("no browser: apt-get install chromium", allow_module_level=True)
 if b"paint(" not in static("charts.js"):
@@ -326,8 +322,7 @@ if b"paint(" not in static("charts.js"):
 def report(shared, tmp_path_factory):
     """Lines with motions, and a map."""
     out = tmp_path_factory.mktemp("print") / "report.html"
-    files = [str(shared / "small.h5"), str(shared / "map.h5")]
-    done = CliRunner().invoke(group, ["report", *files, "-o", str(out), "--motions", "1"])
+    done = made(shared / "small.h5", shared / "map.h5", "-o", out, "--motions", "1")
     assert done.exit_code == 0, done.output
     return out
 
@@ -376,18 +371,6 @@ def test_the_answer_is_on_the_first_page_and_provenance_on_the_last(printed):
     assert "SHA-256" not in "".join(printed[: len(printed) // 2])
     assert "SHA-256" in "".join(printed[-2:])
     assert 4 <= len(printed) <= 12
-
-
-# ---- in a window
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    playwright = pytest.importorskip("playwright.sync_api", reason="no browser: playwright")
-    with playwright.sync_playwright() as engine:
-        browser = engine.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        yield browser
-        browser.close()
 
 
 @pytest.mark.parametrize("paper", ["A4", "Letter"])

@@ -73,6 +73,15 @@ def ask(explorer: Explorer, method: str, path: str, body: str | bytes | None = N
     return answer.status, answer.headers, found
 
 
+def raw_request(port: int, token: str, line: str, body: str = "") -> socket.socket:
+    """A connection over which this request was sent, with the token."""
+    raw = socket.create_connection((ADDRESS, port))
+    heads = [f"{line} HTTP/1.1", f"Host: {ADDRESS}:{port}", f"{TOKEN_HEADER}: {token}"]
+    heads += [f"Content-Length: {len(body)}"] * line.startswith("POST")
+    raw.sendall("\r\n".join([*heads, "", body]).encode())
+    return raw
+
+
 def test_a_page_with_the_token_is_answered(explorer):
     status, heads, body = ask(explorer, "POST", "/api/meta", "{}")
     assert status == 200
@@ -204,11 +213,7 @@ def test_a_run_that_nobody_waits_for_stops(explorer):
     body = json.dumps({"state": head["state"], "states": head["states"], "seconds": 1e6})
     used = time.process_time()
     for _ in range(8):
-        with socket.create_connection((ADDRESS, explorer.port)) as raw:
-            raw.sendall(
-                f"POST /api/live HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN_HEADER}: "
-                f"{explorer.token}\r\nContent-Length: {len(body)}\r\n\r\n{body}".encode()
-            )
+        with raw_request(explorer.port, explorer.token, "POST /api/live", body):
             time.sleep(0.3)
     replay = '{"place": [0, 0, 0, 1], "seconds": 1}'
     assert ask(explorer, "POST", "/api/replay", replay)[0] == 200
@@ -274,7 +279,6 @@ def test_the_browser_is_not_started_with_the_token(shared, tmp_path):
         with subprocess.Popen(
             command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         ) as process:
-            assert process.stdout is not None
             url, _, token = process.stdout.readline().strip().partition("#")
             until = time.monotonic() + 30
             while not seen.exists() and time.monotonic() < until:
@@ -287,10 +291,7 @@ def test_the_browser_is_not_started_with_the_token(shared, tmp_path):
             assert f"{url}#{token}" in page.read_text()
             if opens:
                 port = int(url.rstrip("/").rpartition(":")[2])
-                raw = socket.create_connection((ADDRESS, port))
-                raw.sendall(
-                    f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{port}\r\n{TOKEN_HEADER}: {token}\r\n\r\n".encode()
-                )
+                raw = raw_request(port, token, "GET /api/alive")
                 assert raw.recv(20).startswith(b"HTTP/1.1 200")
                 while page.exists() and time.monotonic() < until:
                     time.sleep(0.02)
@@ -324,21 +325,13 @@ def test_a_taken_port_is_said(explorer, session):
 
 def test_a_page_that_goes_away_in_the_middle_stops_nothing(explorer):
     for _ in range(3):
-        with socket.create_connection((ADDRESS, explorer.port)) as raw:
-            raw.sendall(
-                f"POST /api/replay HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN_HEADER}: "
-                f"{explorer.token}\r\n"
-                'Content-Length: 33\r\n\r\n{"place": [0, 0, 0, 1], "x": "y"}'.encode()
-            )
+        raw_request(explorer.port, explorer.token, "POST /api/replay", '{"place": [0, 0, 0, 1], "x": "y"}').close()
     assert ask(explorer, "POST", "/api/meta", "{}")[0] == 200
 
 
 def test_it_stops_with_its_last_page(own):
     def page():
-        raw = socket.create_connection((ADDRESS, own.port))
-        raw.sendall(
-            f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{own.port}\r\n{TOKEN_HEADER}: {own.token}\r\n\r\n".encode()
-        )
+        raw = raw_request(own.port, own.token, "GET /api/alive")
         assert raw.recv(100).startswith(b"HTTP/1.1 200")
         return raw
 
@@ -363,7 +356,6 @@ def test_it_stops_with_its_last_page(own):
 def test_the_command_prints_its_address_and_ends_with_a_signal(shared, signal):
     command = [sys.executable, "-m", "nsdrill", "view", str(shared / "small.h5"), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
         url = process.stdout.readline().strip()
         assert url.startswith(f"http://{ADDRESS}:")
         assert len(url.partition("#")[2]) >= 32

@@ -26,7 +26,6 @@ from nsdrill.web.shown import label_words, plain
 
 def test_a_diagram_has_the_peaks_of_the_file(session):
     results = session.results
-    assert results is not None
     head, columns = session.diagram({"y": "radius_peaks"})
     assert columns["values"].shape == (2, 8, 4)
     stored = results["radius_peaks"][:, 0, 0] * 1e3
@@ -81,7 +80,6 @@ def test_another_drive_goes_on_from_the_state_that_there_is(session):
 
 def test_a_map_is_turned_as_asked(of_map):
     results = of_map.results
-    assert results is not None
     one, columns = of_map.plane({"colour": "response", "x": "rotary_speed", "y": "wob"})
     assert columns["values"].shape == (1, 5, 4)
     assert np.array_equal(columns["values"][0], results["response"][0, 0])
@@ -95,7 +93,6 @@ def test_a_map_is_turned_as_asked(of_map):
 
 def test_a_cut_of_a_map(of_map):
     results = of_map.results
-    assert results is not None
     head, columns = of_map.diagram({"y": "bit_speed_max", "x": "wob", "held": {"rotary_speed": 2}})
     assert np.allclose(columns["values"][0, :, 0], results["bit_speed_max"][0, 0, :, 2])
     assert head["place"] == [0, 0, 0, 2]
