@@ -425,3 +425,15 @@ def test_wrong_arguments(shared):
         nsdrill.view(found)
     with pytest.raises(nsdrill.InputError):
         nsdrill.view(shared / "small.yaml", set={"operation.wob": "3 mm"})
+
+
+def test_a_sweep_along_the_depth_was_carried_deeper_and_shallower(tmp_path):
+    study = {
+        "sweep": {"depth": ["1 km", "2 km"], "wob": ["10 kN", "20 kN"], "procedure": "up-down", "along": "depth"},
+        "simulation": {"transient": "1 s", "observe": "2 s"},
+    }
+    nsdrill.run(study, tmp_path / "deep.h5")
+    page = nsdrill.report(tmp_path / "deep.h5", tmp_path / "page.html", motions=1)
+    text = Path(page).read_text(encoding="utf-8")
+    for wanted in ("carried deeper and shallower", "Responses, deeper", "Responses, shallower"):
+        assert wanted in text, wanted

@@ -90,11 +90,11 @@ Panel = Annotated[
     "str | None",
     Argument(
         "One panel of the picture alone, by its name or a clear part of it; the error for another one lists them. "
-        "A map of one value in one way has both names: ``'radius_max down'``.",
+        "A map of one value in one way has both names: ``'VALUE down'``.",
         "str",
         "--panel",
         "NAME",
-        help="Draw one panel alone, by its name or a part of it: --panel radius, --panel 'radius_max down'.",
+        help="Draw one panel alone, by its name or a part of it: --panel radius, --panel 'VALUE down'.",
     ),
 ]
 Axes = Annotated[

@@ -128,7 +128,7 @@ def variables_for(kind: str, model: Description) -> tuple[str, ...]:
 def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tuple[Kind, str | None]:
     """The kind to draw, ``kind`` or the default if it is None, and which ``panel`` of it
     alone, None for all. A panel that is declared as a kind is drawn as that one, and
-    what follows its name after a blank, ``radius_max down``, is a panel of that. The
+    what follows its name after a blank, ``VALUE down``, is a panel of that. The
     InputError for a kind that does not fit lists those that do."""
     allowed, known = kinds_for(data), all_kinds()
     name, _, rest = (panel or "").partition(" ")

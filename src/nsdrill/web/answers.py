@@ -28,7 +28,7 @@ from nsdrill.plot.answer import (
     warnings,
 )
 from nsdrill.plot.kinds.window import draw_two
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import Look
 from nsdrill.text.diff import border_rows, difference, notes, onset_rows, sentence, side_by_side, thresholds
 from nsdrill.variables import AXES, SAMPLE
@@ -248,7 +248,7 @@ def _sweep(session: Session, results: Results) -> Rows:
         count = f", {len(values)} values" if len(values) > 1 else ""
         rows.append((axis["words"], f"{span} {axis['unit']}".strip() + count))
     procedures = results.procedures
-    carried = "carried " + " and ".join(procedures)
+    carried = "carried " + " and ".join(way_word(procedure, results.attrs) for procedure in procedures)
     rows.append(("State", "the same at every start" if procedures == ("same",) else carried))
     if member := member_dimension(results):
         count = f"{len(results.coords[member])} of every operating point"

@@ -19,7 +19,7 @@ from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.branches import parts_of
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.registry import longest
 from nsdrill.variables import OK, SAMPLE
 from nsdrill.web.answers import LIMITS, comparison, file_answer, origin_rows, picture, study_details
@@ -201,7 +201,8 @@ def _add_diagrams(page: Page, session: Session, results: Results) -> None:
         for held, where in _held_values(results, others, session.units):
             request = {"colour": "response", "x": x, "y": y, "held": held}
             for number, procedure in enumerate(procedures):
-                words = ", ".join(filter(None, ("Responses", procedure if len(procedures) > 1 else "", where)))
+                way = way_word(procedure, results.attrs) if len(procedures) > 1 else ""
+                words = ", ".join(filter(None, ("Responses", way, where)))
                 page.add(f"<h4>{escaped(words)}</h4>")
                 page.add_drawing("map", [session.plane(request)], {**more, "procedure": number}, words)
     else:
