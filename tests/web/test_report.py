@@ -429,8 +429,13 @@ def test_wrong_arguments(shared):
 
 def test_a_sweep_along_the_depth_was_carried_deeper_and_shallower(tmp_path):
     study = {
-        "sweep": {"depth": ["1 km", "2 km"], "wob": ["10 kN", "20 kN"], "procedure": "up-down", "along": "depth"},
-        "simulation": {"transient": "1 s", "observe": "2 s"},
+        "sweep": {
+            "depth": {"from": "1 km", "to": "3 km", "points": 5},
+            "wob": {"from": "10 kN", "to": "40 kN", "points": 5},
+            "procedure": "up-down",
+            "along": "depth",
+        },
+        "simulation": {"transient": "1 s", "observe": "1 s"},
     }
     nsdrill.run(study, tmp_path / "deep.h5")
     page = nsdrill.report(tmp_path / "deep.h5", tmp_path / "page.html", motions=1)
