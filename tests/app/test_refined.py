@@ -165,7 +165,7 @@ def test_new_labels_are_inferred_anew_or_refused(tmp_path, whole):
     # Between two coarse points that agreed a new border is not known.
     index = before["stick_slip_index"]
     threshold = float(np.nanquantile(index[ran], 0.05))
-    with pytest.raises(InputError, match=r"at least \d+ further points"):
+    with pytest.raises(InputError, match=r"at least \d+ more points?"):
         reclassify(out, [f"classify.stick_slip.stick_slip_index={threshold}"])
     assert not different(out, whole)
 
