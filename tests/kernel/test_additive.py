@@ -11,7 +11,8 @@ from sweep.runs import run_from
 
 from nsdrill.app.experiment import prepare
 from nsdrill.app.run import work_of
-from nsdrill.equations.stage import first_slip, kept
+from nsdrill.equations.plain import on_arrays
+from nsdrill.equations.stage import first_slip, kept, solved
 from nsdrill.equations.trace import Named
 from nsdrill.kernel.pairs import KENNEDY_CARPENTER
 from nsdrill.kernel.settings import Simulation
@@ -100,6 +101,23 @@ def test_two_iterations_solve_the_slip_near_break_away(near):
     assert worst < 1e-5
 
 
+@pytest.mark.parametrize("smoothing", [500.0, 1e4, 1e6])
+def test_newtons_method_converges_from_a_guess_far_too_large(smoothing):
+    """Beyond the bend of a steep law the tangents of both sides lead to one another for
+    ever; from rest they do not."""
+    numbers, free, c = Numbers(smoothing, 2.0, 0.3, 0.5), 0.1, 1.0
+
+    def residual(following):
+        slip = free
+        for _ in range(12):
+            load, slope = (float(values(hyperbolic, name, slip, numbers)) for name in ("coefficient", "slope"))
+            slip = following(slip, slip + (free - slip - c * load) / (1 + c * slope))
+        return abs(free - slip - c * float(values(hyperbolic, "coefficient", slip, numbers)))
+
+    assert residual(kept) < 1e-12
+    assert residual(lambda _, following: following) > 1.0
+
+
 def torsion_work(smoothing: float, method: str, duration: float, rtol: float, pair: str = "tsitouras") -> Work:
     parameters = TorsionParameters()
     friction = replace(parameters.bit.friction, smoothing=smoothing)
@@ -109,6 +127,20 @@ def torsion_work(smoothing: float, method: str, duration: float, rtol: float, pa
     start = TorsionStart(twist=-3.0, bit_speed=1.0)
     model = described("torsion")
     return Work(Plan(axes, "same", None), parameters, start, simulation, Thresholds(), Record(peaks=0), model)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_small_linear_systems_are_solved(count):
+    rng = np.random.default_rng(count)
+    matrix, right = np.eye(count) + rng.uniform(0.0, 2.0, (count, count)), rng.normal(size=count)
+
+    def solution(n):
+        rows = [[getattr(n, f"a{i}{j}") for j in range(count)] for i in range(count)]
+        return {str(k): x for k, x in enumerate(solved(rows, [getattr(n, f"r{i}") for i in range(count)]))}
+
+    given = {f"a{i}{j}": matrix[i, j] for i in range(count) for j in range(count)}
+    given |= {f"r{i}": value for i, value in enumerate(right)}
+    assert list(on_arrays(solution, given).values()) == pytest.approx(np.linalg.solve(matrix, right), rel=1e-12)
 
 
 @pytest.mark.parametrize("smoothing", [50.0, 5e3])

@@ -264,6 +264,8 @@ OF_MAIN = {
     "along, hertz, linear": f"{MAIN}well: {{axial_friction: true, law: hertz}}\nbit: {{friction: {{law: linear}}}}\n",
     "held along": f"{MAIN}{AXIAL}{ROOM}",
 }
+STEEP = "steep, main"
+CASES[STEEP] = f"{MAIN}well: {{friction: {{smoothing: EPS s/m}}}}\nbit: {{friction: {{smoothing: EPS s/rad}}}}\n"
 EVERY = [*((case, "500") for case in OF_MAIN), *((case, smoothing) for case in CASES for smoothing in ("500", "1e5"))]
 WALL = "well: {friction: {smoothing: EPS s/m}"
 MIXED = {
