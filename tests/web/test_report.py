@@ -23,6 +23,7 @@ from nsdrill.data import Results
 from nsdrill.plot.answer import answer, warnings
 from nsdrill.store import read_results
 from nsdrill.web.answers import LIMITS, file_answer
+from nsdrill.web.diagrams import choices
 from nsdrill.web.report import representatives
 from nsdrill.web.server import static
 
@@ -442,3 +443,5 @@ def test_a_sweep_along_the_depth_was_carried_deeper_and_shallower(tmp_path):
     text = Path(page).read_text(encoding="utf-8")
     for wanted in ("carried deeper and shallower", "Responses, deeper", "Responses, shallower"):
         assert wanted in text, wanted
+    assert choices(read_results(tmp_path / "deep.h5"), "si")["ways"] == ["deeper", "shallower"]
+    assert "Where up (deeper) and down (shallower) differ" in nsdrill.show(tmp_path / "deep.h5")

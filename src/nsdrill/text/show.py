@@ -220,7 +220,8 @@ def _span(row: Answer, units: str) -> str:
 def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Iterator[str]:
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
-    yield f"\nWhere up and down differ, and in what, along the {label_of(axis)}:"
+    ways = "up (deeper) and down (shallower)" if axis == "depth" else "up and down"
+    yield f"\nWhere {ways} differ, and in what, along the {label_of(axis)}:"
     previous = None
     for row in rows[:MAX_INTERVALS]:
         place = ", ".join(

@@ -13,7 +13,7 @@ from nsdrill.analysis.probability import outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, edges, is_logarithmic, positions, robust_limits
 from nsdrill.variables import OK, POINT
@@ -34,7 +34,7 @@ def choices(results: Results, units: str) -> Answer:
     return {
         "axes": [axis_data(results, name, units) for name in results.swept],
         "map_axes": map_axes(results),
-        "procedures": list(results.procedures),
+        **_histories(results),
         "members": {"name": member_dimension(results), "count": len(results.coords[name])}
         if (name := member_dimension(results))
         else None,
@@ -43,6 +43,14 @@ def choices(results: Results, units: str) -> Answer:
         "features": [quantity_data(n, units) for n in dict.fromkeys([*drawn.summary, *single]) if n in single],
         "labels": [quantity_data(name, units) for name in dict.fromkeys(labels)],
         "dimensions": len(results.grid),
+    }
+
+
+def _histories(results: Results) -> Answer:
+    """The procedures of a sweep, and the words for them."""
+    return {
+        "procedures": list(results.procedures),
+        "ways": [way_word(procedure, results.attrs) for procedure in results.procedures],
     }
 
 
@@ -110,7 +118,7 @@ def diagram(
     head = {
         "x": axis_data(results, axis, units),
         "y": quantity_data(y, units),
-        "procedures": list(series.procedures),
+        **_histories(results),
         "hover_quantities": [quantity_data(n, units) for n in names],
         "place": place,
         "dimension": results.grid.index(axis),
@@ -188,7 +196,7 @@ def plane(
         "x": axis_data(results, x, units),
         "y": axis_data(results, y, units),
         "colour": quantity_data(colour, units),
-        "procedures": list(results.procedures),
+        **_histories(results),
         "place": place,
         "x_edges": edges(x_values) / quantity(x, units).scale,
         "y_edges": edges(y_values) / quantity(y, units).scale,

@@ -518,8 +518,8 @@ window.nsdrill = (() => {
     if (!d) return [];
     const items = responses.filter((_, code) => codes.has(code)).map((style) => swatch(style.marker, style.colour, style.name));
     if (d.procedures.includes("down") && d.procedures.length > 1)
-      items.push(swatch("o", REFERENCE, "up: filled"), swatch("o", REFERENCE, "down: open", false));
-    if (d.hysteresis.length) items.push(swatch("s", DIFFERS, "up and down differ in response"));
+      items.push(...d.ways.map((way, p) => swatch("o", REFERENCE, ...(d.procedures[p] === "down" ? [`${way}: open`, false] : [`${way}: filled`]))));
+    if (d.hysteresis.length) items.push(swatch("s", DIFFERS, `${d.ways.join(" and ")} differ in response`));
     if (d.curves) {
       const toggle = (name) => hidden && ((on) => { hidden[on ? "delete" : "add"](name); redraw(); });
       for (const kind of d.curves.kinds) items.push(dash(kind.colour, kind.name, [], toggle(kind.name)));
@@ -593,7 +593,7 @@ window.nsdrill = (() => {
     }
     values.shape = outcome.shape = [1, ...d.values.shape.slice(1)];
     const classes = d.classes && [{ name: "no difference", colour: "#EDEDED" }, { name: "they differ", colour: DIFFERS }];
-    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.procedures[a]} and ${d.procedures[b]} differ` : `${d.procedures[b]} less ${d.procedures[a]}`], classes, limits: [-largest, largest], scale: DIFFERENCES };
+    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.ways[a]} and ${d.ways[b]} differ` : `${d.ways[b]} less ${d.ways[a]}`], classes, limits: [-largest, largest], scale: DIFFERENCES };
   }
 
   // A map of the panel `o.panel` of `d`; a line goes around the cells where `o.safe` [ny, nx] is 1.

@@ -90,7 +90,7 @@
     if (c.procedures.length < 2 || view.kind === "area probability") return;
     $("procedures").append(
       ...(view.map ? ["A click here runs"] : []),
-      ...c.procedures.map((name, p) => {
+      ...c.ways.map((name, p) => {
         const tick = make("input", { type: view.map ? "radio" : "checkbox", name: "procedure", checked: view.map ? p === view.procedure : view.visible[p] });
         tick.addEventListener("change", () => {
           if (view.map) { view.procedure = p; writeLink(); return; }
@@ -166,7 +166,7 @@
     writeLink();
   });
   const joined = ({ head, columns }) => ({ ...head, ...columns });
-  const planesOf = (d, words) => d.procedures.map((procedure, p) => ({ d, panel: p, procedure: p, title: `${words}${d.procedures.length > 1 ? `, ${procedure}` : ""}` }));
+  const planesOf = (d, words) => d.ways.map((way, p) => ({ d, panel: p, procedure: p, title: `${words}${d.ways.length > 1 ? `, ${way}` : ""}` }));
 
   function placeOf(d, p, i) {
     const place = [...d.place];
@@ -208,7 +208,7 @@
     }
     const code = d.outcome[p * d.x.values.length + i];
     const head = [
-      make("span", { class: "name" }, `${d.x.words} ${valueOf(d.x, i, 5)}${d.procedures.length > 1 ? `, ${d.procedures[p]}` : ""}: ${word(code)}`),
+      make("span", { class: "name" }, `${d.x.words} ${valueOf(d.x, i, 5)}${d.procedures.length > 1 ? `, ${(d.ways ?? d.procedures)[p]}` : ""}: ${word(code)}`),
       make("br"), Number.isFinite(value) ? `${d.y.words} ${amount(value, d.y.unit)}` : "",
     ];
     if (d.hover) {

@@ -50,7 +50,7 @@
             const n = d.x.values.length, f = d.hover_quantities.length;
             const numbers = d.hover_quantities.map((quantity, k) => [quantity, d.hover[(hit.p * n + hit.i) * f + k]]).filter(([, value]) => Number.isFinite(value));
             text.replaceChildren(
-              make("span", { class: "name" }, `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}${d.procedures.length > 1 ? `, ${d.procedures[hit.p]}` : ""}: ${word(d.outcome[hit.p * n + hit.i])}`),
+              make("span", { class: "name" }, `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}${d.procedures.length > 1 ? `, ${d.ways[hit.p]}` : ""}: ${word(d.outcome[hit.p * n + hit.i])}`),
               make("br"), Number.isFinite(hit.value) ? `${d.y.words} ${amount(hit.value, d.y.unit)}` : "",
               make("br"), numbers.map(([quantity, value]) => `${quantity.words} ${amount(value, quantity.unit, 3)}`).join(" · "),
             );
