@@ -11,8 +11,10 @@ from reference import Case, contacts, derivative, quick
 
 from model.buffers import ROWS, buffer_of, slopes
 from model.cases import random_case, random_state, table_of
+from nsdrill.equations.graph import Graph
+from nsdrill.equations.plain import Rows, function_of
 from nsdrill.models.christoforou_yigit.columns import Options
-from nsdrill.models.christoforou_yigit.equations import lobed
+from nsdrill.models.christoforou_yigit.equations import lobe
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 
 
@@ -96,7 +98,8 @@ def test_the_two_references_agree():
 def test_lobed_surface_is_the_sine_of_the_multiple_angle(lobes):
     """sin(n phi) by the Chebyshev recurrence, Abramowitz & Stegun 22.3.15, and its slope
     with phi, n cos(n phi); n^2 roundings."""
-    surface = lobed(lobes)
+    rows = Rows(Graph())
+    surface = function_of("surface", lobe(rows.sine, rows.cosine, lobes), {"sine": rows.sine, "cosine": rows.cosine})
     of_angle = of_numbers(lambda s, c: surface(s, c), 2)
     for phi in np.linspace(-7, 7, 501):
         s, slope = of_angle(np.sin(phi), np.cos(phi))

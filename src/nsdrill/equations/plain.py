@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from types import FunctionType
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from nsdrill.data import Array
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.lanes import written
 from nsdrill.equations.library import Library
-from nsdrill.equations.passes import Tangents
+from nsdrill.equations.passes import Tangents, settled
 from nsdrill.equations.trace import Named
 
 
@@ -29,23 +29,42 @@ class Rows(Named):
         return self.graph.input(name)
 
 
-def followed(
-    quantity: Callable[[Rows], Node], rates: Callable[[Rows], Mapping[str, Number]]
-) -> tuple[FunctionType, FunctionType]:
-    """A ``quantity`` of rows and how fast it changes, two functions of numbers whose
+Quantity: TypeAlias = Callable[[Rows], Node]
+Rates: TypeAlias = Callable[[Rows], Mapping[str, Number]]
+
+
+def followed(quantity: Quantity, rates: Rates) -> tuple[FunctionType, FunctionType]:
+    """A ``quantity`` of rows and how fast it changes, functions of numbers whose
     arguments are the rows that they read; ``rates`` gives how fast rows change, those
     that do."""
+    value, rate = _along(quantity, rates, 1)
+    return value, rate
+
+
+def followed_twice(quantity: Quantity, rates: Rates) -> tuple[FunctionType, FunctionType, FunctionType]:
+    """The same with the second derivative."""
+    value, rate, curvature = _along(quantity, rates, 2)
+    return value, rate, curvature
+
+
+def _along(quantity: Quantity, rates: Rates, orders: int) -> list[FunctionType]:
     rows = Rows(Graph())
-    value = quantity(rows)
-    seeds = {getattr(rows, name): rate for name, rate in rates(rows).items()}
-    slope = Tangents(rows.graph, seeds).of({"": value})[""]
-    return function_of("quantity", [value]), function_of("rate", [slope])
+    found = [quantity(rows)]
+    along = Tangents(rows.graph, {getattr(rows, name): rate for name, rate in rates(rows).items()})
+    for _ in range(orders):
+        found.append(along.of({"": found[-1]})[""])
+    return [function_of("quantity", [node]) for node in found]
 
 
-def function_of(name: str, wanted: Sequence[Node]) -> FunctionType:
-    """The function of numbers that gives the values ``wanted``, whose arguments are the
-    rows that they read."""
-    return written_out(name, wanted, {row: row.extra for row in wanted[0].graph.live(wanted) if row.op == "input"})
+def function_of(name: str, wanted: Sequence[Node], known: Mapping[str, Node] | None = None) -> FunctionType:
+    """The function of numbers that gives the values ``wanted``, with sums in their
+    order; its arguments are the rows that they read, and in place of what is ``known``
+    the rows of these names."""
+    _, found = settled(wanted[0].graph, {f"{k}": node for k, node in enumerate(wanted)} | dict(known or {}))
+    arguments = {found.pop(row): row for row in known or ()}
+    values = list(found.values())
+    rows = values[0].graph.live(values, until=arguments)
+    return written_out(name, values, arguments | {row: row.extra for row in rows if row.op == "input"})
 
 
 def written_out(name: str, wanted: Sequence[Node], arguments: Mapping[Node, str]) -> FunctionType:

@@ -39,7 +39,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.equations import plain
 from nsdrill.equations.graph import Graph, Node, Number
-from nsdrill.equations.library import Law, direction, expm1, flat, slip_factors, tanh
+from nsdrill.equations.library import Law, direction, expm1, slip_factors, tanh
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import Inputs, Named, part
 from nsdrill.models.description import Description
@@ -198,23 +198,13 @@ def values(law: Law, which: str, v: Numeric, numbers: Numbers) -> Numeric:
     return plain.values({"": _graph_of(law)[3][which]}, given)[""]
 
 
-def with_slope(law: Law) -> Callable[..., tuple[float, float]]:
-    """The function (slip, *numbers) -> (coefficient, slope), to be written out in lane
-    code."""
-    v, numbers, _, found = _graph_of(law)
-    arguments = {v: "v"} | {getattr(numbers, name): name for name in Numbers._fields}
-    return plain.written_out("law", [found["coefficient"], found["slope"]], arguments)
-
-
-def with_slope_from_factors(law: Law) -> Callable[..., tuple[float, float]]:
-    """The same of (slip, *factors, 1 / (1 + (smoothing slip)^2), *numbers)."""
-    v, numbers, factors, found = _graph_of(law)
-    per_flat = 1.0 / flat(v, numbers.smoothing)
-    if law is hyperbolic:  # comes with the factors
-        per_flat = factors[0].graph.make("result", *factors[0].args, extra=(factors[0].extra[0], 2))
-    arguments = {v: "v", factors[0]: "direction", factors[1]: "weakened", per_flat: "per_flat"}
-    arguments |= {getattr(numbers, name): name for name in Numbers._fields}
-    return plain.written_out("law", [found["coefficient"], found["slope"]], arguments)
+def per_flat(direction: Node, unit: Node) -> Node:
+    """1 / ``unit``, that is 1 / (1 + (smoothing slip)^2), where the slope of a law with
+    this ``direction`` reads it."""
+    function, _ = direction.extra
+    if function.results > 1:  # it comes with the direction
+        return direction.graph.make("result", *direction.args, extra=(function, 2))
+    return 1.0 / unit
 
 
 STEEP = 6000.0  # 1/s

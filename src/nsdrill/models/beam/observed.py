@@ -23,8 +23,8 @@ from nsdrill.equations.library import choose, fma, greater, sqrt
 from nsdrill.equations.plain import Rows, function_of
 from nsdrill.models.beam.columns import Options, aux_of, columns_of, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
-from nsdrill.models.christoforou_yigit.equations import lobe
-from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
+from nsdrill.models.christoforou_yigit.observed import SHARED, on_rock, wall_force
+from nsdrill.models.friction import hyperbolic
 from nsdrill.models.operation import Numeric
 from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import (
@@ -91,13 +91,13 @@ def outputs_of(options: Options) -> Callable[..., Any]:
     for penetration, its_rate in stations[1:]:
         rate = choose(penetration > clearance, its_rate, rate)
         clearance = greater(clearance, penetration)
-    sine, slope = lobe(n.sine, n.cosine, options.lobes)
+    sine, cosine, interference, _, along = on_rock(n, options.lobes, hyperbolic)
     found = (
         x, y, radius, fma(x, vx, y * vy) / radius, clearance, rate,
-        fma(n.surface_amplitude, sine, -n.z), fma(n.surface_amplitude * slope, n.bit_speed, -n.vz),
+        interference, along.of({"": interference})[""],
         fma(ax, ax, ay * ay), n.slip_sum, n.wall_contacts * n.bit_speed * n.collar_radius, n.torque,
     )  # fmt: skip
-    return function_of("outputs", found)
+    return function_of("outputs", found, {"sine": sine, "cosine": cosine})
 
 
 def _angle(twist, drive_speed, time, phase):

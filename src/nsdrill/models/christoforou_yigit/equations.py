@@ -43,16 +43,16 @@ the dissipation at the wall, -F_s v_s; the powers contain the former.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.equations.graph import Graph, Node, Number
+from nsdrill.equations.graph import Node, Number
 from nsdrill.equations.library import Law, friction, friction_along, sincos, sqrt, touching
 from nsdrill.equations.passes import Tangents
-from nsdrill.equations.plain import Rows, values, written_out
+from nsdrill.equations.plain import values
 from nsdrill.equations.stage import Stage
 from nsdrill.equations.trace import Named, traced
 from nsdrill.models.christoforou_yigit.coefficients import derive
@@ -60,15 +60,6 @@ from nsdrill.models.christoforou_yigit.columns import Options, columns_of, optio
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
 from nsdrill.models.operation import OperatingPoint
-
-
-@lru_cache
-def lobed(lobes: int) -> Callable[..., tuple[float, float]]:
-    """The function (sine, cosine) -> (sin(lobes phi), its slope with phi), to be
-    written out in lane code."""
-    rows = Rows(Graph())
-    arguments = {rows.sine: "sine", rows.cosine: "cosine"}
-    return written_out("lobed", lobe(rows.sine, rows.cosine, lobes), arguments)
 
 
 def lobe(sine: Node, cosine: Node, lobes: int) -> tuple[Node, Node]:
@@ -91,9 +82,13 @@ def bit_on_rock(drive_angle: Number, s: Named, p: Named, lobes: int, law: Law) -
     lobed."""
     sine, cosine = sincos(s.twist + drive_angle)
     surface = p.surface_amplitude * multiple_sine(sine, cosine, lobes)
-    force = p.rock_stiffness * touching("rock", surface - s.z)
-    numbers = numbers_of(p, "bit")
-    return (sine, cosine, force, friction("bit", slip=s.bit_speed, normal=force, law=law, numbers=numbers))
+    return (sine, cosine, *loads_of_rock(surface - s.z, s.bit_speed, p, law))
+
+
+def loads_of_rock(interference: Number, bit_speed: Number, p: Named, law: Law) -> tuple[Number, Number]:
+    """The force and the torque of the rock."""
+    force = p.rock_stiffness * touching("rock", interference)
+    return force, friction("bit", slip=bit_speed, normal=force, law=law, numbers=numbers_of(p, "bit"))
 
 
 def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple[dict[str, Number], dict[str, Number]]:

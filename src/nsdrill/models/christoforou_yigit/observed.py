@@ -11,16 +11,21 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from types import FunctionType
 
 import numpy as np
 
 from nsdrill.compiler.functions import fma
 from nsdrill.data import Array
+from nsdrill.equations.graph import Graph, Node
+from nsdrill.equations.library import Law, choose, flat
+from nsdrill.equations.passes import Tangents, closed
+from nsdrill.equations.plain import Rows, followed, followed_twice, function_of
+from nsdrill.equations.trace import Named
 from nsdrill.models.christoforou_yigit.columns import Options, aux_of, columns_of, states_of
 from nsdrill.models.christoforou_yigit.description import FEATURES as RECORDED
-from nsdrill.models.christoforou_yigit.equations import lobed
-from nsdrill.models.friction import LAWS, with_slope, with_slope_from_factors
+from nsdrill.models.christoforou_yigit.equations import bit_on_rock, loads_of_rock, lobe
+from nsdrill.models.friction import LAWS, numbers_of, per_flat
 from nsdrill.models.operation import Numeric
 from nsdrill.models.turning import STICK_SLIP_INDEX, STUCK_FRACTION, SURFACE_TORQUES
 from nsdrill.observe.channels import (
@@ -62,47 +67,47 @@ def names_of(options: Options) -> Names:
     return Names(states, SLOPES[: len(states) // 2], columns_of(options), aux_of(options))
 
 
-# Values, slopes and second derivatives of the channels.
-def _outputs(lobes: int, friction: int) -> Callable[..., Any]:
-    multiple, slope = lobed(lobes), with_slope_from_factors(list(LAWS.values())[friction])
-
-    def outputs(
-        cosine_now, sine_now, direction_now, decay_now, radius_now,
-        x, vx, y, vy, z, vz, az, bit_speed, alpha, surface_amplitude, rock_stiffness,
-        bit_smoothing, bit_decay, bit_rise, bit_dynamic,
-    ):  # fmt: skip
-        sine, sine_slope = multiple(sine_now, cosine_now)  # of a multiple of the bit angle
-        speed = surface_amplitude * bit_speed
-        u, du = fma(surface_amplitude, sine, -z), fma(speed, sine_slope, -vz)
-        ddu = fma(surface_amplitude, alpha * sine_slope, fma(-speed * bit_speed, lobes * lobes * sine, -az))
-        # The bit torque is force times arm; the arm changes with the bit speed. One
-        # division serves two quotients, torsional and lateral.
-        force = rock_stiffness * max(u, 0.0)
-        dforce = rock_stiffness * du if u > 0.0 else 0.0
-        scaled = bit_smoothing * bit_speed
-        flat = fma(scaled, scaled, 1.0)
-        inverse = 1.0 / (flat * radius_now)
-        arm, darm = slope(
-            bit_speed, direction_now, decay_now, radius_now * inverse,
-            bit_smoothing, bit_decay, bit_rise, bit_dynamic,
-        )  # fmt: skip
-        per_r = flat * inverse
-        torque, torque_rate = force * arm, fma(dforce, arm, force * darm * alpha)
-        return u, du, ddu, torque, torque_rate, radius_now, fma(x, vx, y * vy) * per_r, per_r
-
-    return outputs
+def on_rock(n: Rows, lobes: int, law: Law) -> tuple[Node, Node, Node, Node, Tangents]:
+    """(sine and cosine of the bit's angle, interference and torque of bit and rock, as
+    the equations have them, and how these change along the motion)."""
+    sine, cosine, _, torque = map(n.graph.node, bit_on_rock(n.phase, n, n, lobes, law))
+    surface, slope = lobe(sine, cosine, lobes)
+    rates = {surface: slope * n.bit_speed, slope: -(lobes**2) * n.bit_speed * surface}
+    along = Tangents(n.graph, rates | {n.z: n.vz, n.vz: n.az, n.bit_speed: n.alpha})
+    return sine, cosine, n.graph.gaps["rock"], torque, along
 
 
-def _torque_inside(friction: int) -> Callable[..., Any]:
-    law = with_slope(list(LAWS.values())[friction])
+@lru_cache
+def outputs_of(options: Options) -> FunctionType:
+    """The function of the quantities that are computed once a step, with the values of
+    the right-hand side."""
+    n, law = Rows(Graph(with_slopes=True)), list(LAWS.values())[options.friction]
+    sine, cosine, interference, torque, along = on_rock(n, options.lobes, law)
+    closing, torque_rate = along.of({"": interference})[""], along.of({"": torque})[""]
+    curvature = along.of({"": closing})[""]
+    # One division serves two quotients: of the slope of the law, and by the radius.
+    direction, weakened = law.factors(n.bit_speed, numbers_of(n, "bit"))
+    unit = flat(n.bit_speed, n.bit_smoothing)
+    inverse = 1.0 / (unit * n.radius_now)
+    per_r = unit * inverse
+    (torque_rate,) = n.graph.substituted([torque_rate], {per_flat(direction, unit): n.radius_now * inverse}, {})
+    radius_rate = (n.x * n.vx + n.y * n.vy) * per_r
+    found = (interference, closing, curvature, torque, torque_rate, n.radius_now, radius_rate, per_r)
+    known = {"sine_now": sine, "cosine_now": cosine, "direction_now": direction, "decay_now": weakened}
+    return function_of("outputs", found, known)
 
-    def torque(u, du, omega, alpha, rock_stiffness, bit_smoothing, bit_decay, bit_rise, bit_dynamic):
-        arm, darm = law(omega, bit_smoothing, bit_decay, bit_rise, bit_dynamic)
-        force = rock_stiffness * max(u, 0.0)
-        dforce = rock_stiffness * (du if u > 0.0 else max(du, 0.0))
-        return force * arm, fma(dforce, arm, force * darm * alpha)
 
-    return torque
+@lru_cache
+def _torque_inside(friction: int) -> FunctionType:
+    """The function of the torque of the rock and its rate inside a step; of a bit that
+    comes to touch it the rate after that."""
+    n = Rows(Graph(with_slopes=True))
+    given = {"interference": n.interference, "closing": n.closing, "speed": n.speed, "acceleration": n.acceleration}
+    torque = n.graph.node(loads_of_rock(n.interference, n.speed, n, list(LAWS.values())[friction])[1])
+    along = Tangents(n.graph, {n.interference: n.closing, n.speed: n.acceleration}, ("rock",))
+    touches = choose((n.interference > 0.0) | (n.closing > 0.0), 1.0, 0.0)
+    (rate,) = n.graph.substituted([along.of({"": torque})[""]], {getattr(n, closed("rock")): touches}, {})
+    return function_of("torque", [torque, rate], given)
 
 
 def _hold(bb_now, slope_now):
@@ -117,38 +122,32 @@ def _bit_angle(twist, set_speed, time, phase):
     return twist + fma(set_speed, time, phase)
 
 
-def _square(x, y):
-    return fma(x, x, y * y)
+def _square(n: Named) -> Node:
+    return n.x * n.x + n.y * n.y
 
 
-def _square_slope(x, vx, y, vy):
-    return 2.0 * fma(x, vx, y * vy)
-
-
-def _square_curvature(x, vx, ax, y, vy, ay):
-    return 2.0 * fma(vx, vx, fma(vy, vy, fma(x, ax, y * ay)))
-
-
-def _rolling(x, vx, y, vy, per_r):
+def _rolling(n: Named) -> Node:
     """The tangential speed of the collar's centre around the hole [m/s]."""
-    return fma(x, vy, -(y * vx)) * per_r
+    return (n.x * n.vy - n.y * n.vx) * n.per_r
 
 
-def _rolling_rate(x, vx, ax, y, vy, ay, per_r, r_rate):
-    speed = fma(x, vy, -(y * vx)) * per_r
-    return fma(-speed, r_rate, fma(x, ay, -(y * ax))) * per_r
+def _pipe_twist(n: Named) -> Node:
+    return n.twist - n.lag
 
 
-def _pipe_twist(twist, lag):
-    return twist - lag
-
-
-def _pipe_rate(bit_speed, drive_speed):
-    return bit_speed - drive_speed
-
-
-def _pipe_curvature(alpha, drive_acceleration):
-    return alpha - drive_acceleration
+def _rates(n: Named) -> dict[str, Node]:
+    """How fast what these quantities read changes."""
+    return {
+        "x": n.vx,
+        "vx": n.ax,
+        "y": n.vy,
+        "vy": n.ay,
+        "per_r": -(n.per_r * (n.per_r * n.r_rate)),
+        "twist": n.bit_speed,
+        "bit_speed": n.alpha,
+        "lag": n.drive_speed,
+        "drive_speed": n.drive_acceleration,
+    }
 
 
 CHANNELS: tuple[Channel, ...] = (
@@ -157,14 +156,14 @@ CHANNELS: tuple[Channel, ...] = (
     Channel("bit angle", _bit_angle, "bit_speed", "alpha"),
     Channel("bit position", "z", "vz", "az"),
     Channel("interference", "interference", "interference_rate", "interference_curvature", level=0.0, scale="z"),
-    Channel("reach", _square, _square_slope, _square_curvature, level="gap", scale="gap", squared=True),
+    Channel("reach", *followed_twice(_square, _rates), level="gap", scale="gap", squared=True),
     Channel("radius", "r", "r_rate"),
     Channel("x", "x", "vx"),
     Channel("y", "y", "vy"),
     Channel("vx", "vx", "ax"),
     Channel("vy", "vy", "ay"),
     Channel("vz", "vz", "az"),
-    Channel("rolling speed", _rolling, _rolling_rate),
+    Channel("rolling speed", *followed(_rolling, _rates)),
 )
 
 
@@ -223,7 +222,7 @@ def declaration_of(options: Options) -> Declaration:
     implicit = options.implicit
     channels, features = CHANNELS, FEATURES
     if options.driven:  # the twist of the pipe gives the torque at the surface
-        pipe = Channel("pipe twist", _pipe_twist, _pipe_rate, _pipe_curvature, scale=0.1)
+        pipe = Channel("pipe twist", *followed_twice(_pipe_twist, _rates), scale=0.1)
         channels += (
             pipe,
             Channel("lag", "lag", "drive_speed", "drive_acceleration", frame="set_speed"),
@@ -280,7 +279,7 @@ def declaration_of(options: Options) -> Declaration:
             ),
         ),
         features=(bit_speed, torque, *features, *recorded, Derived("wall_force_max", _wall_force_max(options.hertz))),
-        outputs=Outputs(OUTPUTS, _outputs(options.lobes, options.friction)),
+        outputs=Outputs(OUTPUTS, outputs_of(options)),
         section=Section("bit angle", REVOLUTION),
     )
 

@@ -3,39 +3,29 @@
 from __future__ import annotations
 
 import math
+from types import FunctionType
 
-from nsdrill.equations.graph import Node
-from nsdrill.equations.plain import followed
+from nsdrill.equations.graph import Graph, Node
+from nsdrill.equations.passes import Tangents
+from nsdrill.equations.plain import Rows, followed, function_of
 from nsdrill.equations.trace import Named, part
 from nsdrill.models.segments.equations import drive_torque
+from nsdrill.models.segments.rock import bit_on_rock
 from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
 
 
-def _bit(
-    sine_,
-    cosine_,
-    interference_,
-    closing_,
-    force_,
-    bit_speed,
-    bit_acceleration,
-    bit_axial_acceleration,
-    rock_stiffness,
-    closing_factor,
-    surface_amplitude,
-    lobes,
-):
-    """The interference of bit and rock [m], its rate and second derivative; the force
-    [N] and its rate."""
-    lobe_rate = lobes * bit_speed
-    closing_rate = (
-        surface_amplitude * (lobes * cosine_ * bit_acceleration - sine_ * lobe_rate * lobe_rate)
-        - bit_axial_acceleration
-    )
-    damped = 1.0 + closing_factor * closing_
-    force_rate = rock_stiffness * (closing_ * damped + interference_ * closing_factor * closing_rate)
-    return interference_, closing_, closing_rate, force_, force_rate if force_ > 0.0 else 0.0
+def _outputs() -> FunctionType:
+    """The function of the interference of bit and rock [m], its rate and second
+    derivative; the force [N] and its rate: with the values of the right-hand side."""
+    n = Rows(Graph())
+    sine, cosine, interference, closing, force, _ = map(n.graph.node, bit_on_rock(n.phase, n, n))
+    turning = n.lobes * n.bit_speed
+    rates = {sine: cosine * turning, cosine: -(sine * turning), n.z: n.vz}
+    rates |= {n.vz: n.bit_axial_acceleration, n.bit_speed: n.bit_acceleration}
+    changes = Tangents(n.graph, rates).of({"closing": closing, "force": force})
+    known = {"sine_": sine, "cosine_": cosine, "interference_": interference, "closing_": closing, "force_": force}
+    return function_of("outputs", [interference, closing, changes["closing"], force, changes["force"]], known)
 
 
 def surface_torque(n: Named) -> Node:
@@ -72,7 +62,7 @@ def _rates(n: Named) -> dict[str, Node]:
 def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
     """The declaration with this channel of the drive, and its extremes."""
     return Declaration(
-        outputs=Outputs(("interference", "closing", "closing_rate", "force", "force_rate"), _bit),
+        outputs=Outputs(("interference", "closing", "closing_rate", "force", "force_rate"), _outputs()),
         channels=(
             Channel("bit position", "z", "vz", "bit_axial_acceleration"),
             Channel("interference", "interference", "closing", "closing_rate", level=0.0),
