@@ -5,13 +5,32 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from main_model import forces
 
-from nsdrill.models.beam.columns import coefficients, drags, eccentricities, places, walls
-from nsdrill.models.beam.model import _walls, at_place, forces
-from nsdrill.models.beam.parameters import Parameters
+from nsdrill.models.beam.columns import as_lumped, coefficients, drags, eccentricities, places, walls
+from nsdrill.models.beam.model import at_place
+from nsdrill.models.beam.parameters import Initial, Parameters
+from nsdrill.models.leaves import Values, with_values
+from nsdrill.models.registry import model_named
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 State = Mapping[str, Array]
+
+
+def stations_of(parameters: Parameters, point: Any, state: State) -> list[dict[str, Array]]:
+    """The forces of the lumped model at each station, with position and velocity."""
+    rest = {name: state[name] for name in ("z", "vz", "twist", "bit_speed", "drive_angle")}
+    stations = []
+    for station in parameters.beam.stations:
+        motion = at_place(parameters, state, station.at)
+        own = {}
+        if station.gap is not None:
+            own["well.diameter"] = parameters.drillstring.collar.outer_diameter + 2 * station.gap
+        if station.stiffness is not None:
+            own["well.stiffness"] = station.stiffness
+        at_station = with_values(as_lumped(parameters), own)
+        stations.append({**motion, **forces(at_station, point, {**rest, **motion})})
+    return stations
 
 
 def _constants(parameters: Parameters, point: Any) -> tuple[Any, float, list[float]]:
@@ -53,8 +72,9 @@ def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
     k, factor, _ = _constants(parameters, point)
     string, beam = parameters.drillstring, parameters.beam
     omega, vz, span = state["bit_speed"], state["vz"], string.collar.span
-    outputs = forces(parameters, point, state)
-    stations = _walls(parameters, point, state)
+    operation = (point.depth, point.wob, point.rotary_speed)
+    outputs = model_named("beam").outputs(Values(parameters, Initial(), operation), state)
+    stations = stations_of(parameters, point, state)
     load = beam.axial_load
     force = {"static": point.wob, "live": outputs["bit_force"]}[load] if isinstance(load, str) else load
     torque = outputs["bit_torque"] if beam.torque == "cy" else 0.0

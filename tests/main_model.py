@@ -12,7 +12,7 @@ from nsdrill.models.responses import Thresholds
 from nsdrill.variables import MODEL
 
 MAIN = model_named(MODEL)
-__all__ = ["MAIN", "PARAMETERS", "STATES", "pack", "starts"]
+__all__ = ["MAIN", "PARAMETERS", "STATES", "forces", "pack", "starts"]
 
 
 def _values(parameters: Parameters, initial: Initial, operation: tuple[Any, ...]) -> Values:
@@ -24,6 +24,11 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
     """The lane parameters [points, columns]."""
     points = _values(parameters, Initial(), (depth, wob, rotary_speed))
     return MAIN.pack(points, Thresholds(stuck_below=stuck_below))
+
+
+def forces(parameters: Parameters, operation: Any, state: Any) -> dict[str, np.ndarray]:
+    """The variables of a trace besides the states, at states."""
+    return MAIN.outputs(Values(parameters, Initial(), (operation.depth, operation.wob, operation.rotary_speed)), state)
 
 
 def starts(

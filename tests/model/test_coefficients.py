@@ -6,13 +6,12 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from main_model import STATES
+from main_model import STATES, forces
 from reference import Case, contacts
 
 from model.buffers import slopes
 from model.cases import operation_of, parameters_of, random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.equations import forces
 from nsdrill.models.christoforou_yigit.parameters import Collar, Drillstring, Parameters
 
 # Theory page, "Check": depth 2000 m, 22.24 kN, 3 rad/s; computed there with ten digits.

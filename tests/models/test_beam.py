@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from beam_energies import energy, powers
+from beam_energies import energy, powers, stations_of
 from scipy.integrate import simpson, solve_ivp
 
 from models.collar import Collar
@@ -295,6 +295,9 @@ def defect(of: Any, trace: Any) -> tuple[float, float]:
     state = states(trace, of)
     held = energy(of.parameters, of.operation, state)
     fed = powers(of.parameters, of.operation, state)
+    stations = stations_of(of.parameters, of.operation, state)
+    for name in ("wall_force", "wall_friction"):
+        assert trace[name] == pytest.approx(sum(station[name] for station in stations), rel=1e-12, abs=1e-6)
     total, t = sum(fed.values()), trace.time
     work = np.concatenate([[0.0], np.cumsum((t[2::2] - t[:-2:2]) / 6 * (total[:-2:2] + 4 * total[1::2] + total[2::2]))])
     return float(np.max(np.abs(held[::2] - held[0] - work))), float(simpson(sum(np.abs(p) for p in fed.values()), x=t))

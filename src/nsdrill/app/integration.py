@@ -165,4 +165,4 @@ def sampled_variables(study: Study, schedule: Schedule, initial: Array, time: Ar
     point = history if schedule.ramps else schedule.start
     known = {variable.name for variable in study.model.trace}
     shown = {name: values for name, values in state.items() if name in known}
-    return {**shown, **model.outputs(study.parameters, point, state), **scheduled}
+    return {**shown, **model.outputs(points_of(study, point), state), **scheduled}

@@ -118,6 +118,11 @@ class Motion:
         key = (*self._key(rows, lanes), place)
         return generated("contact_functions", BUFFER, key, make)
 
+    @lru_cache  # noqa: B019  # motions live as long as the process
+    def named(self) -> Mapping[str, Node]:
+        """What the equations call by a name."""
+        return traced(self.equations, self.states, self.parameters, self.options)[0].names
+
     def _key(self, rows: Rows, lanes: int) -> tuple[object, ...]:
         solved = self.solved and identity(self.solved)
         names = (self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides, self.quick, self.course)

@@ -29,7 +29,7 @@ class Rows(Named):
         return self.graph.input(name)
 
 
-Quantity: TypeAlias = Callable[[Rows], Node]
+Quantity: TypeAlias = Callable[[Rows], Number]
 Rates: TypeAlias = Callable[[Rows], Mapping[str, Number]]
 
 
@@ -49,7 +49,7 @@ def followed_twice(quantity: Quantity, rates: Rates) -> tuple[FunctionType, Func
 
 def _along(quantity: Quantity, rates: Rates, orders: int) -> list[FunctionType]:
     rows = Rows(Graph())
-    found = [quantity(rows)]
+    found = [rows.graph.node(quantity(rows))]
     along = Tangents(rows.graph, {getattr(rows, name): rate for name, rate in rates(rows).items()})
     for _ in range(orders):
         found.append(along.of({"": found[-1]})[""])

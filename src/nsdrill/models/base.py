@@ -8,7 +8,6 @@ inside the model's own folder.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple
@@ -18,10 +17,11 @@ import numpy as np
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.data import Array
+from nsdrill.equations import plain
 from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import P, Values
-from nsdrill.models.operation import Numeric, OperatingPoint
+from nsdrill.models.operation import Numeric
 from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds, present, severities
@@ -73,7 +73,7 @@ class Plain(NamedTuple):
     implicit: int = 0
 
 
-class Model(ABC, Generic[P]):
+class Model(Generic[P]):
     """A model made from its equations (:mod:`nsdrill.equations.motion`) and a declaration
     of what is observed; everything else follows, and may be replaced.
 
@@ -539,7 +539,25 @@ class Model(ABC, Generic[P]):
         """The model along operating values that vary in time."""
         return Ramps(self)
 
-    @abstractmethod
-    def outputs(self, parameters: P, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
-        """The variables of a trace besides the states, from these: forces, polar
-        coordinates. ``point`` is the operating point, numbers or arrays over time."""
+    def outputs(self, points: Values[P], state: Mapping[str, Array]) -> dict[str, Array]:
+        """The variables of a trace besides the states, from these, at one point or along
+        time: by default those of every string that the equations call by their names."""
+        traced = [variable.name for variable in described(self.name).own_trace if variable.only is None]
+        return self.quantities(points, state, *(name for name in traced if name not in state))
+
+    def quantities(self, points: Values[P], state: Mapping[str, Array], *names: str) -> dict[str, Array]:
+        """What the equations call by these ``names``, at states with the angle of the
+        drive."""
+        variant = self.variant(points.parameters)
+        named, own, columns = self.motion(variant).named(), self.names(variant), self.columns(points, Thresholds())
+        if missing := [name for name in names if name not in named]:
+            raise InputError(
+                f"the model {self.name}: found {', '.join(missing)} in its traces; allowed: states, names in its "
+                "equations, and what a function outputs(points, state) of its own returns."
+            )
+        given = {"time": 0.0, "phase": state["drive_angle"]}
+        given |= {f"s.{name}": state[name] for name in own.states}
+        given |= {f"p.{name}": columns[name] for name in own.parameters}
+        zero = np.zeros_like(state["drive_angle"])
+        found = plain.values({name: named[name] for name in names}, given)
+        return {name: value + zero for name, value in found.items()}

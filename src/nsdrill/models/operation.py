@@ -73,9 +73,6 @@ class History:
     rotary_speed: Array
 
 
-OperatingPoint = Operation | History
-
-
 @dataclass(frozen=True)
 class Schedule:
     """``operation``, whose values follow those of the ``ramps`` that have their

@@ -23,9 +23,9 @@ from nsdrill.equations.library import friction
 from nsdrill.equations.trace import Named
 from nsdrill.models.base import Model, Plain, Symmetry
 from nsdrill.models.description import STICK_ONSET, Description, Order
-from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of, stribeck, values
+from nsdrill.models.friction import Numbers, columns_of, hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
-from nsdrill.models.operation import ModelParameters, Numeric, OperatingPoint
+from nsdrill.models.operation import ModelParameters, Numeric
 from nsdrill.models.registry import known, known_in_trace
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.sections import HyperbolicFriction, Tubular
@@ -72,8 +72,9 @@ def pipe(string: Drillstring, depth: Numeric) -> tuple[Numeric, Numeric]:
 
 def equations(t: Node, phase: Node, s: Named, p: Named, o: Plain) -> dict[str, Node]:
     """The slope of the bit speed."""
-    rock = friction("bit", slip=s.bit_speed, normal=p.torque, law=hyperbolic, numbers=numbers_of(p, "bit"))
-    return {"bit_speed": (-p.damping * s.bit_speed - p.torsional_stiffness * s.twist - rock) / p.inertia}
+    bit_torque = friction("bit", slip=s.bit_speed, normal=p.torque, law=hyperbolic, numbers=numbers_of(p, "bit"))
+    surface_torque = -p.torsional_stiffness * s.twist
+    return {"bit_speed": (-p.damping * s.bit_speed + surface_torque - bit_torque) / p.inertia}
 
 
 class Torsion(Model[Parameters]):
@@ -123,14 +124,6 @@ class Torsion(Model[Parameters]):
             "twist": -1.5 * q * twist * shape[:, 0],
             "drive_angle": 2 * math.pi * shape[:, 2],
             "bit_speed": points.operation[2] * (1 + q * (2 * shape[:, 1] - 1)),
-        }
-
-    def outputs(self, parameters: Parameters, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
-        bit, law = parameters.bit, stribeck(parameters.bit.friction)
-        arm = 2 / 3 * bit.radius * values(hyperbolic, "coefficient", state["bit_speed"], law)
-        return {
-            "bit_torque": np.asarray(point.wob * arm),
-            "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"],
         }
 
 

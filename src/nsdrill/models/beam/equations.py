@@ -47,12 +47,12 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
 
     # Wall and mud at the stations.
     forces_x, forces_y = [], []
-    wall_friction, wall_contacts, slip_sum = 0.0, 0.0, 0.0
+    wall_force, wall_friction, wall_contacts, slip_sum = 0.0, 0.0, 0.0, 0.0
     for j in stations:
         X, VX, Y, VY = (along(phi[j - 1], values) for values in (x, vx, y, vy))
         # The floor has an effect at the hole's centre only, where no force acts.
         radius = sqrt(max(X * X + Y * Y, 1e-60))
-        radial, tangential, rubbing, touches, slips = 0.0, 0.0, 0.0, 0.0, 0.0
+        normal, radial, tangential, rubbing, touches, slips = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         penetration = touching(f"wall_{j}", radius - getattr(p, f"gap_{j}"))
         if penetration > 0.0:
             normal = getattr(p, f"wall_stiffness_{j}") * penetration
@@ -64,14 +64,15 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         drag = getattr(p, f"drag_{j}") * sqrt(VX * VX + VY * VY)
         forces_x.append(tangential * Y - radial * X - drag * VX)
         forces_y.append(-tangential * X - radial * Y - drag * VY)
-        wall_friction, wall_contacts = wall_friction + rubbing, wall_contacts + touches
-        slip_sum = slip_sum + slips
+        wall_force, wall_friction = wall_force + normal, wall_friction + rubbing
+        wall_contacts, slip_sum = wall_contacts + touches, slip_sum + slips
         outputs |= {f"radius_{j}": radius, f"outward_{j}": X * VX + Y * VY}
     outputs |= {"wall_contacts": wall_contacts, "slip_sum": slip_sum}
 
     # Forces on the modes, and their moment about the axis, as mass centres are off it.
     load = p.softening_force * bit_force + p.softening_constant
-    moment = p.torsional_damping * s.bit_speed + p.torsional_stiffness * s.twist
+    surface_torque = -p.torsional_stiffness * s.twist
+    moment = p.torsional_damping * s.bit_speed - surface_torque
     moment = moment + wall_friction * p.collar_radius + bit_torque
     F_x, F_y = [], []
     for n in modes:

@@ -1,6 +1,5 @@
 """The elastic collar: several modes in two planes, walls at stations, on a string that
-twists and bounces; and its forces at given states, in plain numpy, for traces.
-"""
+twists and bounces."""
 
 from __future__ import annotations
 
@@ -29,10 +28,9 @@ from nsdrill.models.beam.observed import declaration_of, names_of
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit.collar import CollarInHole, reach_of_collar, string_and_bit
 from nsdrill.models.christoforou_yigit.columns import STATE_NAMES, axial_scale, is_used
-from nsdrill.models.christoforou_yigit.equations import forces as lumped_forces
 from nsdrill.models.christoforou_yigit.observed import coordinates
-from nsdrill.models.leaves import Values, with_values
-from nsdrill.models.operation import Numeric, OperatingPoint
+from nsdrill.models.leaves import Values
+from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names
@@ -48,34 +46,6 @@ def at_place(parameters: Parameters, state: State, place: Numeric) -> dict[str, 
     return {
         name: np.asarray(sum(shape(place, n) * state[f"{name}_{n}"] for n in modes)) for name in ("x", "vx", "y", "vy")
     }
-
-
-def _walls(parameters: Parameters, point: OperatingPoint, state: State) -> list[dict[str, Array]]:
-    """The forces of the lumped model at each station, with position and velocity."""
-    rest = {name: state[name] for name in ("z", "vz", "twist", "bit_speed", "drive_angle")}
-    stations = []
-    for station in parameters.beam.stations:
-        motion = at_place(parameters, state, station.at)
-        own = {}
-        if station.gap is not None:
-            own["well.diameter"] = parameters.drillstring.collar.outer_diameter + 2 * station.gap
-        if station.stiffness is not None:
-            own["well.stiffness"] = station.stiffness
-        at_station = with_values(as_lumped(parameters), own)
-        stations.append({**motion, **lumped_forces(at_station, point, {**rest, **motion})})
-    return stations
-
-
-def forces(parameters: Parameters, point: OperatingPoint, state: State) -> dict[str, Array]:
-    """The variables of a trace besides the states: x, vx, y, vy [m, m/s] and the polar
-    coordinates of the watched place; the forces and torques of the rock; the sums of
-    ``wall_force`` and ``wall_friction`` over all stations [N]."""
-    stations = _walls(parameters, point, state)
-    motion = at_place(parameters, state, watched(parameters.beam))
-    result = lumped_forces(as_lumped(parameters), point, {**state, **motion})
-    for name in ("wall_force", "wall_friction"):
-        result[name] = np.asarray(sum(station[name] for station in stations))
-    return {**motion, **result}
 
 
 class ElasticCollar(CollarInHole[Parameters]):
@@ -191,5 +161,6 @@ class ElasticCollar(CollarInHole[Parameters]):
             state[name] = sum(by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes)
         return coordinates(np.stack([state[name] for name in STATE_NAMES], axis=-1))
 
-    def outputs(self, parameters: Parameters, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
-        return forces(parameters, point, state)
+    def outputs(self, points: Values[Parameters], state: State) -> dict[str, Array]:
+        motion = at_place(points.parameters, state, watched(points.parameters.beam))
+        return {**motion, **super().outputs(points, {**state, **motion})}

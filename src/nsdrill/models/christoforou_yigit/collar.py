@@ -153,6 +153,20 @@ class CollarInHole(Model[P]):
     """Every string of such a model has the lane parameters of the hole, the rock and
     the set speed."""
 
+    def outputs(self, points: Values[P], state: Mapping[str, Array]) -> dict[str, Array]:
+        """Polar coordinates, the angle unwrapped along the array, and what the equations
+        call by name."""
+        x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
+        radius = np.hypot(x, y)
+        divisor = np.where(radius > 0, radius, 1.0)
+        polar = {
+            "radius": radius,
+            "radial_velocity": (x * vx + y * vy) / divisor,
+            "whirl_angle": np.unwrap(np.arctan2(y, x)),
+            "whirl_speed": (x * vy - y * vx) / divisor / divisor,
+        }
+        return {**polar, **super().outputs(points, {**state, **polar})}
+
     def labels(self, features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
         """The ``whirl_kind``."""
         t, whirl = thresholds.whirl, response & WHIRL > 0

@@ -1,6 +1,5 @@
 """The equations of motion of the 4-DOF oscillator, once, as the theory page derives
-them from the Lagrangian of the coupled system; and their forces at given states, on
-arrays, for traces and figures.
+them from the Lagrangian of the coupled system.
 
 ``s`` holds the states, ``p`` the lane parameters, ``o`` the options; all SI.
 
@@ -44,22 +43,14 @@ the dissipation at the wall, -F_s v_s; the powers contain the former.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 
-import numpy as np
-
-from nsdrill.data import Array
 from nsdrill.equations.graph import Node, Number
 from nsdrill.equations.library import Law, friction, friction_along, sincos, sqrt, touching
 from nsdrill.equations.passes import Tangents
-from nsdrill.equations.plain import values
 from nsdrill.equations.stage import Stage
-from nsdrill.equations.trace import Named, traced
-from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.columns import Options, columns_of, options_of, states_of, values_of
-from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.equations.trace import Named
+from nsdrill.models.christoforou_yigit.columns import Options
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
-from nsdrill.models.operation import OperatingPoint
 
 
 def lobe(sine: Node, cosine: Node, lobes: int) -> tuple[Node, Node]:
@@ -158,10 +149,10 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         F_y = F_y - p.weight
 
     # The drive.
-    slopes = {}
-    pipe_twist, torque = s.twist, bit_torque
+    slopes, torque = {}, bit_torque
+    pipe_twist = s.twist - s.lag if o.driven else s.twist
+    surface_torque = -p.torsional_stiffness * pipe_twist
     if o.driven:
-        pipe_twist = s.twist - s.lag
         shaft_torque = p.shaft_damping * (s.drive_speed - s.bit_speed)
         drive_torque = -(
             p.drive_stiffness * s.lag
@@ -187,12 +178,12 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
             slopes["motor_torque"] = rate * p.per_circuit_time
         if o.limited:
             drive_torque = max(min(drive_torque, p.torque_limit), 0.0)
-        pipe_torque = p.torsional_stiffness * pipe_twist - shaft_torque
+        pipe_torque = -surface_torque - shaft_torque
         slopes["drive_speed"] = (pipe_torque + drive_torque) * p.per_drive_inertia
         torque = bit_torque - shaft_torque
 
     # The string, whose mass centre is off the axis.
-    moment = p.torsional_damping * s.bit_speed + p.torsional_stiffness * pipe_twist
+    moment = p.torsional_damping * s.bit_speed - surface_torque
     moment = moment + wall_friction * p.collar_radius + torque
     if o.stabilizer:
         moment = moment + stabilizer_friction * p.stabilizer_radius
@@ -226,53 +217,4 @@ def solved(stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -
         **{name: node + changes[name] * steps[0] for name, node in factors.items()},
         "slope_now": changes["slope_now"],
         "bb_now": stage.relaxed[0, 0] * stage.normal[0],
-    }
-
-
-LOADS = ("bit_force", "bit_torque", "wall_force", "wall_friction")
-
-
-@lru_cache
-def _named(options: Options) -> dict[str, Node]:
-    """What the equations call by a name."""
-    graph, _, _ = traced(equations, states_of(options), columns_of(options), options)
-    return graph.names
-
-
-def loads(
-    parameters: Parameters, operation: OperatingPoint, state: Mapping[str, Array], *names: str
-) -> dict[str, Array]:
-    """The quantities that the equations call by these ``names``, at a state; 0 those
-    that equations without an option do not have."""
-    options = options_of(parameters)
-    named = _named(options)
-    lanes = values_of(parameters, operation.depth, operation.wob, operation.rotary_speed, 0.0)
-    given = {"time": 0.0, "phase": state["drive_angle"]}
-    given |= {f"s.{name}": state[name] for name in states_of(options) if name in state}
-    given |= {f"p.{name}": lanes[name] for name in columns_of(options)}
-    zero = np.zeros_like(state["x"])
-    found = values({name: named[name] for name in names if name in named}, given)
-    return {name: found.get(name, 0.0) + zero for name in names}
-
-
-def forces(parameters: Parameters, operation: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
-    """Contact forces and derived variables of a state.
-
-    ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and
-    drive_angle [rad], arrays of one shape; and, of a drive that is not ideal, lag [rad]
-    and drive_speed [rad/s]. Gives radius, radial_velocity, whirl_angle (unwrapped along
-    the array), whirl_speed, bit_force, bit_torque, wall_force, wall_friction,
-    surface_torque, all SI. ``operation`` may change along the array.
-    """
-    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
-    radius = np.hypot(x, y)
-    divisor = np.where(radius > 0, radius, 1.0)
-    return {
-        "radius": radius,
-        "radial_velocity": (x * vx + y * vy) / divisor,
-        "whirl_angle": np.unwrap(np.arctan2(y, x)),
-        "whirl_speed": (x * vy - y * vx) / divisor / divisor,
-        **loads(parameters, operation, state, *LOADS),
-        "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),
     }

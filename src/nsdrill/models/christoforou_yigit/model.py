@@ -26,10 +26,10 @@ from nsdrill.models.christoforou_yigit.columns import (
     states_of,
     values_of,
 )
-from nsdrill.models.christoforou_yigit.equations import equations, forces, solved
+from nsdrill.models.christoforou_yigit.equations import equations, solved
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import Values
-from nsdrill.models.operation import Numeric, OperatingPoint
+from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
 from nsdrill.models.starts import in_the_disc
 from nsdrill.observe.channels import Declaration, Names
@@ -225,6 +225,3 @@ class ChristoforouYigit(CollarInHole[Parameters]):
         returns = returns_of(names, declaration, outcome, record.peaks, record.poincare)
         own = [*range(len(STATES)), -1]  # without those of a drive
         return observed.coordinates(returns[..., own])
-
-    def outputs(self, parameters: Parameters, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
-        return forces(parameters, point, state)

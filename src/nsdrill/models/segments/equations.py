@@ -52,6 +52,16 @@ def drag(p: Named, tube: str, flow: Number, v: Number) -> Number:
     return outside - getattr(p, f"{tube}_bore") * (down * abs(down)) - getattr(p, f"{tube}_mean")
 
 
+def torque_at_surface(s: Named, p: Named) -> Number:
+    """The torque that the drive and the top of the string exert on each other [N m]."""
+    return p.surface_stiffness * (s.lag - s.angle_1 + p.torsional_time * (s.drive_speed - s.speed_1))
+
+
+def change_of_hook_load(s: Named, p: Named) -> Number:
+    """The hook load less that of steady drilling [N]."""
+    return -(p.top_stiffness * s.u_0 + p.top_damping * s.v_0)
+
+
 @part
 def drive_torque(s: Named, p: Named) -> Number:
     """The torque of a drive by torque that is switched on."""
@@ -94,7 +104,8 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
                 share = getattr(p, inertia_shares[i == end])
                 angular[i] = angular[i] + share * (2.0 * turn - wall)
 
-    sine, cosine, interference, closing, force, torque = bit_on_rock(p.set_speed * t + phase, s, p)
+    sine, cosine, interference, closing, bit_force, bit_torque = bit_on_rock(p.set_speed * t + phase, s, p)
+    surface_torque = torque_at_surface(s, p)  # noqa: F841  traces have it
 
     # The drive.
     if o.by_torque:
@@ -111,11 +122,11 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         drop = p.resistance * behind_current + p.motor * behind
         current_rate = -(law + drop) * p.per_inductance
 
-    hoist = p.top_stiffness * s.u_0 + p.top_damping * s.v_0
-    axial[0] = axial[0] - hoist * p.per_top_mass
-    axial[last] = axial[last] + (force - p.wob) * p.per_bit_mass
+    hook_load_change = change_of_hook_load(s, p)
+    axial[0] = axial[0] + hook_load_change * p.per_top_mass
+    axial[last] = axial[last] + (bit_force - p.wob) * p.per_bit_mass
     angular[0] = turned
-    angular[last] = angular[last] - torque * p.per_bit_inertia
+    angular[last] = angular[last] - bit_torque * p.per_bit_inertia
     names = nodes_of(last)
     slopes = dict(zip((*names.velocities, *names.speeds), (*axial, *angular), strict=True))
     return {**slopes, "current": current_rate}, {
@@ -123,5 +134,5 @@ def equations(t: Number, phase: Number, s: Named, p: Named, o: Options) -> tuple
         "cosine_": cosine,
         "interference_": interference,
         "closing_": closing,
-        "force_": force,
+        "force_": bit_force,
     }

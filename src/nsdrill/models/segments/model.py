@@ -8,17 +8,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from nsdrill.equations.graph import Number
-from nsdrill.equations.plain import Rows, on_arrays
 from nsdrill.models.base import Array, Model, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import drilled
-from nsdrill.models.operation import Numeric, OperatingPoint
+from nsdrill.models.operation import Numeric
 from nsdrill.models.responses import Thresholds
-from nsdrill.models.segments import columns, rock
+from nsdrill.models.segments import columns
 from nsdrill.models.segments.columns import Options
 from nsdrill.models.segments.equations import equations
-from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION, hook_load, surface_torque
+from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import lag_of, steady_of, string_of
 from nsdrill.observe.channels import Declaration, Names
@@ -185,29 +183,3 @@ class Segments(Model[Parameters]):
         scales = self.seen(state_scales)
         swings = (features["axial_max"] - features["axial_min"], features["bit_speed_max"] - features["bit_speed_min"])
         return np.asarray((swings[0] <= absolute * scales[..., 0]) & (swings[1] <= absolute * scales[..., 3]))
-
-    def outputs(self, parameters: Parameters, point: OperatingPoint, state: Mapping[str, Array]) -> dict[str, Array]:
-        string, top = string_of(parameters, point.depth), parameters.segments.top
-        given = {
-            **state,
-            **rock.columns(parameters, point.wob, point.rotary_speed),
-            "creep_fall": 0.0,
-            "surface_amplitude": parameters.bit.surface_amplitude,
-            "rock_stiffness": parameters.bit.rock_stiffness,
-            "surface_stiffness": string.pipe.torsional,
-            "torsional_time": parameters.segments.material_damping.torsional,
-            "top_stiffness": top.stiffness,
-            "top_damping": top.damping,
-        }
-        return on_arrays(_traced, given)
-
-
-def _traced(n: Rows) -> dict[str, Number]:
-    """The variables of a trace, which follow from the states."""
-    *_, force, torque = rock.bit_on_rock(n.drive_angle, n, n)
-    return {
-        "bit_force": force,
-        "bit_torque": torque,
-        "surface_torque": surface_torque(n),
-        "hook_load_change": hook_load(n),
-    }

@@ -9,7 +9,7 @@ from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.plain import Rows, followed, function_of
 from nsdrill.equations.trace import Named, part
-from nsdrill.models.segments.equations import drive_torque
+from nsdrill.models.segments.equations import change_of_hook_load, drive_torque, torque_at_surface
 from nsdrill.models.segments.rock import bit_on_rock
 from nsdrill.models.turning import turning_channels, turning_features
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
@@ -28,21 +28,11 @@ def _outputs() -> FunctionType:
     return function_of("outputs", [interference, closing, changes["closing"], force, changes["force"]], known)
 
 
-def surface_torque(n: Named) -> Node:
-    """The torque that the drive and the top of the string exert on each other [N m]."""
-    return n.surface_stiffness * (n.lag - n.angle_1 + n.torsional_time * (n.drive_speed - n.speed_1))
-
-
-def hook_load(n: Named) -> Node:
-    """The hook load less that of steady drilling [N]."""
-    return -(n.top_stiffness * n.u_0 + n.top_damping * n.v_0)
-
-
 @part
 def _motor_torque(n: Named) -> Node:
     """The torque of the motor [N m]; while the top keeps the set speed, the torque that
     this takes."""
-    return drive_torque(n, n) if n.time >= n.on_at else surface_torque(n) + n.top_drag * n.drive_speed
+    return drive_torque(n, n) if n.time >= n.on_at else torque_at_surface(n, n) + n.top_drag * n.drive_speed
 
 
 def _rates(n: Named) -> dict[str, Node]:
@@ -70,10 +60,10 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
                 "set_speed", "stuck", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time)
             ),
             Channel("force", "force", "force_rate", scale="wob"),
-            Channel("surface torque", *followed(surface_torque, _rates), scale="steady_torque"),
+            Channel("surface torque", *followed(lambda n: torque_at_surface(n, n), _rates), scale="steady_torque"),
             Channel("drive speed", "drive_speed", "drive_acceleration"),
             drive[0],
-            Channel("hook load", *followed(hook_load, _rates), scale="wob"),
+            Channel("hook load", *followed(lambda n: change_of_hook_load(n, n), _rates), scale="wob"),
         ),
         features=(
             Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
