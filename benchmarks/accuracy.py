@@ -154,8 +154,7 @@ def _tables(regime: Regime, result: dict[str, Any], tolerances: tuple[float, ...
         rows.append((name, *("-" if not np.isfinite(r) else f"{r:.2f}" for r in ratios)))
     equal = table(("time at equal error, nsdrill = 1", *(f"{level:.0e}" for level in LEVELS)), rows)
     return (
-        f"## {regime.name.capitalize()}\n\n{regime.depth:g} m, {regime.speeds[0]:g} to "
-        f"{regime.speeds[1]:g} rad/s, "
+        f"## {regime.name.capitalize()}\n\n{regime.depth:g} m, {regime.speeds[0]:g} to {regime.speeds[1]:g} rad/s, "
         f"{regime.horizon:g} s after {regime.spin:g} s.\n\n{errors}\n\n{equal}"
     )
 
@@ -195,8 +194,7 @@ def _chaos(peers: list[Any], members: int) -> tuple[str, dict[str, Any]]:
         rows.append((peer.name, *(f"{s:.1f}" for s in scores)))
     solvers = table(("end states against nsdrill's", "radius", "z", "twist", "bit speed"), rows)
     return (
-        f"## Chaotic motion\n\n{members} runs of 40 s at 5000 m, 2.999 to 3.001 rad/s. "
-        f"Differences of means in "
+        f"## Chaotic motion\n\n{members} runs of 40 s at 5000 m, 2.999 to 3.001 rad/s. Differences of means in "
         f"standard errors: below about 3 they are chance.\n\n{features}\n\n{solvers}"
     ), data
 

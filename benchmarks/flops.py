@@ -132,10 +132,8 @@ def main() -> None:
             "# Floating-point work",
             where(machine),
             f"Peak of the core in this measurement: {spread(peak, '{:.1f}')} GFLOP/s.",
-            f"## Machine code, {LANES} lanes\n\nPacked instructions by kind (any width above one "
-            f"number), then "
-            "instructions on single numbers, calls, accesses to the stack, jumps back (loops). "
-            "Operations: of one "
+            f"## Machine code, {LANES} lanes\n\nPacked instructions by kind (any width above one number), then "
+            "instructions on single numbers, calls, accesses to the stack, jumps back (loops). Operations: of one "
             "call, all lanes.\n\n"
             + table(("function", "calls a step", *KINDS[:-2], "scalar", "calls", "stack", "loops", "operations"), rows),
             f"## A packed step of {LANES} lanes\n\n"

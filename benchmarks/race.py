@@ -128,8 +128,7 @@ def main() -> None:
         [
             "# Race",
             where(machine),
-            f"{len(problem)} points, {problem.duration:g} s each, relative tolerance "
-            f"{arguments.rtol:g}; "
+            f"{len(problem)} points, {problem.duration:g} s each, relative tolerance {arguments.rtol:g}; "
             + ", ".join(f"{count} {name}" for name, count in kinds.items())
             + f". {arguments.rounds} rounds, {arguments.clock} time, one core, interleaved. Steps "
             f"count accepted and "

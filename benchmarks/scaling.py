@@ -69,8 +69,7 @@ def main() -> None:
         [
             "# Scaling",
             where(machine),
-            f"## Cost per point\n\nOne thread, {choose_lanes(100)} lanes; engine, features, "
-            f"classification included; "
+            f"## Cost per point\n\nOne thread, {choose_lanes(100)} lanes; engine, features, classification included; "
             "medians of three, the longest once.\n\n"
             + table(
                 ("duration [s]", "points", "us per point", "ns per step", "lanes in use"),
@@ -95,8 +94,7 @@ def main() -> None:
             ),
             "## To begin\n\nMedian, least and largest.\n\n"
             + table(("what", "s"), [(name, spread(values, "{:.2f}")) for name, values in begin.items()]),
-            f"## Threads\n\n{threads['points']} points of 100 s: one worker {threads['one']:.2f} "
-            f"s, two workers "
+            f"## Threads\n\n{threads['points']} points of 100 s: one worker {threads['one']:.2f} s, two workers "
             f"{threads['two']:.2f} s: {threads['one'] / threads['two']:.2f} times.",
             "## A whole study\n\n"
             + (

@@ -88,9 +88,8 @@ def main() -> None:
         sections.append(
             f"## {title.capitalize()}\n\n{table(HEAD, [_cells(row) for row in rows])}\n\n"
             f"From {chosen[0]:.0e} to {chosen[-1]:.0e} the implicit time grows "
-            f"{last['implicit'] / first['implicit']:.2f} times, its steps "
-            f"{last['steps'] / first['steps']:.2f} times, and the time of auto "
-            f"({first['auto']}, then {last['auto']}) "
+            f"{last['implicit'] / first['implicit']:.2f} times, its steps {last['steps'] / first['steps']:.2f} times, "
+            f"and the time of auto ({first['auto']}, then {last['auto']}) "
             f"{last[last['auto']] / first[first['auto']]:.2f} times."
         )
     text = "\n\n".join(
@@ -98,10 +97,8 @@ def main() -> None:
             "# Friction smoothing",
             where(machine),
             f"{POINTS} points each ({PEER_POINTS} of the peers), relative tolerance 1e-6, "
-            f"{arguments.lanes or 'the usual'} lanes; processor time of a simulated second in one "
-            f"process, without "
-            f"what a sweep and a run cost besides; the least of {ROUNDS} runs that take turns (of "
-            f"one where it takes "
+            f"{arguments.lanes or 'the usual'} lanes; processor time of a simulated second in one process, without "
+            f"what a sweep and a run cost besides; the least of {ROUNDS} runs that take turns (of one where it takes "
             f"over {SLOW:g} s).",
             *sections,
         ]

@@ -86,8 +86,7 @@ def test_every_command_tells_its_compiling(name, tmp_path):
     (tmp_path / "study.yaml").write_text(
         "model: torsion\noperation: {rotary_speed: 5 rad/s}\n"
         "simulation: {transient: 5 s, observe: 5 s}\n"
-        "continue: {along: rotary_speed, from: 4 rad/s, to: 6 rad/s, "
-        "seeds: {rotary_speed: [5 rad/s]}, points: 6}\n"
+        "continue: {along: rotary_speed, from: 4 rad/s, to: 6 rad/s, seeds: {rotary_speed: [5 rad/s]}, points: 6}\n"
         + (name == "fit")
         * "uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}}\n"
     )

@@ -21,8 +21,7 @@ class Clode:
             raise MissingPeer("pip install clode, and an OpenCL runtime (pocl-opencl-icd)") from error
         self.name = "clODE dopri5"
         self.lacks = (
-            f"no observers in this mode (its own observers cost extra), no classification; "
-            f"{SCALAR_TOLERANCE}; maximum "
+            f"no observers in this mode (its own observers cost extra), no classification; {SCALAR_TOLERANCE}; maximum "
             "norm; tells no step counts"
         )
         self._clode = clode

@@ -135,9 +135,8 @@ def _check_owner(info: os.stat_result, path: Path) -> None:
 
 def _warn_not_cached(directory: str, error: Exception) -> None:
     _warn(
-        f"{directory}: compiled code cannot be kept there ({reason(error)}), so every run compiles "
-        "again, which takes about half a second. Correct that, or set NUMBA_CACHE_DIR to another folder that "
-        "only you may write."
+        f"{directory}: compiled code cannot be kept there ({reason(error)}), so every run compiles again, which takes "
+        "about half a second. Correct that, or set NUMBA_CACHE_DIR to another folder that only you may write."
     )
 
 

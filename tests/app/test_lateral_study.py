@@ -82,8 +82,7 @@ def test_a_study_of_before_is_the_same_study():
 def inclined(tmp_path_factory):
     path = tmp_path_factory.mktemp("inclined") / "out.h5"
     study = (
-        f"{WHIRL}\nsweep: {{well.inclination: [0 deg, 60 deg], rotary_speed: [3 rad/s, 12 "
-        f"rad/s]}}\n"
+        f"{WHIRL}\nsweep: {{well.inclination: [0 deg, 60 deg], rotary_speed: [3 rad/s, 12 rad/s]}}\n"
         "stabilizer: {clearance: 2 mm, friction: {static: 0, dynamic: 0}}"
     )
     nsdrill.run(study, path)

@@ -26,8 +26,7 @@ def table(tmp_path):
 
 def test_units_stand_in_the_head(table):
     found = table(
-        "Rotary Speed [rpm], WOB (klbf), depth [ft], surface_torque_mean [kft.lbf], "
-        "stick_slip_index [%], "
+        "Rotary Speed [rpm], WOB (klbf), depth [ft], surface_torque_mean [kft.lbf], stick_slip_index [%], "
         "stuck_fraction [%], lateral_acceleration_rms [gravity], whirl_severity\n"
         "60, 10, 9500, 3.5, 40, 5, 0.5, 2\n90, 20, 9500, 4.5, 10, 0, 1, 3\n"
     )

@@ -56,8 +56,7 @@ def test_text(call, small):
     lines = answer.out.splitlines()
     assert lines[0] == f"{small}: valid. Small"
     assert lines[1] == (
-        "16 points: speed 1 rad/s to 8 rad/s (8 values); the state carried up and back down along "
-        "the speed, in 1 "
+        "16 points: speed 1 rad/s to 8 rad/s (8 values); the state carried up and back down along the speed, in 1 "
         "chain."
     )
     for name in (*NAMES, "torsional", "wall_speed", "lift_off_wob"):

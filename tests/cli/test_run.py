@@ -20,13 +20,11 @@ from .helpers import SCRIPT, finish, start
 # to keep. Some seconds: time for a slow machine to see the first points and to
 # interrupt before the last.
 LONG_MAP = (
-    "title: Long\nsweep: {wob: {from: 20 kN, to: 100 kN, points: 20}, rotary_speed: {from: 1 "
-    "rad/s, to: 8 rad/s, "
+    "title: Long\nsweep: {wob: {from: 20 kN, to: 100 kN, points: 20}, rotary_speed: {from: 1 rad/s, to: 8 rad/s, "
     "points: 20}}\nsimulation: {transient: 200 s, observe: 10 s}\nrecord: {peaks: 2}\n"
 )
 LONG_CHAIN = (
-    "title: Long\nsweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 100}, procedure: "
-    "up-down}\n"
+    "title: Long\nsweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 100}, procedure: up-down}\n"
     "simulation: {transient: 80 s, observe: 10 s}\nrecord: {peaks: 2}\n"
 )
 

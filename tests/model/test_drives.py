@@ -444,8 +444,7 @@ def test_stick_slip_ends_where_soft_torque_is_switched_on():
     """The torsional string at 5 rad/s, between the ends of stick-slip with soft torque
     and with the ideal drive."""
     study = (
-        "modes: {axial: frozen, lateral: frozen}\noperation: {wob: 66.72 kN, rotary_speed: 5 "
-        "rad/s}\n"
+        "modes: {axial: frozen, lateral: frozen}\noperation: {wob: 66.72 kN, rotary_speed: 5 rad/s}\n"
         "initial: {bit_speed: 0 rad/s}\ndrive: {kind: soft_torque, on_at: 40 s}"
     )
     found = nsdrill.simulate(study, duration=200.0, sample=0.05)

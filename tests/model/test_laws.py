@@ -240,8 +240,7 @@ def test_the_averaged_fold_is_near_that_of_runs(drive, wob, fold):
     """Where stick-slip of the torsional model ended, from a stuck start, up in small
     steps, by other code."""
     study = parse_study(
-        f"modes: {{axial: frozen, lateral: frozen}}\noperation: {{wob: {wob} kN, rotary_speed: 3 "
-        f"rad/s}}\n"
+        f"modes: {{axial: frozen, lateral: frozen}}\noperation: {{wob: {wob} kN, rotary_speed: 3 rad/s}}\n"
         f"drive: {{kind: {drive}}}"
     )
     assert derived_quantities(study.parameters, study.operation)["stick_slip_fold"].value == pytest.approx(

@@ -27,8 +27,7 @@ def test_what_is_frozen_is_not_carried_from_point_to_point():
     """Each point of a chain has the set speed and the static position of its own."""
     text = (
         "modes: {axial: frozen, torsional: frozen}\nsimulation: {transient: 20 s, observe: 5 s}\n"
-        "sweep: {rotary_speed: [2 rad/s, 4 rad/s], wob: [10 kN, 30 kN], procedure: up-down, "
-        "along: rotary_speed}"
+        "sweep: {rotary_speed: [2 rad/s, 4 rad/s], wob: [10 kN, 30 kN], procedure: up-down, along: rotary_speed}"
     )
     found = nsdrill.run(text)
     speed = found.rotary_speed.broadcast_like(found.bit_speed_min)

@@ -107,9 +107,8 @@ def test_same_bytes_every_time(speeds, plane, tmp_path, suffix):
 def test_same_bytes_in_another_process(tmp_path):
     script = (
         "import sys; sys.path[:0] = [sys.argv[1], sys.argv[1] + '/..']\n"
-        "from made_up import make_trace; from nsdrill import plot;"
-        "plot.save(plot.draw(make_trace(5.0), 'phase'), sys.argv[2]); print('matplotlib.pyplot' "
-        "in sys.modules)"
+        "from made_up import make_trace; from nsdrill import plot;plot.save(plot.draw(make_trace(5.0), 'phase'), "
+        "sys.argv[2]); print('matplotlib.pyplot' in sys.modules)"
     )
     for number in range(2):
         path = tmp_path / f"{number}.svg"
@@ -165,11 +164,10 @@ PNG = b"\x89PNG\r\n\x1a\n"
 def test_a_notebook_shows_a_figure_without_pyplot(shared):
     """The function is called although a room has its name, and was imported before."""
     code = (
-        "import sys, inspect, nsdrill.plot; from nsdrill.plot import draw; import nsdrill; "
-        "assert 'ax' in inspect.signature(nsdrill.plot).parameters; "
-        "figure = nsdrill.plot(sys.argv[1], kind='summary', units='field'); "
-        "assert figure._repr_png_()[:4] == b'\\x89PNG'; "
-        "print(type(figure).__name__, 'matplotlib.pyplot' in sys.modules)"
+        "import sys, inspect, nsdrill.plot; from nsdrill.plot import draw; import nsdrill; assert 'ax' in "
+        "inspect.signature(nsdrill.plot).parameters; figure = nsdrill.plot(sys.argv[1], kind='summary', "
+        "units='field'); assert figure._repr_png_()[:4] == b'\\x89PNG'; print(type(figure).__name__, "
+        "'matplotlib.pyplot' in sys.modules)"
     )
     command = [sys.executable, "-c", code, str(shared / "small.h5")]
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "Picture False\n"

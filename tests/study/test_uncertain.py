@@ -217,8 +217,7 @@ def test_overrides_reach_the_section():
             r"correlations\[0\]: found a list; allowed: two keys",
         ),
         (
-            "{bit.friction.static: {uniform: [0.3, 0.6]}, bit.rock_stiffness: {uniform: [1 MN/m, 2 "
-            "MN/m]}, "
+            "{bit.friction.static: {uniform: [0.3, 0.6]}, bit.rock_stiffness: {uniform: [1 MN/m, 2 MN/m]}, "
             "correlations: [[bit.friction.static, bit.rock_stiffness, 0.5]], design: saltelli}",
             r"saltelli with correl",
         ),

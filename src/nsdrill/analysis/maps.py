@@ -115,8 +115,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         if not results.swept:
             raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
         raise InputError(
-            f"window: found the axes {', '.join(results.swept)}; allowed: a sweep of one to "
-            f"three, among them words as "
+            f"window: found the axes {', '.join(results.swept)}; allowed: a sweep of one to three, among them words as "
             "one, beside one or two of numbers."
         )
     x, y, third = swept

@@ -96,9 +96,8 @@ def independent(results: Results) -> slice:
         count, present = int(uncertain["samples"]), len(results.coords[SAMPLE])
         if results.drawn and present != count * (len(results.drawn) + 2):
             raise InputError(
-                f"found {present} samples of the design saltelli; allowed: all "
-                f"{count * (len(results.drawn) + 2)} of the "
-                "study, of which only some are independent."
+                f"found {present} samples of the design saltelli; allowed: all {count * (len(results.drawn) + 2)} of "
+                "the study, of which only some are independent."
             )
         return slice(0, 2 * count)
     return slice(None)
@@ -120,8 +119,7 @@ def check_samples(results: Results, what: str) -> None:
     """InputError where the results have no samples."""
     if SAMPLE not in results.coords:
         raise InputError(
-            f"{what}: found results without samples; allowed: results of a study with the section "
-            f"uncertain, in which "
+            f"{what}: found results without samples; allowed: results of a study with the section uncertain, in which "
             "every operating point is run with many samples of what is not known."
         )
 

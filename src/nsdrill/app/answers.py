@@ -67,8 +67,7 @@ def check_severity(results: Results, severity: int | None, path: str) -> None:
     """FileError where the results lack what a window by ``severity`` needs."""
     if lacking := [name for name in needed(severity) if name not in results.variables]:
         raise FileError(
-            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill "
-            f"did not write; allowed: "
+            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
             "the window without a severity. Or run the study again."
         )
 

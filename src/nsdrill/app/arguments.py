@@ -44,8 +44,7 @@ def study_in(study: object, set: object) -> Study:
     if isinstance(study, str | os.PathLike):
         return load_study(name_in(study, "study"), texts)
     raise InputError(
-        f"study: found a value of the type {type(study).__name__}; allowed: a Study, the name of "
-        f"a YAML file, YAML "
+        f"study: found a value of the type {type(study).__name__}; allowed: a Study, the name of a YAML file, YAML "
         "text, or a mapping."
     )
 

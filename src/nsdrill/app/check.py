@@ -56,10 +56,8 @@ def check_memory(experiment: Experiment, *, in_file: bool) -> None:
     if need > free and need > 2 * BASE:  # a small sweep is worth a try anywhere
         advice = "" if in_file else "Give the name of a results file, into which the points go, or sweep"
         raise InputError(
-            f"found a sweep of {plan.points} points, which takes {bytes_text(need)} of memory; "
-            f"allowed: up to "
-            f"{bytes_text(free)}, which are free on this machine. {advice or 'Sweep'} fewer points at "
-            f"once."
+            f"found a sweep of {plan.points} points, which takes {bytes_text(need)} of memory; allowed: up to "
+            f"{bytes_text(free)}, which are free on this machine. {advice or 'Sweep'} fewer points at once."
         )
 
 
@@ -262,10 +260,8 @@ def _verify_cost(study: Study) -> str | None:
         return None
     tight, _ = stages.checks(study.simulation)
     return (
-        f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and "
-        f"continued for another "
-        f"{study.simulation.transient + study.simulation.observe:g} s. The study takes about 4 "
-        f"times as long."
+        f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and continued for another "
+        f"{study.simulation.transient + study.simulation.observe:g} s. The study takes about 4 times as long."
     )
 
 
@@ -275,8 +271,7 @@ def _large_results(experiment: Experiment) -> str | None:
         return None
     most = ", all points run," if experiment.study.refined else ""
     return (
-        f"Large: the results take up to {size / 1e9:.3g} GB on the disk{most} and as much again "
-        f"while the file is "
+        f"Large: the results take up to {size / 1e9:.3g} GB on the disk{most} and as much again while the file is "
         "written. record.poincare and record.peaks say how much is kept of each point."
     )
 

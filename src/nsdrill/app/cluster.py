@@ -47,9 +47,8 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         from distributed import Client, LocalCluster
     except ImportError as error:
         raise InputError(
-            f"{option('engine', 'dask')}: the package `distributed` is not installed. Install it with pip "
-            "install 'nsdrill[dask]', "
-            f"or use {option('engine', 'threads')}."
+            f"{option('engine', 'dask')}: the package `distributed` is not installed. Install it with pip install "
+            f"'nsdrill[dask]', or use {option('engine', 'threads')}."
         ) from error
     if scheduler is None:
         count = workers or processors()
@@ -63,9 +62,8 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         raise Refusal("scheduler", found, "an address as tcp://host:8786") from error
     except OSError as error:
         raise NsdrillError(
-            f"{option('scheduler')}: no Dask scheduler answers at {scheduler} within {CONNECT_SECONDS} s. "
-            f"Nothing has run. Is it "
-            "running, and can this machine reach it?"
+            f"{option('scheduler')}: no Dask scheduler answers at {scheduler} within {CONNECT_SECONDS} s. Nothing has "
+            "run. Is it running, and can this machine reach it?"
         ) from error
     with client:
         threads = sum(client.nthreads().values())
@@ -76,10 +74,8 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         for worker, found in client.run(versions, on_error="return").items():
             if differing := _version_differences(found):
                 raise NsdrillError(
-                    f"{option('scheduler')}: the worker {worker} has other versions, whose numbers may "
-                    f"differ ({differing}). "
-                    "Nothing has run. Install the same versions everywhere, and start the workers "
-                    "anew."
+                    f"{option('scheduler')}: the worker {worker} has other versions, whose numbers may differ "
+                    f"({differing}). Nothing has run. Install the same versions everywhere, and start the workers anew."
                 )
         yield _Cluster(client), workers or threads
 
@@ -122,8 +118,7 @@ class _Cluster(Executor):
         result has arrived for a while."""
         if self._client.status == "closed":
             raise NsdrillError(
-                "The Dask scheduler is gone. Finished points are safe: look after the cluster, "
-                "then give the same "
+                "The Dask scheduler is gone. Finished points are safe: look after the cluster, then give the same "
                 f"command with {option('resume')}."
             )
 

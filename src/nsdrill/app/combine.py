@@ -113,8 +113,7 @@ def _check_variables(named: Sequence[NamedResults], *, of_words: bool) -> None:
         for unknown, values in first.drawn.items():
             if not np.array_equal(results.drawn.get(unknown, np.empty(0)), values):
                 raise InputError(
-                    f"{other}: found other samples of {unknown.key} than in {name}, as another "
-                    f"version of SciPy may "
+                    f"{other}: found other samples of {unknown.key} than in {name}, as another version of SciPy may "
                     "draw; allowed: the same in all."
                 )
 
@@ -154,8 +153,7 @@ def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
         raise InputError(f"combine: found {words}, along which the state is carried; allowed: an axis beside it.")
     if axis in refined_axes(sweep):
         raise InputError(
-            f"combine: found {words}, which is refined: where it is divided depends on all of its "
-            f"values. Allowed: a "
+            f"combine: found {words}, which is refined: where it is divided depends on all of its values. Allowed: a "
             "number beside those that are refined; run the whole range as one study."
         )
     return axis, keys

@@ -182,9 +182,8 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
     )
     return (
         f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); allowed: seeds that "
-        f"have settled on a motion that repeats. Give others (continue.seeds or "
-        f"{option('seeds')}), let them settle for longer "
-        "(simulation.transient), or try longer periods (continue.lobes)."
+        f"have settled on a motion that repeats. Give others (continue.seeds or {option('seeds')}), let them settle "
+        "for longer (simulation.transient), or try longer periods (continue.lobes)."
     )
 
 

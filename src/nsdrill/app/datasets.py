@@ -190,8 +190,7 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
     kind = kind_of(path)
     if kind == "branches":
         raise FileError(
-            f"{path}: found a file of branches; allowed here: results of a sweep or a trace. "
-            f"show, plot and export "
+            f"{path}: found a file of branches; allowed here: results of a sweep or a trace. show, plot and export "
             f"take branches, and simulate {option('orbit')} runs one of their points."
         )
     if kind == "trace":

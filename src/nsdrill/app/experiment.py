@@ -191,11 +191,9 @@ def stored_experiment(path: str | os.PathLike[str], results: Results) -> Experim
     experiment = prepare(study)
     if other := _coordinate_differences(experiment.plan, coords):
         raise FileError(
-            f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study "
-            f"numbers "
-            "these, and labels and replays are made from the study. Take the whole results and "
-            "select afterwards; of a "
-            "file that was edited, make it again."
+            f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study numbers these, and labels "
+            "and replays are made from the study. Take the whole results and select afterwards; of a file that was "
+            "edited, make it again."
         )
     return experiment
 

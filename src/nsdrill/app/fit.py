@@ -161,8 +161,7 @@ def unknowns_of(study: Study) -> dict[str, Numbers]:
         raise InputError(f"{source}: found uncertain.table; allowed: distributions, which are what a fit begins with.")
     if not keys:
         raise InputError(
-            f"{source}: found no unknown; allowed: a section `uncertain` that says of each number "
-            f"to adjust what is "
+            f"{source}: found no unknown; allowed: a section `uncertain` that says of each number to adjust what is "
             "known of it before, e.g. uncertain: {bit.friction.static: {uniform: [0.2, 0.6]}}."
         )
     if section["correlations"]:
@@ -186,8 +185,7 @@ def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> l
         if outside.size:
             setting, first, last = (_setting(leaves[key], float(one), units) for one in (values[outside[0]], low, high))
             warnings.append(
-                f"{measured.source}, {measured.where[outside[0]]}: {key} is {setting}, and the "
-                f"study sweeps {first} to "
+                f"{measured.source}, {measured.where[outside[0]]}: {key} is {setting}, and the study sweeps {first} to "
                 f"{last}. Is the unit in the head right?"
             )
     return warnings
@@ -213,8 +211,7 @@ def _check_points(study: Study, measured: Measured) -> None:
         except StudyError as error:
             fault = error.faults[0]
             raise FileError(
-                f"{measured.source}, {measured.where[place]}: {fault.key}: found {fault.found}; "
-                f"allowed: "
+                f"{measured.source}, {measured.where[place]}: {fault.key}: found {fault.found}; allowed: "
                 f"{fault.allowed}."
             ) from error
 
@@ -374,8 +371,7 @@ def _adjusted_text(study: Study, measured: Measured, drawn: dict[str, Array], no
     source = study.source or "a study"
     gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
     head = (
-        f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} "
-        f"operating points, "
+        f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} operating points, "
         f"{note['values']} measured values, effective number of samples {note['effective']:.0f}.",
         f"What the data tell: {gains}.",
     )

@@ -232,8 +232,7 @@ class _Table:
                     head = columns[[math.isnan(value) for value in values].index(True)].head
                     raise FileError(
                         f"{self.path}, line {line}: {head}: found a gap; allowed: a number. {option('skip_gaps')} "
-                        f"passes over rows with "
-                        "gaps, and of operating points over the values that are not there."
+                        "passes over rows with gaps, and of operating points over the values that are not there."
                     )
                 measured = {column.name for column in columns} & self.names.results.keys()
                 if self.timed or lacking - self.names.results.keys() or measured <= lacking:
@@ -261,9 +260,8 @@ class _Table:
             if bad.size:
                 value = leaf.text(float(f"{values[bad[0]]:.6g}"))
                 raise FileError(
-                    f"{self.path}, line {self.at[bad[0]]}: {key}: found {value}; allowed: {leaf.range()}. Is "
-                    f"the unit in the head "
-                    "right?"
+                    f"{self.path}, line {self.at[bad[0]]}: {key}: found {value}; allowed: {leaf.range()}. Is the unit "
+                    "in the head right?"
                 )
 
     def over_time(self, table: dict[str, Array]) -> Measured:
@@ -273,9 +271,8 @@ class _Table:
         if back.size:
             line = at[back[0] + 1]
             raise FileError(
-                f"{self.path}, line {line}: time: found {time[back[0] + 1]:g} s after {time[back[0]]:g} s; "
-                f"allowed: a time that "
-                "goes on."
+                f"{self.path}, line {line}: time: found {time[back[0] + 1]:g} s after {time[back[0]]:g} s; allowed: a "
+                "time that goes on."
             )
         settings = {names.settings[name]: table[name] for name in table if name in names.settings}
         signals = {name: table[name] for name in table if name in names.signals and name not in names.settings}
@@ -320,9 +317,8 @@ class _Table:
             kept.append((start, stop))
         if not kept:
             raise FileError(
-                f"{self.path}: found no stretch of at least {options.shortest:g} s in which the settings "
-                f"stay within {100 * SAME:g} % of their mean; allowed: at least one. {option('shortest')} "
-                f"takes shorter ones."
+                f"{self.path}: found no stretch of at least {options.shortest:g} s in which the settings stay within "
+                f"{100 * SAME:g} % of their mean; allowed: at least one. {option('shortest')} takes shorter ones."
             )
         self.notes.append(
             f"{count(len(kept), 'stretch')} of constant settings, without their first {options.settle:g} s"
@@ -350,9 +346,8 @@ class _Table:
                 assumed.append(name)
         if assumed:
             self.notes.append(
-                f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and "
-                f"{100 * ABSOLUTE:g} % of the "
-                f"greatest, of severities {GRADE}; {option('errors')} or a column NAME_error gives it"
+                f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and {100 * ABSOLUTE:g} % of "
+                f"the greatest, of severities {GRADE}; {option('errors')} or a column NAME_error gives it"
             )
         return Measured(str(self.path), settings, values, errors, tuple(where), tuple(self.notes))
 
@@ -421,11 +416,9 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
     what = "signals over time" if timed else "features and severities of a run"
     examples = ", ".join(list(names.signals if timed else names.results)[:8])
     return (
-        f"{where}: found the column {head!r}, which is not known.{hint} Allowed: time, settings "
-        f"(depth, wob, "
-        f"rotary_speed or a key of the study) and {what} ({examples}, ...). "
-        f"{option('rename', renaming)} says what it is, "
-        f"{option('ignore', head)} passes over it, {option('ignore', '*')} over all that are not known."
+        f"{where}: found the column {head!r}, which is not known.{hint} Allowed: time, settings (depth, wob, "
+        f"rotary_speed or a key of the study) and {what} ({examples}, ...). {option('rename', renaming)} says what it "
+        f"is, {option('ignore', head)} passes over it, {option('ignore', '*')} over all that are not known."
     )
 
 
@@ -453,8 +446,7 @@ def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) ->
     if not text:
         raise FileError(
             f"{where}: {head}: found no unit; allowed: {head} [{SHOWN.get(si, (si, si))[1]}] or another unit of "
-            f"{kind_of(si)} in "
-            "brackets."
+            f"{kind_of(si)} in brackets."
         )
     try:
         return to_si(f"1 {_JOINED.sub('*', text)}", si)
@@ -496,8 +488,7 @@ def _errors_from_option(name: str, text: str | float, si: str, values: Array) ->
     if not isinstance(text, str):
         if isinstance(text, bool) or not isinstance(text, int | float | np.number) or not 0 < text < math.inf:
             raise InputError(
-                f"errors, {name}: found {text!r}; allowed: a number above 0 in "
-                f"SI{f' [{si}]' if si else ''}, or a text "
+                f"errors, {name}: found {text!r}; allowed: a number above 0 in SI{f' [{si}]' if si else ''}, or a text "
                 "with its unit or in percent."
             )
         return np.full(values.shape, float(text))

@@ -68,8 +68,7 @@ class Motions:
         self.plan = experiment.plan
         if study.model.dynamics.switches(study.parameters) is not None:
             raise InputError(
-                f"{study.source or 'the study'}: found something that is switched on within the "
-                f"run (drive.on_at); "
+                f"{study.source or 'the study'}: found something that is switched on within the run (drive.on_at); "
                 "allowed: a study without. Use nsdrill simulate."
             )
         self._texts = lru_cache(64)(self._text)
@@ -99,8 +98,7 @@ class Motions:
         except StudyError as error:
             changed = f" ({option('set')}"
             faults = "; ".join(
-                f"{fault.key.removeprefix('operation.')}: found "
-                f"{fault.found.partition(changed)[0]}; allowed: "
+                f"{fault.key.removeprefix('operation.')}: found {fault.found.partition(changed)[0]}; allowed: "
                 f"{fault.allowed}"
                 for fault in error.faults[:3]
             )

@@ -272,9 +272,8 @@ def _axis(study: Study, along: str) -> str:
     wanted = dimension_of(short_key(along))
     if wanted not in keys:
         raise InputError(
-            f"{option('along')}: found {along}, which the study does not sweep; allowed: "
-            f"{', '.join(keys.values())}. Sweep it with "
-            f"{option('set', f'sweep.{along}={{from: ..., to: ..., points: ...}}')}."
+            f"{option('along')}: found {along}, which the study does not sweep; allowed: {', '.join(keys.values())}. "
+            f"Sweep it with {option('set', f'sweep.{along}={{from: ..., to: ..., points: ...}}')}."
         )
     return keys[wanted]
 

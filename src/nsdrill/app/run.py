@@ -209,22 +209,18 @@ def check_sweep(study: Study) -> None:
     source = study.source or "the study"
     if study.model.dynamics.switches(study.parameters) is not None:
         raise InputError(
-            f"{source}: found something that is switched on within the run (drive.on_at); "
-            f"allowed: nothing, as the "
+            f"{source}: found something that is switched on within the run (drive.on_at); allowed: nothing, as the "
             "points of a sweep are observed in one lasting motion. Use nsdrill simulate."
         )
     if study.ramped and not study.swept:
         raise InputError(
-            f"{source}: found no sweep, only a ramp in {_listed(study.ramped)}; allowed: at least "
-            f"one axis to sweep. A "
+            f"{source}: found no sweep, only a ramp in {_listed(study.ramped)}; allowed: at least one axis to sweep. A "
             "ramp is one run: nsdrill simulate."
         )
     if study.ramped:
         raise InputError(
-            f"{source}: found a ramp in {_listed(study.ramped)} beside a sweep of "
-            f"{', '.join(study.swept)}; allowed: a "
-            "constant value, or an axis of the sweep, which takes the place of the ramp. The "
-            "points of a sweep have "
+            f"{source}: found a ramp in {_listed(study.ramped)} beside a sweep of {', '.join(study.swept)}; allowed: a "
+            "constant value, or an axis of the sweep, which takes the place of the ramp. The points of a sweep have "
             "constant operating points; to follow the ramp, use nsdrill simulate."
         )
 
@@ -341,27 +337,23 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
         ]:
             hint = f"A larger limit can be given to the points that failed: {option('retry_failed')}. "
         raise FileError(
-            f"{where}: made from another study ({listed or 'the digests differ'}). {hint}Resume it "
-            f"with the study it "
+            f"{where}: made from another study ({listed or 'the digests differ'}). {hint}Resume it with the study it "
             f"was made from, or start anew by {option('overwrite')}."
         )
     if differing := unlike(attrs):
         raise FileError(
-            f"{where}: made with other versions, whose numbers may differ "
-            f"({'; '.join(differing)}). Finish it with "
+            f"{where}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
             f"those, or start anew by {option('overwrite')}."
         )
     for unknown in study.unknowns:
         if not np.array_equal(log.header["coords"].get(unknown.name, ()), study.drawn[unknown.short]):
             raise FileError(
-                f"{where}: its samples of {unknown.key} are not those that this version of SciPy "
-                f"draws. Finish it with the "
-                f"versions that it was made with, or start anew by {option('overwrite')}."
+                f"{where}: its samples of {unknown.key} are not those that this version of SciPy draws. Finish it with "
+                f"the versions that it was made with, or start anew by {option('overwrite')}."
             )
     if retry_failed and json.loads(attrs.get("classification", "[]")):
         raise FileError(
-            f"{where}: its labels were made by nsdrill classify, with thresholds that new points "
-            f"would not have. "
+            f"{where}: its labels were made by nsdrill classify, with thresholds that new points would not have. "
             f"Restore those of the study first: nsdrill classify without {option('set')}."
         )
 

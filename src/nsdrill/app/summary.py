@@ -363,11 +363,9 @@ def new_labels(
         labels["response"], missing = refining.reinfer(experiment, results["status"], labels["response"])
         if missing:
             raise InputError(
-                f"{path}: with these thresholds the responses differ between neighbours where the "
-                f"map was not refined; "
-                f"at least {count(missing, 'more point')} would have to be run. Nothing was changed. Run "
-                f"the study with these "
-                f"thresholds: nsdrill run with the same {option('set')}."
+                f"{path}: with these thresholds the responses differ between neighbours where the map was not refined; "
+                f"at least {count(missing, 'more point')} would have to be run. Nothing was changed. Run the study "
+                f"with these thresholds: nsdrill run with the same {option('set')}."
             )
     labels = {name: values for name, values in labels.items() if name in results.variables}
     timestamp = datetime.now(UTC).isoformat(timespec="seconds")

@@ -283,8 +283,7 @@ def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -
         if len(values) > 1
     )
     return (
-        "that point was not run: all points around it have one response, so the refinement passed "
-        "it over. The nearest "
+        "that point was not run: all points around it have one response, so the refinement passed it over. The nearest "
         f"point that was run: {where}. Or simulate this one: nsdrill simulate."
     )
 

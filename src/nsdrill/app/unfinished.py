@@ -174,9 +174,8 @@ class Part:
             )
         if differing := experiment.unlike(head):
             raise FileError(
-                f"{self.path}: made with other versions, whose numbers may differ "
-                f"({'; '.join(differing)}). Finish it with "
-                f"those, or start anew by {option('overwrite')}."
+                f"{self.path}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it "
+                f"with those, or start anew by {option('overwrite')}."
             )
         return head["told"], arrays
 
@@ -299,9 +298,8 @@ class Rounds:
                 if not np.array_equal(samples, z):
                     assert self.part is not None
                     raise FileError(
-                        f"{self.part.path}: its samples are not those that these versions of NumPy and "
-                        f"SciPy draw. Finish "
-                        f"it with the versions that it was made with, or start anew by {option('overwrite')}."
+                        f"{self.part.path}: its samples are not those that these versions of NumPy and SciPy draw. "
+                        f"Finish it with the versions that it was made with, or start anew by {option('overwrite')}."
                     )
                 return answers
             answers = simulate(z)

@@ -61,10 +61,8 @@ class FileName(click.ParamType):
         if value == "-" and not self.stream:
             source = param.opts[0] if isinstance(param, click.Option) else "the file"
             raise InputError(
-                f"{source}: found '-'; allowed: the name of a file. Standard input is for studies "
-                f"(check, run, "
-                "simulate), standard output for a study (new) and for CSV (export). A file of "
-                "that name is ./-."
+                f"{source}: found '-'; allowed: the name of a file. Standard input is for studies (check, run, "
+                "simulate), standard output for a study (new) and for CSV (export). A file of that name is ./-."
             )
         if self.hdf5 and not value.lower().endswith((".h5", ".hdf5")):
             click.echo(

@@ -78,10 +78,9 @@ class Node:
 
     def __bool__(self) -> bool:
         raise TypeError(
-            "found a condition on a value, which every lane answers for itself; allowed: `a if c "
-            "else b`, `and`, `or`, `not`, and an `if` without `return`, in the equations themselves "
-            "and in functions marked with `part` of nsdrill.equations.trace; elsewhere, and in a "
-            "loop, conditions on options"
+            "found a condition on a value, which every lane answers for itself; allowed: `a if c else b`, `and`, `or`, "
+            "`not`, and an `if` without `return`, in the equations themselves and in functions marked with `part` of "
+            "nsdrill.equations.trace; elsewhere, and in a loop, conditions on options"
         )
 
     def __float__(self) -> float:

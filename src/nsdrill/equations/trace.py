@@ -106,9 +106,8 @@ def _nodes(graph: Graph, found: object, function: Function) -> dict[str, Node]:
     """The values that equations return, by name."""
     if not isinstance(found, Mapping):
         raise LanguageError(
-            f"{place_of(function)}: found {found!r} as what it returns; allowed: a dictionary of the "
-            "slopes by the names of their velocities and states of first order, or a pair of it "
-            "and a dictionary of further outputs."
+            f"{place_of(function)}: found {found!r} as what it returns; allowed: a dictionary of the slopes by the "
+            "names of their velocities and states of first order, or a pair of it and a dictionary of further outputs."
         )
     for name, value in found.items():
         if not isinstance(value, (Node, Real)):

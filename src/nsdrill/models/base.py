@@ -148,8 +148,7 @@ class Model(Generic[P]):
         that are uniform in [0, 1), in the order of the states with the phase last.
         InputError where the model does not define them."""
         raise InputError(
-            f"initial.ensemble: found with the model {self.name}, which does not say from which "
-            f"states an ensemble "
+            f"initial.ensemble: found with the model {self.name}, which does not say from which states an ensemble "
             "starts; allowed: initial.slice, or a sweep over the start."
         )
 
@@ -201,10 +200,8 @@ class Model(Generic[P]):
         judged here by the range of the bit speed."""
         if "bit_speed_max" not in features or "bit_speed" not in self.names(()).states:
             raise InputError(
-                f"the model {self.name}: found a Poincare section, and no bit speed whose swing "
-                f"tells whether the "
-                "string stands still; allowed: a function still(features, state_scales, absolute) of the "
-                "model."
+                f"the model {self.name}: found a Poincare section, and no bit speed whose swing tells whether the "
+                "string stands still; allowed: a function still(features, state_scales, absolute) of the model."
             )
         scale = state_scales[..., self.names(()).states.index("bit_speed")]
         return np.asarray(features["bit_speed_max"] - features["bit_speed_min"] <= absolute * scale)
@@ -421,8 +418,7 @@ class Model(Generic[P]):
             variable.name for variable in described_features if variable.only is None and variable.name not in features
         ]:
             raise InputError(
-                f"the model {self.name}: found {', '.join(missing)} among the features of its "
-                f"description; allowed: "
+                f"the model {self.name}: found {', '.join(missing)} among the features of its description; allowed: "
                 "what its declaration measures."
             )
         # the others are steps on the way to these

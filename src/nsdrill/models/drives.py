@@ -223,8 +223,7 @@ def check_inertia(drive: Any) -> None:
         )
     if drive.kind == "soft_torque" and not drive.compensated_inertia < drive.inertia:
         raise ValueError(
-            f"compensated_inertia: found {drive.compensated_inertia:g} kg m^2, allowed: less than "
-            f"the inertia, "
+            f"compensated_inertia: found {drive.compensated_inertia:g} kg m^2, allowed: less than the inertia, "
             f"{drive.inertia:g} kg m^2"
         )
 
@@ -260,8 +259,7 @@ def overloaded(corners: Iterable[Values], steady: Callable[[Values], float], for
         return None
     return (
         f"Overloaded: steady drilling takes {format_value(torque, 'N m', 'kN*m')}, and the drive has "
-        f"{format_value(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set "
-        f"speed; the string "
+        f"{format_value(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set speed; the string "
         "stops or turns slower, and lags behind more and more."
     )
 
@@ -280,10 +278,8 @@ def swinging(
     swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
     where = f" at {format_value(depth, 'm', 'm')}" if "depth" in study.swept else ""
     return (
-        f"Unstable: without any friction at the bit the string and its drive{where} do not come "
-        f"to rest: an eigenvalue "
-        f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation "
-        f"grows e-fold in "
+        f"Unstable: without any friction at the bit the string and its drive{where} do not come to rest: an eigenvalue "
+        f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
         f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: {kind}."
     )
 

@@ -145,8 +145,7 @@ def _checked(name: str) -> Description:
     description: Description = _loaded(name, 0, Description)
     if unknown := description.unknown():
         raise InputError(
-            f"the model {name}: found {'; '.join(unknown)} in its description; allowed: what "
-            f"stands there among its "
+            f"the model {name}: found {'; '.join(unknown)} in its description; allowed: what stands there among its "
             "features, labels, peaks, section and own_trace."
         )
     if name not in _BUILT_IN:
@@ -166,9 +165,8 @@ def _check_meanings(name: str, description: Description) -> None:
             if meanings and not any(tuple(meaning) == (variable.units, variable.long_name) for _, *meaning in meanings):
                 model, units, words = meanings[0]
                 raise InputError(
-                    f"the model {name}: found the variable {variable.name}, {variable.long_name} "
-                    f"[{variable.units}], which is {words} "
-                    f"[{units}] in the model {model}; allowed: another name, or that variable as "
+                    f"the model {name}: found the variable {variable.name}, {variable.long_name} [{variable.units}], "
+                    f"which is {words} [{units}] in the model {model}; allowed: another name, or that variable as "
                     "nsdrill.models.registry has it."
                 )
 

@@ -343,9 +343,8 @@ def _check_channel(channel: Channel, channels: dict[str, Channel], names: Names,
             _check_name_or_number(f"{where}: {part}", expression)
         if readable is rows and (aux := sorted({*_reads(expression)} & {*names.aux})):
             raise ValueError(
-                f"{where}: {part} reads {aux[0]!r}, an auxiliary output, which is known at "
-                "the end of a step only; let a function of Outputs return it under another "
-                "name"
+                f"{where}: {part} reads {aux[0]!r}, an auxiliary output, which is known at the end of a step only; let "
+                "a function of Outputs return it under another name"
             )
         _check_known(f"{where}: {part}", _reads(expression), readable)
     _check_known(f"{where}: frame", _reads(channel.frame), names.parameters)
@@ -361,9 +360,8 @@ def _check_channel(channel: Channel, channels: dict[str, Channel], names: Names,
         rates = (channel.value, channel.slope, channel.curvature, channel.frame)
         if rates != (base.slope, base.curvature, None, None):
             raise ValueError(
-                f"{where}: as it is the rate of {base.name!r}, its value and slope must be "
-                "the slope and curvature of that channel, and it may have neither a "
-                "curvature nor a frame"
+                f"{where}: as it is the rate of {base.name!r}, its value and slope must be the slope and curvature of "
+                "that channel, and it may have neither a curvature nor a frame"
             )
 
 

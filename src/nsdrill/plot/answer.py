@@ -235,9 +235,8 @@ def why(axis: str, side: Answer, best: Answer, fmt: Formatter) -> str | None:
     if found["code"] == PASSES_IN_STICK_SLIP:
         here, there = (fmt.value(axis, value) for value in (best[axis], side["first_not_safe"]))
         return (
-            f"{way}, the collar at {there} reaches the wall at {at} and stays on it; at {here} "
-            "the string passes that in stick-slip, and the collar does not stay. It is safe only "
-            "while nothing brings the collar to the wall."
+            f"{way}, the collar at {there} reaches the wall at {at} and stays on it; at {here} the string passes that "
+            "in stick-slip, and the collar does not stay. It is safe only while nothing brings the collar to the wall."
         )
     if found["code"] == STARTS_ON_WALL:
         return f"{way}, the sweep starts on the wall at {at}, and a collar that rolls there stays: little damps it."
@@ -251,16 +250,13 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         axis = speed["axis"]
         yield (
             f"THE SWEEP BEGINS at {fmt.value(axis, speed['from'])}, above {speed['words']}, "
-            f"{fmt.range(axis, [speed['min'], speed['max']])}"
-            f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is "
-            "brought up to speed passes through that: a point that is safe here need not be "
-            "safe then."
+            f"{fmt.range(axis, [speed['min'], speed['max']])}{'' if speed['everywhere'] else ' (in a part of the study)'}. "
+            "A string that is brought up to speed passes through that: a point that is safe here need not be safe then."
         )
     if not summary["history_examined"]:
         yield (
-            "HISTORY WAS NOT EXAMINED: the file holds one procedure only "
-            f"({summary['procedures'][0]}). Run the study with procedure: up-down to learn "
-            "whether the window holds whatever came before."
+            f"HISTORY WAS NOT EXAMINED: the file holds one procedure only ({summary['procedures'][0]}). Run the study "
+            "with procedure: up-down to learn whether the window holds whatever came before."
         )
     if len(summary["axes"]) == 1 and not summary["third"]:
         held = fmt.setting(summary["fixed"], summary["fixed"])
@@ -281,9 +277,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     if distrusted := summary["distrusted_points"]:
         is_one = distrusted == 1
         yield (
-            f"CHECKS DISAGREE at {count(distrusted, 'point')}, which "
-            f"{'is' if is_one else 'are'} not to be trusted and {'counts' if is_one else 'count'} "
-            "as not safe."
+            f"CHECKS DISAGREE at {count(distrusted, 'point')}, which {'is' if is_one else 'are'} not to be trusted and "
+            f"{'counts' if is_one else 'count'} as not safe."
         )
     yield from _of_motions(summary)
     yield from _of_recommended(summary, fmt)
@@ -306,9 +301,8 @@ def _of_motions(summary: Answer) -> Iterator[str]:
         )
     if decided := summary["by_history"]:
         yield (
-            f"HISTORY DECIDES at {count(decided, 'point')} "
-            f"({100 * decided / summary['points']:.1f} %): there it depends on the history whether "
-            "the setting is safe."
+            f"HISTORY DECIDES at {count(decided, 'point')} ({100 * decided / summary['points']:.1f} %): there it "
+            "depends on the history whether the setting is safe."
         )
 
 
@@ -357,9 +351,8 @@ def _too_few_samples(summary: Answer) -> Iterator[str]:
     if count < summary["counted"]:
         text += f" samples, which count as {count:.3g},"
     yield (
-        f"TOO FEW SAMPLES to show a confidence of {100 * confidence:g} %: where all of {text} are "
-        f"safe, the probability may be as low as {100 * low:.1f} %. "
-        f"{needed} samples are needed, better more (uncertain.samples)."
+        f"TOO FEW SAMPLES to show a confidence of {100 * confidence:g} %: where all of {text} are safe, the "
+        f"probability may be as low as {100 * low:.1f} %. {needed} samples are needed, better more (uncertain.samples)."
     )
 
 

@@ -157,10 +157,9 @@ def _style(value: object) -> Mapping[str, object] | None:
         names = [style_name for style_name in mpl_style.available if not style_name.startswith("_")]
         near = difflib.get_close_matches(str(value), names, 3, 0.4) or ["ggplot", "grayscale", "tableau-colorblind10"]
         raise InputError(
-            f"{option('style')}: found {value!r}, which is no file; allowed: a style file of matplotlib "
-            f"(.mplstyle), or one of "
-            f"its {len(names)} styles, say {', '.join(near)}. All of them: "
-            "python -c 'import matplotlib.style as s; print(s.available)'"
+            f"{option('style')}: found {value!r}, which is no file; allowed: a style file of matplotlib (.mplstyle), "
+            f"or one of its {len(names)} styles, say {', '.join(near)}. All of them: python -c 'import "
+            "matplotlib.style as s; print(s.available)'"
         )
     messages = _LogMessages()
     log = logging.getLogger("matplotlib")
@@ -229,8 +228,7 @@ def apply_limits(data: Drawable, kind: Kind, look: Look) -> tuple[Drawable, tupl
     if across is None:
         raise InputError(
             f"{option('xlim')}: found with {option('kind', kind.name)}, whose panels have no x axis in common; "
-            f"allowed: with kinds along "
-            "an axis or over time, and with maps."
+            "allowed: with kinds along an axis or over time, and with maps."
         )
     if isinstance(data, Trace) and across == "time":
         data = between(data, look.xlim, "xlim")
@@ -267,8 +265,7 @@ def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
     chosen = (trace.time >= low - 1e-9) & (trace.time <= high + 1e-9)
     if np.count_nonzero(chosen) < 2:
         raise InputError(
-            f"{option(name)}: found {low:g} s to {high:g} s; allowed: times with two samples or more "
-            f"between them, of "
+            f"{option(name)}: found {low:g} s to {high:g} s; allowed: times with two samples or more between them, of "
             f"{first:g} s to {last:g} s."
         )
     variables = {key: values[chosen] for key, values in trace.variables.items()}
@@ -285,8 +282,7 @@ def _cells_between(data: Results, axis: str, low: float, high: float) -> Results
     if len(chosen) < 2:
         x = quantity(axis)
         raise InputError(
-            f"{option('xlim')}: found {x.value(low)} to {x.value(high)}; allowed: limits with two points of "
-            f"the sweep or more "
-            f"between them, of {x.value(values[0])} to {x.value(values[-1])}."
+            f"{option('xlim')}: found {x.value(low)} to {x.value(high)}; allowed: limits with two points of the sweep "
+            f"or more between them, of {x.value(values[0])} to {x.value(values[-1])}."
         )
     return taken(data, axis, chosen)

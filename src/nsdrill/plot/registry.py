@@ -153,14 +153,12 @@ def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tup
                 continue
             if known[kind].place(_without(data, dimension)) is not None:
                 raise InputError(
-                    f"plot kind: found {kind!r}, which draws one {of}, with {describe(data)}; "
-                    f"allowed here:\n{lines}\nor {kind!r} with {argument}, 0 to "
-                    f"{len(data.coords[dimension]) - 1}."
+                    f"plot kind: found {kind!r}, which draws one {of}, with {describe(data)}; allowed "
+                    f"here:\n{lines}\nor {kind!r} with {argument}, 0 to {len(data.coords[dimension]) - 1}."
                 )
         advice = known[kind].advice(data)
         raise InputError(
-            f"plot kind: found {kind!r}, which does not fit "
-            f"{describe(data)}{f' ({advice})' if advice else ''}; "
+            f"plot kind: found {kind!r}, which does not fit {describe(data)}{f' ({advice})' if advice else ''}; "
             f"allowed here:\n{lines}"
         )
     fitting = [name for name, one in known.items() if one.place(data) is not None]

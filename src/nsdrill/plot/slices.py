@@ -97,9 +97,8 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
 
         argument = option(axis) if axis in AXES else f"{option('at')} {key}"
         raise InputError(
-            f"{argument}: found {shown(target)}; allowed: {shown(ascending[0])} to "
-            f"{shown(ascending[-1])}, as the sweep, of "
-            "which the nearest value is drawn."
+            f"{argument}: found {shown(target)}; allowed: {shown(ascending[0])} to {shown(ascending[-1])}, as the "
+            "sweep, of which the nearest value is drawn."
         )
     return int(np.argmin(np.abs(values - target)))
 

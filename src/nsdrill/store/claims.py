@@ -49,9 +49,8 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
             with RunLog.open(part) as log:
                 done, total = int(log.done().sum()), log.n_points
             raise FileError(
-                f"{part}: an unfinished run with {done} of {count(total, 'point')} is there. Go on with it "
-                f"by {option('resume')}, or "
-                f"start anew by {option('overwrite')}."
+                f"{part}: an unfinished run with {done} of {count(total, 'point')} is there. Go on with it by "
+                f"{option('resume')}, or start anew by {option('overwrite')}."
             )
         _remove_log(part)
     return "new"

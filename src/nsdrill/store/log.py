@@ -258,8 +258,7 @@ class RunLog(Sink):
         if os.fstat(self._fd).st_nlink == 0:
             return f"{self.path} was deleted while the run wrote it, and its {done} are lost."
         return (
-            f"{self.path} is no longer there: its folder was moved or its disk unmounted. {done} "
-            f"are in that file, "
+            f"{self.path} is no longer there: its folder was moved or its disk unmounted. {done} are in that file, "
             f"wherever it is now; when it is back, run {again('resume')}."
         )
 
@@ -293,10 +292,8 @@ class RunLog(Sink):
             "Make room on that disk" if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else "Fix the cause"
         )
         raise NsdrillError(
-            f"{self.path}: a result could not be written: {reason(error)}. {self._synced_count} of "
-            f"{self.n_points} points are "
-            f"safe there. {remedy} and run {again('resume')}; only the missing "
-            f"points will run."
+            f"{self.path}: a result could not be written: {reason(error)}. {self._synced_count} of {self.n_points} "
+            f"points are safe there. {remedy} and run {again('resume')}; only the missing points will run."
         ) from error
 
 

@@ -94,8 +94,7 @@ def read_header(fd: int, path: Path) -> LogHead:
     _, version, salt, length = _PREFIX.unpack(prefix)
     if version not in _READABLE_VERSIONS:
         raise FileError(
-            f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with "
-            f"the version of "
+            f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with the version of "
             f"nsdrill that began the run, or start anew by {option('overwrite')}."
         )
     body = _read(fd, length, _PREFIX.size) if length <= info.st_size else b""
@@ -108,8 +107,7 @@ def read_header(fd: int, path: Path) -> LogHead:
     contents = _readable(fields)
     if contents is None:
         raise FileError(
-            f"{path}: the run log holds other variables than this nsdrill writes. Go on with the "
-            f"version of nsdrill "
+            f"{path}: the run log holds other variables than this nsdrill writes. Go on with the version of nsdrill "
             f"that began the run, or start anew by {option('overwrite')}."
         )
     coords, position = fields["header"]["coords"], end + 1

@@ -185,10 +185,8 @@ class Checker:
             found = "with uncertain numbers, whose samples are then several runs of every operating point too"
             names = list(plane) if plane else [n for n in self.model.all_states if f"initial.{n}" in self.leaves]
             allowed = (
-                f"several starts or samples, not both. A state of the start may itself be "
-                f"uncertain "
-                f"(uncertain.initial.{names[0]}: each sample then has a start of its own, and a "
-                f"probability is one "
+                "several starts or samples, not both. A state of the start may itself be uncertain "
+                f"(uncertain.initial.{names[0]}: each sample then has a start of its own, and a probability is one "
                 f"over both) or swept (sweep.initial.{names[0]}: every sample from every start)"
             )
             yield self.fault(SLICE if plane else "initial.ensemble", found, allowed)

@@ -151,9 +151,8 @@ def text_of(raw: bytes, path: str | Path) -> str:
         line = raw.count(b"\n", 0, error.start) + 1
         byte = raw[error.start]
         raise FileError(
-            f"{path}, line {line}: found the byte 0x{byte:02x}, which is not UTF-8; allowed: text "
-            f"in UTF-8. "
-            "Save the file with that encoding."
+            f"{path}, line {line}: found the byte 0x{byte:02x}, which is not UTF-8; allowed: text in UTF-8. Save the "
+            "file with that encoding."
         ) from None
 
 

@@ -218,9 +218,8 @@ class Engine:
         if worker.losses > MAX_LOSSES:
             cause = None if future.cancelled() else future.exception()
             raise NsdrillError(
-                f"A part of the sweep was lost {worker.losses} times with its worker "
-                f"({cause or 'cancelled'}). Finished points are safe: look after the cluster, "
-                f"then run {again('resume')}."
+                f"A part of the sweep was lost {worker.losses} times with its worker ({cause or 'cancelled'}). "
+                f"Finished points are safe: look after the cluster, then run {again('resume')}."
             ) from cause
         return True
 

@@ -260,9 +260,8 @@ def _curve_lines(s: Answer, units: str) -> Iterator[str]:
         first, last = (value_text(along, value, units) for value in curve[along])
         name = curve["label"].replace("_", " ")
         yield (
-            f"\nCurve {curve['curve']}: {name} of {curve['words']}, {low} to {high}, at {first} "
-            f"to {last}; "
-            f"ends: {curve['end_reason']}"
+            f"\nCurve {curve['curve']}: {name} of {curve['words']}, {low} to {high}, at {first} to {last}; ends: "
+            f"{curve['end_reason']}"
         )
 
 

@@ -187,10 +187,9 @@ def _trust_lines(trust: Answer) -> Iterator[str]:
     checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
     failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
     yield (
-        f"  checked        {count(checked, 'point')}: {trust['agree']} agree, "
-        f"{trust['features_differ']} keep "
-        "their response but not their numbers (chaotic, or not settled), "
-        f"{trust['response_differs']} change response{failed_checks}"
+        f"  checked        {count(checked, 'point')}: {trust['agree']} agree, {trust['features_differ']} keep their "
+        f"response but not their numbers (chaotic, or not settled), {trust['response_differs']} change "
+        f"response{failed_checks}"
     )
     for check, failed in trust["failed_checks"].items():
         if failed:
@@ -231,9 +230,8 @@ def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Itera
             yield f"  at {place}"
         previous = place
         yield (
-            f"  {_span(row, units)}  {in_words('+'.join(row['differs'])):22s}  up "
-            f"{in_words(row['up'])}; "
-            f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}"
+            f"  {_span(row, units)}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; down "
+            f"{in_words(row['down'])}{'; open end' if row['open'] else ''}"
         )
     yield from rest(rows, MAX_INTERVALS)
     steps = [row["step"] for row in rows if row["step"] is not None]

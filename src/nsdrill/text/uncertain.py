@@ -141,8 +141,7 @@ def _feature_lines(summary: Answer, units: str) -> Iterator[str]:
     for row in summary["features"]:
         numbers, unit = _in_shown_unit(row["name"], [row["error"], row["spread"]], "", units)
         yield (
-            f"  {row['name']:{width}s} {row['points']:6d} {numbers[0]:10.4g} {numbers[1]:10.4g} "
-            f"{unit:10s} off by "
+            f"  {row['name']:{width}s} {row['points']:6d} {numbers[0]:10.4g} {numbers[1]:10.4g} {unit:10s} off by "
             f"{row['deviation']:.2g} deviations"
         )
 
@@ -169,10 +168,8 @@ def verdicts(summary: Answer) -> Iterator[str]:
     for pair in summary["together"]:
         direction = "together" if pair["correlation"] > 0 else "against each other"
         yield (
-            f"{' and '.join(pair['keys'])} go {direction} (correlation "
-            f"{pair['correlation']:.2f}): the "
-            f"data determine a "
-            "combination of the two better than either. Use the joint samples of the written study."
+            f"{' and '.join(pair['keys'])} go {direction} (correlation {pair['correlation']:.2f}): the data determine "
+            "a combination of the two better than either. Use the joint samples of the written study."
         )
     for row in summary["unknowns"]:
         if row["at_the_end"]:
@@ -183,13 +180,9 @@ def verdicts(summary: Answer) -> Iterator[str]:
     if not summary["explained"]:
         worst = max(summary["features"], key=lambda row: float(row["deviation"]))["name"]
         yield (
-            f"THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is "
-            f"off by "
-            f"{summary['misfit'] ** 0.5:.2g} times the errors (probability "
-            f"{summary['chance']:.1g}), "
-            f"most in {worst}. The "
-            "intervals above then mean little. Doubt the errors, the other numbers of the study, "
-            "or the model."
+            "THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is off by "
+            f"{summary['misfit'] ** 0.5:.2g} times the errors (probability {summary['chance']:.1g}), most in {worst}. "
+            "The intervals above then mean little. Doubt the errors, the other numbers of the study, or the model."
         )
     if summary["beta"] < 1 or summary["effective"] < MIN_EFFECTIVE:
         yield (

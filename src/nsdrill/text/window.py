@@ -168,9 +168,8 @@ def _no_window(summary: Answer, fmt: Formatter) -> Iterator[str]:
         yield f"Most probably safe: {at}, with {percent(best)}.{_drilling_text(best, fmt)}{ties}"
     if summary["severity"] is None:
         yield (
-            "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; "
-            "`nsdrill "
-            "classify` moves the thresholds."
+            "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill classify` "
+            "moves the thresholds."
         )
 
 
@@ -216,8 +215,7 @@ def _map_lines(summary: Answer, plane: Answer, fmt: Formatter) -> Iterator[str]:
         spans = ", ".join(fmt.span(axis, area[axis]) for axis in axes)
         others = f"; {len(plane['regions'])} regions in all" if len(plane["regions"]) > 1 else ""
         yield (
-            f"Largest safe region: {count(area['points'], 'point')} ({100 * area['share']:.1f} % "
-            f"of the map) within "
+            f"Largest safe region: {count(area['points'], 'point')} ({100 * area['share']:.1f} % of the map) within "
             f"{spans}{others}."
         )
     best = plane["recommended"]
@@ -242,8 +240,7 @@ def _map_lines(summary: Answer, plane: Answer, fmt: Formatter) -> Iterator[str]:
         text = _drilling_text(fastest, fmt)
         yield f"Fastest safe point, whatever its margins: {_point(fastest, axes, fmt)}.{text}"
     yield (
-        "Limits lie between the last safe point and the next one; finer axes bring them closer "
-        "together.\n"
+        "Limits lie between the last safe point and the next one; finer axes bring them closer together.\n"
         "What a window does not tell: Limits of validity, docs/limits.md."
     )
 

@@ -43,12 +43,11 @@ MAX_ROWS = 40  # of a table of the comparison
 
 # the limits of validity that the reader of a report must know, who has no documentation
 LIMITS = (
-    "Not validated against field data: use this to compare, to understand and to ask, not as "
-    "settings. The rate of penetration has default constants, of one bit in one rock, unless the "
-    "study sets them: use its ratios, not its feet per hour. The hole is straight; motors, reamers, "
-    "jars, changes of formation and the surface that the bit cut before are left out, and "
-    "estimates of eccentricity, bit friction and rock stiffness change the answer. Points between "
-    "those of the map were not run; nothing is known beyond its edge."
+    "Not validated against field data: use this to compare, to understand and to ask, not as settings. The rate of "
+    "penetration has default constants, of one bit in one rock, unless the study sets them: use its ratios, not its "
+    "feet per hour. The hole is straight; motors, reamers, jars, changes of formation and the surface that the bit cut "
+    "before are left out, and estimates of eccentricity, bit friction and rock stiffness change the answer. Points "
+    "between those of the map were not run; nothing is known beyond its edge."
 )
 
 

@@ -45,9 +45,8 @@ class Explorer:
             self._server = Server((ADDRESS, port), self)
         except OSError as error:
             raise InputError(
-                f"{option('port')}: found {port}, which cannot be had "
-                f"({(error.strerror or str(error)).lower()}); allowed: "
-                "another one, or none for any that is free."
+                f"{option('port')}: found {port}, which cannot be had ({(error.strerror or str(error)).lower()}); "
+                "allowed: another one, or none for any that is free."
             ) from error
         except OverflowError:
             raise Refusal("port", f"{port}", "0 to 65535") from None

@@ -80,9 +80,8 @@ class Page:
             for i, body in enumerate(self.bodies)
         )
         policy = (
-            f"default-src 'none'; script-src {' '.join(map(_digest, scripts))}; style-src "
-            f"{_digest(style)}; "
-            "img-src data: blob:; base-uri 'none'; form-action 'none'"
+            f"default-src 'none'; script-src {' '.join(map(_digest, scripts))}; style-src {_digest(style)}; img-src "
+            "data: blob:; base-uri 'none'; form-action 'none'"
         )
         return "".join(
             [

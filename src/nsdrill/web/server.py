@@ -44,10 +44,8 @@ MAX_CONNECTIONS = 128  # further ones wait until one of these ends
 IDLE_SECONDS, IDLE_IF_FULL = 60.0, 0.5
 LOOKS_IF_FULL = 5  # turns that the other threads have before a connection is ended
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
-    "data: blob:; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://localhost:* "
-    "http://127.0.0.1:*"
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data: blob:; base-uri "
+    "'none'; form-action 'none'; frame-ancestors 'self' http://localhost:* http://127.0.0.1:*"
 )
 STATIC_FILES = {
     "/": ("explorer.html", "text/html"),

@@ -76,10 +76,9 @@ def _buckled(corners: list[Values], format_value: FormatValue) -> str | None:
     load = lumped_coefficients(worst.parameters, *worst.operation).buckling_load
     return (
         f"Buckled: at {format_value(worst.point.wob, 'N', 'kN')} the stiffness of bending mode "
-        f"{' and '.join(map(str, buckled))} is negative (Euler load "
-        f"{format_value(float(load), 'N', 'kN')}). The collar leans "
-        "on its walls there; that is allowed. Shorten the span or lower the weight on bit if it "
-        "is not meant."
+        f"{' and '.join(map(str, buckled))} is negative (Euler load {format_value(float(load), 'N', 'kN')}). The "
+        "collar leans on its walls there; that is allowed. Shorten the span or lower the weight on bit if it is not "
+        "meant."
     )
 
 
@@ -100,8 +99,6 @@ def _undamped(parameters: Parameters) -> str | None:
     if not undamped or not damped_places:  # without mud no damping is expected
         return None
     return (
-        f"Undamped: the stations are at nodes of bending mode {' and '.join(map(str, undamped))}, so "
-        f"neither mud nor wall "
-        "acts on it, and what it has at the start it keeps. Give beam.damping_ratio, or stations "
-        "elsewhere."
+        f"Undamped: the stations are at nodes of bending mode {' and '.join(map(str, undamped))}, so neither mud nor "
+        "wall acts on it, and what it has at the start it keeps. Give beam.damping_ratio, or stations elsewhere."
     )

@@ -307,8 +307,7 @@ def _buckling(check: Any) -> Iterator[Fault]:
     least = np.linalg.eigvalsh(unheld @ np.diag(modes**4 - load * modes**2.0) @ unheld.T).min()
     if least <= 0.0:
         allowed = (
-            "a load that buckles no shape of the collar that clears all stations with a wall, "
-            "more of them, or fewer "
+            "a load that buckles no shape of the collar that clears all stations with a wall, more of them, or fewer "
             f"modes; the buckling load of the span is {format_quantity(euler, 'kN')}"
         )
         path = ("sweep", short_key(key)) if check.axis(key) else None

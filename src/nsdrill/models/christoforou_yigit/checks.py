@@ -111,10 +111,9 @@ def _buckled(corners: list[Corner], format_value: FormatValue) -> str | None:
     if well.law == "linear" and well.stiffness <= -stiffness:
         return (
             f"Unheld: at {format_value(wob, 'N', 'kN')} the lateral stiffness of the span is "
-            f"{format_value(stiffness, 'N/m', 'N/m')}, and a wall of "
-            f"{format_value(well.stiffness, 'N/m', 'N/m')} is too soft to hold it: the collar goes "
-            "on through the wall and the run fails. Shorten the span, lower the weight on bit or "
-            "take a stiffer wall."
+            f"{format_value(stiffness, 'N/m', 'N/m')}, and a wall of {format_value(well.stiffness, 'N/m', 'N/m')} is "
+            "too soft to hold it: the collar goes on through the wall and the run fails. Shorten the span, lower the "
+            "weight on bit or take a stiffer wall."
         )
     return (
         f"Buckled: at {format_value(wob, 'N', 'kN')} the lateral stiffness of the span is negative "
@@ -139,10 +138,9 @@ def _many_steps(study: Any, corners: list[Corner]) -> str | None:
     if steps_per_second <= MAX_STEPS_PER_SECOND:
         return None
     return (
-        f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit takes "
-        f"about {steps_per_second:.3g} steps per simulated second. A smaller {key} is faster in "
-        "proportion, and simulation.method: auto takes steps that do not depend on it, where it "
-        "can."
+        f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit takes about "
+        f"{steps_per_second:.3g} steps per simulated second. A smaller {key} is faster in proportion, and "
+        "simulation.method: auto takes steps that do not depend on it, where it can."
     )
 
 
@@ -170,9 +168,8 @@ def _eccentric(corners: list[Corner], format_value: FormatValue) -> str | None:
     if eccentricity <= gap:
         return None
     return (
-        f"Eccentric: the eccentricity ({format_value(eccentricity, 'm', 'mm')}) exceeds the "
-        f"clearance ({format_value(gap, 'm', 'mm')}): the collar is on the wall at almost any "
-        "speed."
+        f"Eccentric: the eccentricity ({format_value(eccentricity, 'm', 'mm')}) exceeds the clearance "
+        f"({format_value(gap, 'm', 'mm')}): the collar is on the wall at almost any speed."
     )
 
 
@@ -204,12 +201,10 @@ def _brought_to_wall(corners: list[Corner], format_value: FormatValue) -> str | 
             for speed, limit in ends
         )
     return (
-        f"Wall: from {format_value(highest, 'rad/s', 'rad/s')} on the imbalance can bring the collar "
-        f"to the wall, and the whole sweep, from {format_value(slowest, 'rad/s', 'rad/s')} on, lies "
-        "above that. A collar that passes through that speed reaches the wall and may stay there; "
-        "one that starts centred above it need not. The eccentricity is "
-        f"{format_value(eccentricity, 'm', 'mm')}; {remedy}. "
-        "A shorter span helps as well."
+        f"Wall: from {format_value(highest, 'rad/s', 'rad/s')} on the imbalance can bring the collar to the wall, and "
+        f"the whole sweep, from {format_value(slowest, 'rad/s', 'rad/s')} on, lies above that. A collar that passes "
+        "through that speed reaches the wall and may stay there; one that starts centred above it need not. The "
+        f"eccentricity is {format_value(eccentricity, 'm', 'mm')}; {remedy}. A shorter span helps as well."
     )
 
 
@@ -336,8 +331,7 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
     )
     return (
         f"Sensitive to uncertain inputs: at {speeds} the answer depends on numbers that are rarely known well: "
-        f"{'; '.join(effects)}. Give them distributions in the section uncertain, or run the study "
-        "with both values."
+        f"{'; '.join(effects)}. Give them distributions in the section uncertain, or run the study with both values."
     )
 
 

@@ -104,8 +104,7 @@ def _initial(check: Any) -> Iterator[Fault]:
         return
     allowed = (
         f"at most {format_quantity(largest_radius, 'mm')}: the gap between collar and wall, "
-        f"{format_quantity(gap, 'mm')}, "
-        f"and as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press"
+        f"{format_quantity(gap, 'mm')}, and as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press"
     )
     if not plane.keys().isdisjoint(farthest):
         yield check.fault("initial.slice", f"starts as far as {format_quantity(radius, 'mm')} off the axis", allowed)

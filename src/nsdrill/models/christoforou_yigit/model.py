@@ -81,11 +81,10 @@ class ChristoforouYigit(CollarInHole[Parameters]):
             gain = self.columns(points, Thresholds())["regulator_lag" if options.regulated else "drive_stiffness"]
             if np.ravel(gain)[0] == 0.0:
                 raise InputError(
-                    f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle "
-                    "nothing holds to that of the set speed, so that no motion repeats in that "
-                    "frame; allowed in a continuation: ideal, a drive with an integral gain, or a "
-                    "dc_motor whose drive.gains hold the lag (K_1, the second one). A sweep up "
-                    "and down (sweep.procedure: up-down) takes any drive."
+                    f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle nothing holds to that "
+                    "of the set speed, so that no motion repeats in that frame; allowed in a continuation: ideal, a "
+                    "drive with an integral gain, or a dc_motor whose drive.gains hold the lag (K_1, the second one). "
+                    "A sweep up and down (sweep.procedure: up-down) takes any drive."
                 )
         smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes

@@ -289,9 +289,8 @@ class Parameters(ModelParameters):
         gap, clearance = (self.well.diameter - collar) / 2, self.stabilizer.clearance
         if clearance is not None and clearance >= gap:
             raise ValueError(
-                f"stabilizer.clearance: found {clearance:g} m, allowed: below the gap between "
-                f"collar and wall, "
-                f"{gap:g} m"
+                f"stabilizer.clearance: found {clearance:g} m, allowed: below the gap between collar and wall, {gap:g} "
+                "m"
             )
 
 

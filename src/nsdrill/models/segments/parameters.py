@@ -390,8 +390,7 @@ class Parameters(ModelParameters):
         widest = max(self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter)
         if widest >= self.well.diameter:
             raise ValueError(
-                f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer "
-                f"diameters of pipe and "
+                f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameters of pipe and "
                 f"collars, {widest:g} m"
             )
 
