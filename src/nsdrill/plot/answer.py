@@ -251,7 +251,8 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         yield (
             f"THE SWEEP BEGINS at {fmt.value(axis, speed['from'])}, above {speed['words']}, "
             f"{fmt.range(axis, [speed['min'], speed['max']])}"
-            f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is brought up to speed passes through that: a point that is safe here need not be safe then."
+            f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is brought up to speed "
+            "passes through that: a point that is safe here need not be safe then."
         )
     if not summary["history_examined"]:
         yield (
