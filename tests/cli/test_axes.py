@@ -131,7 +131,10 @@ def test_show_for_programs(call, made):
 
 def test_a_long_table_is_cut(call, made, monkeypatch):
     monkeypatch.setattr("nsdrill.text.show.MAX_ROWS", 1)
-    assert "more lines (all with --json)" in call("show", made).out
+    short, whole = call("show", made).out, call("show", made, "--all").out
+    assert "more lines (all with --all)" in short
+    assert "more lines" not in whole
+    assert len(whole.splitlines()) > len(short.splitlines())
 
 
 def test_replay_wants_the_start(call, made):

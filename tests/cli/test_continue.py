@@ -142,6 +142,16 @@ def test_show_of_many_branches_fits_a_screen():
     assert "\n".join(told(*branches[:2])).count("two motions meet") == 10
 
 
+def test_a_point_where_the_touches_change_in_number_says_so():
+    special = {**SPECIAL, "label": "lift_off", "meaning": "the bit begins to leave the rock"}
+    counted, begins = (
+        "\n".join(told({**PART, "special": [{**special, "note": note}]})) for note in ("1 to 2 touches a period", "")
+    )
+    assert "lift off (1 to 2 touches a period): how often it touches in a period changes" in counted
+    assert "begins to leave" not in counted
+    assert "lift off: the bit begins to leave the rock" in begins
+
+
 def test_plot_export_and_orbit(made, call):
     call("plot", made / "b.h5", "-o", "b.png")
     assert Path("b.png").stat().st_size > 10_000

@@ -1,6 +1,8 @@
 """Orbits, bifurcations and curves of special points that others have published or that have
 closed forms."""
 
+import re
+
 import numpy as np
 import pytest
 from reference import disc_torque
@@ -152,7 +154,10 @@ def continued():
     points and folds of cycles."""
     curves = {"over": "wob", "from": "21 kN", "to": "24 kN", "of": ["hopf", "fold"], "points": 40}
     study = nsdrill.load_study({**STUDY, "continue": {**STUDY["continue"], "curves": curves}})
-    return study, nsdrill.continue_branches(study)
+    said: list[str] = []
+    data = nsdrill.continue_branches(study, progress=said.append)
+    assert any(re.fullmatch("curves: 0 followed, at most [1-9] to follow", line) for line in said), said
+    return study, data
 
 
 def curve(data, label):

@@ -11,6 +11,7 @@ from nsdrill.models.description import Description
 EQUILIBRIUM, PERIODIC, CYCLE, CIRCLE = "equilibrium", "periodic", "limit_cycle", "invariant_circle"
 REGULAR, HOPF, FOLD, BRANCH, DOUBLING, TORUS, END, FAILED = 0, 3, 5, 6, 7, 8, 9, -9
 BIFURCATIONS = (HOPF, FOLD, BRANCH, DOUBLING, TORUS)
+TOUCHES = "touches a period"  # how the note ends of a point where their number changes
 OWN = 100  # codes above it are those of the models: grazing and thresholds
 
 

@@ -13,13 +13,13 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
 from nsdrill.app.experiment import provenance
-from nsdrill.app.seeding import RANGE_PARTS, ContinuationSetup, number_of
+from nsdrill.app.seeding import RANGE_PARTS, ContinuationSetup, Say, number_of
 from nsdrill.data import Array, Attributes, json_text
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import OPERATION
 from nsdrill.observe.thresholds import Record
-from nsdrill.orbit.borders import Condition, borders
+from nsdrill.orbit.borders import Condition, Frame, borders
 from nsdrill.orbit.branch import ENDINGS, finer_multipliers
 from nsdrill.orbit.explore import Found
 from nsdrill.orbit.flow import Flow
@@ -228,7 +228,7 @@ def conditions_of(setup: ContinuationSetup) -> dict[int, Condition]:
     return dict(condition for name, condition in of_multipliers.items() if name in curves.of) | grazing
 
 
-def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: int) -> Dataset:
+def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: int, say: Say) -> Dataset:
     """``data`` with the curves along which special points continue in the plane of the
     continued number and a second one."""
     continuation, study = setup.continuation, setup.study
@@ -246,8 +246,8 @@ def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: 
         return known[name]
 
     start = number_of(study, dimension_of(curves.over))
-    ranges = ((continuation.low, continuation.high), (curves.low, curves.high))
-    lines = borders(flows, found.branches, conditions_of(setup), start, ranges, curves.points, interrupt.check)
+    frame = Frame(start, ((continuation.low, continuation.high), (curves.low, curves.high)), curves.points)
+    lines = borders(flows, found.branches, conditions_of(setup), frame, interrupt.check, say)
     points = [point for one in lines for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
     along, over = dimension_of(continuation.along), dimension_of(curves.over)

@@ -136,8 +136,7 @@ def _followed(
     say(f"measuring {count(sum(map(len, found.branches)), 'point')}")
     data = dataset_of(setup, flow, found)
     if continuation.curves is not None:
-        say("curves")
-        data = with_curves(setup, data, found, workers)
+        data = with_curves(setup, data, found, workers, say)
     return data, found
 
 

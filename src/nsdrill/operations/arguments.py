@@ -411,11 +411,11 @@ NoTitle = Annotated[
 Everything = Annotated[
     bool,
     Argument(
-        "Every special point of branches, however many.",
+        "Every row of a long table, every special point of branches.",
         "bool",
         "--all",
         kind=Flag(),
-        help="Print every special point of branches, however many.",
+        help="Print every row of a long table, every special point of branches.",
     ),
 ]
 Json = Annotated[bool, Argument("Print JSON.", option="--json", kind=Flag())]

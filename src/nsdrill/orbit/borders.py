@@ -39,6 +39,17 @@ class Border:
     branch: int
 
 
+@dataclass(frozen=True)
+class Frame:
+    """Where curves are followed: the ``ranges`` of both parameters, first that of the
+    branches, the value ``start`` of the second one on these, and the most ``points`` of
+    a curve."""
+
+    start: float
+    ranges: tuple[tuple[float, float], tuple[float, float]]
+    points: int
+
+
 @dataclass(frozen=True, eq=False)
 class _SpecialPoint:
     """A special point of the ``branch`` of this ``number``."""
@@ -60,21 +71,20 @@ def borders(
     flows: Callable[[Condition], Flow],
     branches: list[Branch],
     conditions: dict[int, Condition],
-    start: float,
-    bounds: tuple[tuple[float, float], tuple[float, float]],
-    max_points: int,
+    frame: Frame,
     poll: Callable[[], None],
+    say: Callable[[str], object],
 ) -> list[Border]:
     """The curves through the special points with a label among ``conditions``, one for
     each point that lies on no other curve.
 
-    ``flows(condition)`` is the flow for a condition. Both parameters are free in it,
-    first that of the branches; the second has the value ``start`` on the branches.
-    ``bounds`` are the ranges of both. ``max_points`` limits each curve. ``poll`` is
-    called often, and may raise to stop. Folds and doublings next to a grazing point
-    are left out: they belong to the curve of that point.
+    ``flows(condition)`` is the flow for a condition, in which both parameters are free.
+    ``poll`` is called often, and may raise to stop; ``say`` how far it is. Folds and
+    doublings next to a grazing point are left out: they belong to the curve of that
+    point.
     """
-    tolerance = DUPLICATE_DISTANCE * (bounds[0][1] - bounds[0][0])
+    low, high = frame.ranges[0]
+    tolerance = DUPLICATE_DISTANCE * (high - low)
     remaining = [
         special
         for number, branch in enumerate(branches)
@@ -82,7 +92,8 @@ def borders(
     ]
     found: list[Border] = []
     while remaining:
-        remaining = [one for one in remaining if not any(_crosses(line, one, start, tolerance) for line in found)]
+        remaining = [one for one in remaining if not any(_crosses(line, one, frame.start, tolerance) for line in found)]
+        say(f"curves: {len(found)} followed, at most {len(remaining)} to follow")
         first_of_kind: dict[tuple[int, str, int], _SpecialPoint] = {}
         for special in remaining:
             first_of_kind.setdefault(special.kind, special)
@@ -92,7 +103,7 @@ def borders(
         for special in chosen:
             condition = conditions[special.labelled.label]
             flow = flows(condition)
-            tasks.setdefault(flow, {})[special] = _border(flow, special, condition, start, bounds, max_points)
+            tasks.setdefault(flow, {})[special] = _border(flow, special, condition, frame)
         results: dict[_SpecialPoint, Border | None] = {}
         for flow, of_flow in tasks.items():
             results |= advance(flow, of_flow, poll)
@@ -138,33 +149,26 @@ def _crosses(border: Border, special: _SpecialPoint, start: float, tolerance: fl
     return False
 
 
-def _border(
-    flow: Flow,
-    special: _SpecialPoint,
-    condition: Condition,
-    start: float,
-    bounds: tuple[tuple[float, float], tuple[float, float]],
-    max_points: int,
-) -> Task[Border | None]:
+def _border(flow: Flow, special: _SpecialPoint, condition: Condition, frame: Frame) -> Task[Border | None]:
     """The curve through a special point; None where Newton's method does not lead onto
     it."""
     orbit = special.labelled.point.found
-    values = np.array([special.value, start])
+    values = np.array([special.value, frame.start])
     motion = problem_of(flow, special.branch, replace(orbit, values=values))
     problem = Curve.at(motion, orbit, values, condition)
     guess = problem.unknowns(orbit, values)
     seed = yield from corrected_at_parameter(problem, guess)
     if seed is None or np.linalg.norm(seed.x - guess) > MAX_CORRECTION:
         return None
-    low, high = np.array(bounds[0]) / flow.scales[0]
-    second_low, second_high = np.array(bounds[1]) / flow.scales[1]
+    low, high = np.array(frame.ranges[0]) / flow.scales[0]
+    second_low, second_high = np.array(frame.ranges[1]) / flow.scales[1]
 
     def stop(previous: Point, current: Point) -> str:
         return "" if low <= current.x[-2] <= high else "range"
 
-    rules = Rules((second_low, second_high), max_points // 2, stop=stop, first_step=FIRST_STEP, max_step=MAX_STEP)
+    rules = Rules((second_low, second_high), frame.points // 2, stop=stop, first_step=FIRST_STEP, max_step=MAX_STEP)
     forward = yield from follow(problem, seed, 1, rules)
-    remaining = max_points - len(forward.points)
+    remaining = frame.points - len(forward.points)
     backward = yield from follow(problem, seed, -1, replace(rules, max_points=remaining))
     before, after = ([entry.point for entry in half.points] for half in (backward, forward))
     line = [*before[::-1], seed, *after]

@@ -23,7 +23,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import BIFURCATIONS, BRANCH, CIRCLE, DOUBLING, EQUILIBRIUM, FOLD, HOPF, TORUS
+from nsdrill.analysis.bifurcations import (
+    BIFURCATIONS,
+    BRANCH,
+    CIRCLE,
+    DOUBLING,
+    EQUILIBRIUM,
+    FOLD,
+    HOPF,
+    TORUS,
+    TOUCHES,
+)
 from nsdrill.data import Array
 from nsdrill.orbit.flow import Task
 from nsdrill.orbit.newton import Point, Problem, corrected_between
@@ -346,7 +356,7 @@ def _grazing(before: np.ndarray, after: np.ndarray, contact: int, graze: Graze, 
     code = graze.reached if graze.reached is not None else graze.lost
     if not counted or n1 == n2 or never1 or never2 or always1 or always2 or code is None:
         return []
-    level, words = 0.5 * (n1 + n2), f"{int(n1)} to {int(n2)} touches a period"
+    level, words = 0.5 * (n1 + n2), f"{int(n1)} to {int(n2)} {TOUCHES}"
     return [TestFunction(code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words, True)]
 
 

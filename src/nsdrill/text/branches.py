@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import BIFURCATIONS, CIRCLE, END, Meaning, meanings_of, motion_text
+from nsdrill.analysis.bifurcations import BIFURCATIONS, CIRCLE, END, TOUCHES, Meaning, meanings_of, motion_text
 from nsdrill.data import Answer, Array, Attributes, overrides
 from nsdrill.errors import printable
 from nsdrill.models.registry import model_in
@@ -244,7 +244,9 @@ def _paragraphs(s: Answer, units: str) -> Iterator[str]:
         for special in branch["special"][:MAX_SPECIAL]:
             note = f" ({special['note']})" if special["note"] else ""
             name = special["label"].replace("_", " ")
-            meaning = special["meaning"] + _change(special["unstable_before"], special["unstable_after"])
+            is_count = special["note"].endswith(TOUCHES)
+            meaning = "how often it touches in a period changes" if is_count else special["meaning"]
+            meaning += _change(special["unstable_before"], special["unstable_after"])
             yield (f"  {text(special['value']):14s} {name}{note}: {meaning} [point {special['point']}]")
         if (more := len(branch["special"]) - MAX_SPECIAL) > 0:
             yield f"  ... {more} more; --json has all"

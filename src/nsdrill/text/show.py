@@ -37,7 +37,9 @@ def lines(name: str, summary: Answer, units: str, everything: bool = False) -> I
         return branch_lines(name, summary, units, everything)
     if summary["kind"] == "unfinished":
         return _unfinished_lines(name, summary)
-    return (_trace_lines if summary["kind"] == "trace" else _result_lines)(name, summary, units)
+    if summary["kind"] == "trace":
+        return _trace_lines(name, summary, units)
+    return _result_lines(name, summary, units, everything)
 
 
 def _unfinished_lines(name: str, s: Answer) -> Iterator[str]:
@@ -48,7 +50,7 @@ def _unfinished_lines(name: str, s: Answer) -> Iterator[str]:
     yield "  Go on with the command that began it and --resume."
 
 
-def _result_lines(file: str, s: Answer, units: str) -> Iterator[str]:
+def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterator[str]:
     # A .part file may hold every point already, before the results file is written.
     kind = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     yield printable(f"{file}: {kind}. {s['title']}".rstrip())
@@ -74,30 +76,30 @@ def _result_lines(file: str, s: Answer, units: str) -> Iterator[str]:
     if refinement := s.get("refinement"):
         yield f"  refined        {refinement_text(refinement, units)}"
     if trust := s.get("trust"):
-        yield from _trust_lines(trust)
+        yield from _trust_lines(trust, everything)
     if s["thresholds"]:
         yield printable(f"  labels         with {', '.join(s['thresholds'])}")
     yield from _response_lines(s)
     if intervals := s.get("intervals"):
-        yield from _interval_lines(intervals, units)
+        yield from _interval_lines(intervals, units, everything)
     if "probabilities" in s:
-        yield from _probability_lines(s, units)
+        yield from _probability_lines(s, units, everything)
     if "operating_points" in s:
-        yield from _attractor_lines(s, units)
+        yield from _attractor_lines(s, units, everything)
     if hysteresis := s.get("hysteresis"):
-        yield from _hysteresis_lines(
-            hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1], units
-        )
+        swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
+        yield from _hysteresis_lines(hysteresis, swept, units, everything)
     if s["ranges"]:
         yield "\nLeast and greatest over all points:"
         yield from _range_lines(s["ranges"], units)
     if failed := s["failed"]:
         yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
-        for point in failed[:MAX_FAILED]:
+        most = len(failed) if everything else MAX_FAILED
+        for point in failed[:most]:
             where = point_text({name: point[name] for name in s["axes"]}, units)
             where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
             yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
-        yield from rest(failed, MAX_FAILED)
+        yield from rest(failed, most)
 
 
 def _response_lines(s: Answer) -> Iterator[str]:
@@ -132,7 +134,7 @@ def _unknown_lines(s: Answer, units: str) -> Iterator[str]:
         yield f"    {label_of(key):26s} {low} to {high}"
 
 
-def _probability_lines(s: Answer, units: str) -> Iterator[str]:
+def _probability_lines(s: Answer, units: str, everything: bool) -> Iterator[str]:
     """The probability of each answer at some of the operating points."""
     rows = s["probabilities"]
     histories = {row["history"]: None for row in rows}
@@ -147,13 +149,12 @@ def _probability_lines(s: Answer, units: str) -> Iterator[str]:
             f"{samples_text(s['counted'], s['effective'])}:"
         )
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
-        for row in evenly_spaced(history_rows, MAX_POINTS):
+        most = len(history_rows) if everything else MAX_POINTS
+        for row in evenly_spaced(history_rows, most):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
             yield f"  {where:30s}" + "".join(f"{_probability_text(row[name]):>22s}" for name in names)
-        if len(history_rows) > MAX_POINTS:
-            yield (
-                f"  ({MAX_POINTS} of {len(history_rows)} points; all with --json, or nsdrill plot --kind probability)"
-            )
+        if len(history_rows) > most:
+            yield f"  ({most} of {len(history_rows)} points; all with --all, or nsdrill plot --kind probability)"
 
 
 def _probability_text(estimate: dict[str, float]) -> str:
@@ -183,7 +184,7 @@ def _method_lines(method: str) -> Iterator[str]:
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
-def _trust_lines(trust: Answer) -> Iterator[str]:
+def _trust_lines(trust: Answer, everything: bool) -> Iterator[str]:
     checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
     failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
     yield (
@@ -194,18 +195,19 @@ def _trust_lines(trust: Answer) -> Iterator[str]:
     for check, failed in trust["failed_checks"].items():
         if failed:
             yield f"    {CHECKS[check]}: {failed} did not end well"
-    for row in trust["changed"][:MAX_CHANGED]:
+    most = len(trust["changed"]) if everything else MAX_CHANGED
+    for row in trust["changed"][:most]:
         change = f"{in_words(row['from'])} -> {in_words(row['to'])}"
         yield f"    {CHECKS[row['check']]:18s}{row['points']:6d}  {change}"
-    if len(trust["changed"]) > MAX_CHANGED:
-        yield (f"    and {len(trust['changed']) - MAX_CHANGED} more kinds of change (all with --json)")
+    yield from rest(trust["changed"], most, "kinds of change (all with --all)")
 
 
-def _interval_lines(intervals: list[Answer], units: str) -> Iterator[str]:
+def _interval_lines(intervals: list[Answer], units: str, everything: bool) -> Iterator[str]:
     yield "\nAlong the sweep:"
-    for row in intervals[:MAX_INTERVALS]:
+    most = len(intervals) if everything else MAX_INTERVALS
+    for row in intervals[:most]:
         yield f"  {row['procedure']:5s} {_span(row, units)}  {in_words(row['response'])}"
-    yield from rest(intervals, MAX_INTERVALS)
+    yield from rest(intervals, most)
 
 
 def _span(row: Answer, units: str) -> str:
@@ -216,13 +218,13 @@ def _span(row: Answer, units: str) -> str:
     return f"{ends:32s} {count(row['points'], 'point'):>12s}"
 
 
-def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Iterator[str]:
+def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str, everything: bool) -> Iterator[str]:
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
     ways = "up (deeper) and down (shallower)" if axis == "depth" else "up and down"
     yield f"\nWhere {ways} differ, and in what, along the {label_of(axis)}:"
-    previous = None
-    for row in rows[:MAX_INTERVALS]:
+    previous, most = None, len(rows) if everything else MAX_INTERVALS
+    for row in rows[:most]:
         place = ", ".join(
             f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units) for name in held
         )
@@ -233,7 +235,7 @@ def _hysteresis_lines(rows: list[Answer], swept: list[str], units: str) -> Itera
             f"  {_span(row, units)}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; down "
             f"{in_words(row['down'])}{'; open end' if row['open'] else ''}"
         )
-    yield from rest(rows, MAX_INTERVALS)
+    yield from rest(rows, most)
     steps = [row["step"] for row in rows if row["step"] is not None]
     if steps:
         step = value_text(axis, max(steps), units)
@@ -287,7 +289,7 @@ def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
         yield from _range_lines(s["ranges"], units)
 
 
-def _attractor_lines(summary: Answer, units: str) -> Iterator[str]:
+def _attractor_lines(summary: Answer, units: str, everything: bool) -> Iterator[str]:
     """A line for each attractor: its share of the starts, with a confidence interval
     where they are drawn at random, and its motion."""
     points, axes = summary["operating_points"], summary["axes"]
@@ -299,9 +301,10 @@ def _attractor_lines(summary: Answer, units: str) -> Iterator[str]:
             f"  {where if not number else '':22s} {text}" for number, text in enumerate(_point_lines(point, units))
         ]
     yield (f"\nAttractors, by their share of the {'slice' if summary['slice'] else 'starts (95 % interval)'}:")
-    for row in rows[:MAX_ROWS]:
+    most = len(rows) if everything else MAX_ROWS
+    for row in rows[:most]:
         yield row.rstrip()
-    yield from rest(rows, MAX_ROWS, "lines (all with --json)")
+    yield from rest(rows, most, "lines (all with --all)")
     yield from _unsettled_lines(points)
 
 

@@ -88,7 +88,7 @@ def aligned(table: Sequence[tuple[str, ...]]) -> Iterator[str]:
         yield ("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip()
 
 
-def rest(things: Sized, most: int, what: str = "(all with --json)") -> Iterator[str]:
+def rest(things: Sized, most: int, what: str = "(all with --all)") -> Iterator[str]:
     """The line below the first ``most`` of the ``things``, where there are more."""
     if len(things) > most:
         yield f"  and {len(things) - most} more {what}"
