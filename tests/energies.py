@@ -5,13 +5,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from main_model import MAIN
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import stabilizer_radius, weights
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
-from nsdrill.models.christoforou_yigit.equations import LOADS, loads
-from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.drives import Gains, motor_torque
+from nsdrill.models.leaves import Values
 from nsdrill.models.operation import History, Operation
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -109,7 +110,12 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string = parameters.drillstring
-    found = loads(parameters, operation, state, *LOADS, "stiffness", "axial_friction", "stabilizer_friction")
+    point = Values(parameters, Initial(), (operation.depth, operation.wob, operation.rotary_speed))
+    # 0 what equations without an option do not have
+    names = ("bit_force", "bit_torque", "wall_force", "wall_friction", "stiffness")
+    further = ("axial_friction", "stabilizer_friction")
+    present = [name for name in further if name in MAIN.motion(MAIN.variant(parameters)).named()]
+    found = dict.fromkeys(further, 0.0) | MAIN.quantities(point, state, *names, *present)
     x, y, vx, vy, vz, omega = (state[name] for name in ("x", "y", "vx", "vy", "vz", "bit_speed"))
     radius = np.hypot(x, y)
     divisor = np.where(radius > 0, radius, 1.0)
