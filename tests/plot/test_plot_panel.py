@@ -46,6 +46,14 @@ def test_a_panel_along_an_axis_is_the_same_alone(speeds, kind):
             assert np.array_equal(one.get_xydata(), other.get_xydata(), equal_nan=True)
 
 
+def test_the_legend_of_a_panel_names_the_lines_that_it_has(speeds):
+    for panel, has_speed in (("bit_speed_peaks", True), ("radius_peaks", False)):
+        figure = plot.draw(speeds, panel=panel)
+        (words,) = ([text.get_text() for text in legend.get_texts()] for legend in figure.legends)
+        assert ("rotary speed" in words) == has_speed, panel
+        assert ("wall of the hole" in words) == any(line.get_gid() == "wall" for line in figure.axes[0].lines)
+
+
 def test_a_name_may_be_shortened_where_it_is_clear(speeds):
     assert labels(plot.draw(speeds, "bifurcation", panel="radius")) == ["Radial peaks $r$ [mm]"]
     with pytest.raises(nsdrill.InputError, match="found 'peaks'; allowed here: 'axial_peaks', 'bit_speed_peaks'"):

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
+import nsdrill
 from nsdrill.analysis.bifurcations import CYCLE, PERIODIC, motion_text
 from nsdrill.app import trajectory
 from nsdrill.app.motions import Motions
@@ -270,6 +271,18 @@ def write(path: Path, shared: Path, **changes: Any) -> Path:
 @pytest.fixture
 def branches(shared, tmp_path):
     return write(tmp_path / "branches.h5", shared)
+
+
+def test_peaks_beyond_the_range_of_branches_are_not_drawn_beneath_them(branches, shared):
+    """Else they set the limits of the panels."""
+    data, sweep = nsdrill.open_results(branches), nsdrill.open_results(shared / "small.h5")
+    low, high = (float(end(data["rotary_speed"].values)) for end in (np.min, np.max))
+    assert sweep["rotary_speed"].values.max() > high
+    figure = nsdrill.plot(data.assign_attrs(continue_from=low, continue_to=high), over=sweep)
+    lines = [line for axes in figure.axes for line in axes.lines if str(line.get_gid()).startswith("sweep")]
+    across = np.concatenate([line.get_xdata() for line in lines])
+    assert across.size
+    assert low <= across.min() <= across.max() <= high
 
 
 def test_they_are_drawn_over_a_sweep(branches, shared):

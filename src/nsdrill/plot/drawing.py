@@ -267,6 +267,9 @@ class _StandIn:
 
     def legend(self, *, handles: list[Artist], ncols: int, loc: Literal["outside lower center"]) -> Legend:
         (panel,) = self.axes
+        # entries of lines that other panels have
+        drawn = {artist.get_gid() for artist in panel.get_children()}
+        handles = [handle for handle in handles if handle.get_gid() is None or handle.get_gid() in drawn]
         if self._own:
             return panel.figure.legend(handles=handles, ncols=ncols, loc=loc)
         points = LEGEND_BELOW + 2 * LINE_HEIGHT * float(panel.xaxis.label.get_fontsize())

@@ -258,7 +258,7 @@ def draw_rotary_speed(lines: list[Line], panels: list[Axes]) -> list[Artist]:
             place = line.place[3] if isinstance(line.place[3], int) else 0
             speed = float(line.results.coords["rotary_speed"][place]) / quantity("rotary_speed", line.units).scale
             axes.axhline(speed, gid="rotary speed", **style)
-    return [line_entry(label="rotary speed", **style)] if panels else []
+    return [line_entry(label="rotary speed", gid="rotary speed", **style)] if panels else []
 
 
 def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]:
@@ -278,7 +278,7 @@ def draw_wall(attrs: Attributes, panels: list[Axes], units: str) -> list[Artist]
         return []
     for axes in panels:
         axes.axhline(height, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
-    return [line_entry(color=REFERENCE, linewidth=0.9, label="wall of the hole")]
+    return [line_entry(color=REFERENCE, linewidth=0.9, label="wall of the hole", gid="wall")]
 
 
 def graded(name: str) -> Response | None:

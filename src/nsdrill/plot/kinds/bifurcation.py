@@ -243,7 +243,7 @@ def _draw_speed_of_ramp(panels: list[Axes], trace: Trace, axis: str, units: str)
         panels[0].plot(ends, ends, gid="rotary speed", **style)
     else:
         panels[0].axhline(ends[0], gid="rotary speed", **style)
-    return [line_entry(label="rotary speed", **style)]
+    return [line_entry(label="rotary speed", gid="rotary speed", **style)]
 
 
 KINDS = (

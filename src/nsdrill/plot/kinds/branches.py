@@ -3,6 +3,7 @@ unstable, with markers at special points."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -104,17 +105,17 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
     axes = stack(figure, len(shown))
     panel_height = (figure.get_figheight() - TEXT_HEIGHT) / len(shown)
     letters = max(8, int(72.0 * panel_height / (LETTER * font_size(FONT_SIZE))))
+    ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
+    if (xlim := look.get().xlim) is not None:
+        ends = [value_of("xlim", end, base_quantity(along).units) / x.scale for end in xlim]
     handles: dict[str, Artist] = {}
     panels = [_Panel(one, data, along, panel, units, handles) for one, panel in zip(axes, shown, strict=True)]
     for panel in panels:
         if over is not None:
-            panel.draw_sweep(over)
+            panel.draw_sweep(over, ends)
         panel.draw_branches()
         name_panel(panel.axes, panel.feature, panel.feature, panel.y_shown.in_lines(letters))
     axes[-1].set_xlabel(x.label)
-    ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
-    if (xlim := look.get().xlim) is not None:
-        ends = [value_of("xlim", end, base_quantity(along).units) / x.scale for end in xlim]
     for one in axes if np.all(np.isfinite(ends)) else ():
         one.set_xlim(*ends)
     for panel in panels:
@@ -165,14 +166,18 @@ class _Panel:
         self.x = data[along].values / quantity(along, units).scale
         self.y = data[self.feature].values / self.y_shown.scale
 
-    def draw_sweep(self, over: Results) -> None:
-        """The peaks of a sweep."""
+    def draw_sweep(self, over: Results, ends: Sequence[float]) -> None:
+        """The peaks of a sweep between these ``ends``, where they are known: others
+        would set the limits of the panel."""
+        low, high = sorted(ends) if np.all(np.isfinite(ends)) else (-np.inf, np.inf)
         line = Line.along(over, self.along, self.units)
         style: Properties = {"linestyle": "none", "marker": ".", "color": SWEEP_COLOUR}
         dots: Properties = {"markersize": SWEEP_MARKER_SIZE, "markeredgewidth": 0, "zorder": 1, "rasterized": True}
         for name, gid in ((self.peaks, "sweep"), (self.feature, "sweep greatest")):
             if name in over.variables:
-                self.axes.plot(*line.points(name), gid=gid, **style, **dots)
+                across, values = line.points(name)
+                seen = (across >= low) & (across <= high)
+                self.axes.plot(across[seen], values[seen], gid=gid, **style, **dots)
         self.handles.setdefault("sweep", line_entry(label="peaks of the sweep", **style))
 
     def draw_branches(self) -> None:
