@@ -5,7 +5,7 @@ from typing import Any
 
 
 def legend_words(figure: Any) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
+    return [" ".join(text.get_text().split()) for text in figure.legends[0].get_texts()]
 
 
 def artists(where: Any, name: str) -> list[Any]:

@@ -75,10 +75,14 @@ def test_points_without_peaks_are_drawn_at_their_constant_value():
     data = make_results(rotary_speed=np.linspace(3, 5, 11))
     data["axial_peaks"][0, 0, 0, 4:7] = np.nan
     figure = plot.draw(data)
-    [dashes] = artists(figure, "axial_max:")
+    [dashes] = artists(figure.axes[1], "no peaks:")
     np.testing.assert_allclose(dashes.get_xdata(), data.coords["rotary_speed"][4:7])
     np.testing.assert_allclose(dashes.get_ydata(), data["axial_max"][0, 0, 0, 4:7] * 1e3)
-    assert "no peaks: greatest value" in legend_words(figure)
+    words = "no peaks: greatest value"
+    assert words in legend_words(figure)
+    alone = {name: legend_words(plot.draw(data, panel=name)) for name in ("axial_peaks", "radius_peaks")}
+    assert words in alone["axial_peaks"]
+    assert words not in alone["radius_peaks"], "there every point has peaks"
 
 
 def test_wall_where_it_is_in_sight():

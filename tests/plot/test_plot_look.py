@@ -366,8 +366,8 @@ def test_basins_have_colours_that_can_be_told_apart():
 @pytest.mark.usefixtures("laid_out")
 def test_a_picture_without_room_for_its_panels_is_refused(speeds):
     """In place of words that cover each other; one panel alone has room."""
-    words = "^height: found a picture of 3 by 3 in, in which title, labels and legend leave no room"
-    small = look_of(width="3 in", height="3 in")
+    words = "^height: found a picture of 3 by 2.6 in, in which title, labels and legend leave no room"
+    small = look_of(width="3 in", height="2.6 in")
     with pytest.raises(InputError, match=words):
         plot.draw(speeds, look=small)
     axes = plot.draw(speeds, panel="radius_peaks", look=small).axes[0]

@@ -12,13 +12,17 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from model_tables import VARIABLES
 from seen import artists, legend_words, maps
+from xarray import Dataset
 
+import nsdrill
 from nsdrill import plot
+from nsdrill.analysis.bifurcations import DOUBLING, FOLD
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.plot import draw, look_of
 from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_equal_rates
 from nsdrill.plot.style import KIND_COLOURS, MOTIONS, RESPONSES
+from nsdrill.store.dataset import to_dataset
 from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, POINT, STEP_LIMIT
 
 
@@ -323,6 +327,36 @@ def test_the_rate_is_equal_along_a_line(rated, kind, panels):
             np.testing.assert_allclose(x * y / 10, level, rtol=0.02)
     legend = legend_words(figure)
     assert "Rate of penetration [m/h]" in legend
+
+
+def curves_of(results, labels):
+    """A file of branches with a curve of each of these kinds, straight through the
+    map."""
+    ends = [RATED_SPEEDS[[0, -1]], RATED_WEIGHTS[[0, -1]]]
+    curves = {
+        "curve_label": ("curve", np.array(labels)),
+        "curve_row_size": ("curve", np.full(len(labels), 2)),
+        "curve_rotary_speed": ("curve_point", np.tile(ends[0], len(labels))),
+        "curve_wob": ("curve_point", np.tile(ends[1], len(labels))),
+        "row_size": ("branch", np.array([1])),
+        "depth": ("point", results.coords["depth"]),
+    }
+    return Dataset(curves, attrs={**results.attrs, "along": "rotary_speed", "over": "wob"})
+
+
+@pytest.mark.parametrize("panel", [None, "up"])
+def test_curves_over_a_map_differ_from_lines_of_equal_rate(rated, panel):
+    curves = curves_of(rated, (FOLD, DOUBLING, 101, 102))
+    figure = nsdrill.plot(to_dataset(rated), over=curves, panel=panel)
+    (legend,) = figure.legends
+    entries = {text.get_text(): line for text, line in zip(legend.get_texts(), legend.legend_handles, strict=True)}
+    names = ("Rate of penetration [m/h]", "fold", "doubling", "lift off", "wall reached")
+    dashes = [str(entries[name]._unscaled_dash_pattern) for name in names]
+    assert len(set(dashes)) == 5
+    drawn = artists(figure, "curve 1")
+    assert len(drawn) == (1 if panel else 3), "up, down, and where these differ"
+    assert str(drawn[0]._unscaled_dash_pattern) == dashes[2]
+    assert all(axes.get_legend() is None for axes in figure.axes), "no legend over the map"
 
 
 @pytest.mark.usefixtures("laid_out")

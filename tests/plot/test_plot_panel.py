@@ -147,6 +147,36 @@ def test_every_panel_in_axes_of_a_user(speeds, trace):
     assert axes.get_xlabel() == "Time [s]"
 
 
+@pytest.mark.usefixtures("laid_out")
+@pytest.mark.parametrize("columns", [1, 2])
+def test_in_small_axes_of_a_user_the_panel_keeps_its_room(speeds, columns):
+    """The entries of the legend stand in as many columns as the room of the axes has."""
+    figure = Figure(figsize=(3.3 * columns, 2.5), layout="constrained")
+    for axes in np.ravel(figure.subplots(1, columns)):
+        nsdrill.plot(to_dataset(speeds), panel="radius_peaks", ax=axes)
+    figure.draw_without_rendering()
+    page = figure.bbox
+    for number, axes in enumerate(figure.axes):
+        legend, panel = axes.get_legend(), axes.get_window_extent()
+        assert len(legend.get_texts()) > 6
+        assert panel.height > 0.4 * page.height
+        words = [legend.get_window_extent(), axes.yaxis.label.get_window_extent()]
+        room = page.width / columns * number, page.width / columns * (number + 1)
+        for box in words:
+            assert room[0] <= box.x0 < box.x1 <= room[1]
+            assert -1 <= box.y0 < box.y1 <= page.height + 1
+        assert not legend.get_window_extent().overlaps(axes.xaxis.label.get_window_extent())
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_a_high_legend_takes_no_room_from_the_panels(speeds):
+    def height(width):
+        figure = plot.draw(speeds, look=look_of(width=width))
+        return [axes.get_window_extent().height / figure.dpi for axes in figure.axes[1:]]
+
+    assert height("3.3 in") == pytest.approx(height("7 in"), rel=0.1)
+
+
 def test_limits_of_the_y_axis_with_units(speeds):
     def shown(**look):
         return [axes.get_ylim() for axes in plot.draw(speeds, look=look_of(**look)).axes]

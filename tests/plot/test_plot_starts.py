@@ -211,6 +211,9 @@ def test_one_start_is_a_sweep_as_any_other(ensemble):
     drawn = sum(len(line.get_xdata()) for line in markers)
     peaks, greatest = ensemble["axial_peaks"][..., 3, :], ensemble["axial_max"][..., 3]
     assert drawn == np.isfinite(with_greatest(peaks, greatest)).sum()
+    for kind in ("bifurcation", "summary"):
+        title = plot.draw(ensemble, kind, start=3).get_suptitle()
+        assert title.splitlines()[-1].endswith("start 3 of 0 to 19"), kind
 
 
 @pytest.mark.parametrize(

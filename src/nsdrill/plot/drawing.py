@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import difflib
 import itertools
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, Any, Literal, NoReturn, cast
@@ -28,12 +29,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator
-from matplotlib.transforms import ScaledTranslation
+from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_factory
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import LETTER, quantity
 from nsdrill.plot.look import Look, apply_limits
 from nsdrill.plot.maps import Planes
 from nsdrill.plot.page import (
@@ -146,6 +147,7 @@ LINE_HEIGHT = 1.25  # of the size of the type
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend of one panel
 PANEL_HEIGHT = (2.0, 3.4)  # inches: least and greatest
 # The caller's layout takes the room of a legend from the panel.
+ROOM_BETWEEN = 0.06  # inches: half of what is left free between the legends of neighbours
 COMPACT: Properties = {"handlelength": 1.2, "columnspacing": 0.8, "labelspacing": 0.2, "borderpad": 0.0}
 ENLARGED = 1.6  # a panel alone is higher than one of several
 
@@ -224,6 +226,18 @@ def _alone(panel: Axes) -> Axes:
     return single_panel(page_width(), TEXT_HEIGHT + float(np.clip(height, *PANEL_HEIGHT)))[1]
 
 
+def _room_of(panel: Axes) -> Bbox:
+    """The part of its figure [pixels] that axes of the caller have with their labels: a
+    cell of a grid, if they stand in one."""
+    page, spec = panel.figure.bbox, panel.get_subplotspec()
+    if spec is None:
+        return panel.bbox
+    columns, rows = spec.get_gridspec().ncols, spec.get_gridspec().nrows
+    x0, x1 = (page.x0 + page.width * end / columns for end in (spec.colspan.start, spec.colspan.stop))
+    margin = ROOM_BETWEEN * panel.figure.dpi
+    return Bbox.from_extents(x0 + margin, page.y0, x1 - margin, page.y0 + page.height * len(spec.rowspan) / rows)
+
+
 class _StandIn:
     """Stands in for the figure while one of its panels is drawn. Where the axes are the
     caller's, titles and layout are left to the caller."""
@@ -235,7 +249,8 @@ class _StandIn:
         self._number, self._hidden, self._own = number, hidden, own
         self._made = made if made is not None else itertools.count()
         self._twin: Axes | None = None  # of the panel, on the figure that nobody sees
-        self.bbox = panel.figure.bbox if own else panel.bbox
+        self.legends: list[Legend] = []
+        self.bbox = panel.figure.bbox if own else _room_of(panel)
         self.dpi = panel.figure.dpi
 
     def __getattr__(self, name: str) -> object:
@@ -267,22 +282,35 @@ class _StandIn:
 
     def legend(self, *, handles: list[Artist], ncols: int, loc: Literal["outside lower center"]) -> Legend:
         (panel,) = self.axes
-        # entries of lines that other panels have
-        drawn = {artist.get_gid() for artist in panel.get_children()}
+        # entries of lines that other panels have; a name of lines may have more words after a colon
+        names = {str(artist.get_gid()) for artist in panel.get_children()}
+        drawn = names | {name.partition(":")[0] for name in names}
         handles = [handle for handle in handles if handle.get_gid() is None or handle.get_gid() in drawn]
         if self._own:
-            return panel.figure.legend(handles=handles, ncols=ncols, loc=loc)
-        points = LEGEND_BELOW + 2 * LINE_HEIGHT * float(panel.xaxis.label.get_fontsize())
-        below = ScaledTranslation(0.0, -points / 72.0, panel.figure.dpi_scale_trans)
-        return panel.legend(
-            handles=handles,
-            ncols=ncols,
-            **COMPACT,
-            loc="upper center",
-            bbox_to_anchor=(0.5, 0.0),
-            borderaxespad=0.0,
-            bbox_transform=panel.transAxes + below,
-        )
+            legend = panel.figure.legend(handles=handles, ncols=ncols, loc=loc)
+        else:
+            below = ScaledTranslation(0.0, -self._below() / self.dpi, panel.figure.dpi_scale_trans)
+            page = panel.figure.bbox
+            middle = (0.5 * (self.bbox.x0 + self.bbox.x1) - page.x0) / page.width
+            legend = panel.legend(
+                handles=handles,
+                ncols=ncols,
+                **COMPACT,
+                loc="upper center",
+                bbox_to_anchor=(middle, 0.0),
+                borderaxespad=0.0,
+                bbox_transform=blended_transform_factory(panel.figure.transSubfigure, panel.transAxes + below),
+            )
+        self.legends = [legend]
+        return legend
+
+    def _points(self, count: float | str) -> float:
+        """So many points in pixels."""
+        return float(count) * self.dpi / 72.0
+
+    def _below(self) -> float:
+        """The distance [pixels] of a legend from the panel above it."""
+        return self._points(LEGEND_BELOW + 2 * LINE_HEIGHT * float(self.axes[0].xaxis.label.get_fontsize()))
 
     def suptitle(self, text: str, **style: bool) -> Text | None:
         return self.axes[0].figure.suptitle(text, **style) if self._own else None
@@ -303,6 +331,10 @@ class _StandIn:
             panel.set_xlabel(quantity(across, units).label)
         if (y := panel.yaxis.get_gid()) and not panel.get_ylabel():
             panel.set_ylabel(quantity(y, units).label)
+        if not self._own and "\n" not in panel.get_ylabel():
+            below = self._below() + sum(legend.get_window_extent().height for legend in self.legends)
+            letters = (self.bbox.height - below) / (LETTER * self._points(panel.yaxis.label.get_fontsize()))
+            panel.set_ylabel(textwrap.fill(panel.get_ylabel(), max(8, int(letters)), break_long_words=False))
         if self._twin is None:
             return
         for axis, twin in ((panel.xaxis, self._twin.xaxis), (panel.yaxis, self._twin.yaxis)):

@@ -21,6 +21,8 @@ UNIT_SYSTEMS = SYSTEMS
 # words of a study as people write them, where that is not the word with blanks
 WRITTEN = {"z_torque": "Z-torque", "lqr": "LQR", "pi": "PI", "dc_motor": "DC motor"}
 DEPTH_WAYS = {"up": "deeper", "down": "shallower"}  # of a sweep that was carried along the depth
+CHOSEN = "chosen"  # the attribute of results of one start or one sample that names it
+LETTER = 0.48  # its mean width, in font sizes
 LABEL_WIDTH = 28  # characters of a line beside a panel 1.7 inches high
 
 
@@ -132,10 +134,10 @@ def heading(attrs: Attributes, point: str, *, width: int = 100) -> str:
 
 
 def sweep_title(results: Results, units: str, *parts: str, width: int = 100) -> str:
-    """The heading of a sweep: the values that it does not change, and further
-    ``parts``."""
+    """The heading of a sweep: the values that it does not change, the start or sample
+    of which it is, and further ``parts``."""
     point = operating_point(results.held, units)
-    return heading(results.attrs, "; ".join(filter(None, (point, *parts))), width=width)
+    return heading(results.attrs, "; ".join(filter(None, (point, results.attrs.get(CHOSEN), *parts))), width=width)
 
 
 SAME_VALUE = 5e-4  # relative: values are written with four digits

@@ -46,6 +46,8 @@ from nsdrill.plot.style import (
 NOTEBOOK_DPI = 110
 SHORTEST_LINE = 20  # characters of a title
 TITLE_HEIGHT = 0.3  # inches by which a page without a title is lower
+LOWEST_PANEL = 0.15  # inches
+LEGEND_ROWS = 3  # for which a page has room
 PANEL_MARGINS = 0.7  # inches beside a panel: the axis at its left, and overhang at its right
 
 
@@ -207,9 +209,11 @@ def marker_entry(
     size: float = 4.5,
     edge: float = 0.0,
     hollow: bool = False,
+    gid: str | None = None,
 ) -> Artist:
-    """An entry with a marker, filled or open."""
-    style: Properties = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge}
+    """An entry with a marker, filled or open; ``gid`` as the first word of that of the
+    marks for which it stands, if a panel may have none of them."""
+    style: Properties = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge, "gid": gid}
     if hollow:
         style |= {"markerfacecolor": "none", "markeredgewidth": edge or 0.7}
     return line_entry(label, linestyle="none", **style)
@@ -236,23 +240,41 @@ def direction_entries(procedures: Sequence[str], attrs: Attributes) -> list[Arti
 
 def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
     """A legend below the panels, in ``columns`` columns or as many as fit the width of
-    the figure; its texts are broken where a single column is too wide."""
+    the figure; long texts are broken in one column, and in two of many entries. A
+    picture with a high legend is higher, so that its panels keep their heights."""
+    if not handles:
+        return
+    available = figure.bbox.width
     for count in range(min(columns, len(handles)), 0, -1):
         legend = figure.legend(handles=list(handles), loc="outside lower center", ncols=count)
-        width = legend.get_window_extent().width
-        if width <= figure.bbox.width:
-            return
-        if count == 1:
-            height = legend.get_window_extent().height
-            for text in legend.get_texts():
-                characters = int(len(text.get_text()) * 0.95 * figure.bbox.width / width)
-                if len(text.get_text()) > characters:
-                    text.set_text(textwrap.fill(text.get_text(), max(characters, SHORTEST_LINE)))
-            if isinstance(figure, Picture) and look.get().height is None:  # else the panels become lower
-                more = (legend.get_window_extent().height - height) / figure.dpi
-                figure.set_figheight(figure.get_figheight() + more)
-            return
+        width, texts = legend.get_window_extent().width, legend.get_texts()
+        if width > available and (count == 1 or (count == 2 and len(handles) > 2 * LEGEND_ROWS)):
+            longest = max(len(text.get_text()) for text in texts)
+            for text in texts:
+                text.set_text(
+                    textwrap.fill(text.get_text(), max(SHORTEST_LINE, int(0.95 * longest * available / width)))
+                )
+            width = legend.get_window_extent().width
+        if width <= available or count == 1:
+            break
         legend.remove()
+    page, lines = legend.get_figure(root=True), sum(text.get_text().count("\n") + 1 for text in texts)
+    rows = -(-lines // count)
+    if isinstance(page, Picture) and look.get().height is None and rows > LEGEND_ROWS:
+        more = legend.get_window_extent().height * (1 - LEGEND_ROWS / rows)
+        page.set_figheight(page.get_figheight() + more / page.dpi)
+
+
+def add_to_legend(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
+    """Add entries to the legend below the panels of a figure that is finished."""
+    entries: list[Artist] = []
+    for legend in figure.legends:
+        for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
+            assert handle is not None
+            handle.set_label(text.get_text())
+            entries.append(handle)
+        legend.remove()
+    legend_below(figure, [*entries, *handles], columns)
 
 
 def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: str) -> None:
@@ -387,13 +409,16 @@ def freeze_layout(figure: Figure, *, whole: bool = True) -> None:
         try:
             for _ in range(2):
                 figure.draw_without_rendering()
+            highest = max((axes.get_position().height * figure.get_figheight() for axes in figure.axes), default=1.0)
         except UserWarning:
-            width, height = figure.get_size_inches()
-            raise InputError(
-                f"{option('width' if look.get().height is None else 'height')}: found a picture of {width:.3g} by "
-                f"{height:.3g} in, in which title, labels and legend leave no room for the panels; allowed: more. "
-                f"Smaller type ({option('font_size')}) or one panel alone ({option('panel')}) need less."
-            ) from None
+            highest = 0.0
+    if whole and highest < LOWEST_PANEL:
+        width, height = figure.get_size_inches()
+        raise InputError(
+            f"{option('width' if look.get().height is None else 'height')}: found a picture of {width:.3g} by "
+            f"{height:.3g} in, in which title, labels and legend leave no room for the panels; allowed: more. "
+            f"Smaller type ({option('font_size')}) or one panel alone ({option('panel')}) need less."
+        )
     figure.set_layout_engine("none")
     # The layout solver orders its variables by memory address, so positions differ in
     # the last bits from one call to the next: enough for a pixel. Rounding makes them

@@ -209,12 +209,14 @@ def draw_dots(
     scale: float = 1.0,
     edge: float = 0.4,
     rasterise: bool = False,
+    gid: str = "",
 ) -> set[int]:
     """Draw every finite one of the ``values`` [procedure, point, number] of a variable,
     an artist for each of the ``codes`` [procedure, point] and procedure in the style of
     the code, and return the codes that occur. All have the ``marker`` if given; those
     of the way down are open, with an ``edge`` [points]. Neighbours on the axis just
-    touch, within the limits of what can be printed and distinguished."""
+    touch, within the limits of what can be printed and distinguished. Their ``gid``
+    begins with the variable, if none is given."""
     across, heights = np.broadcast_to(line.across[:, None], values.shape[1:]), values / quantity(name, line.units).scale
     subplot_spec = axes.get_subplotspec()
     columns = subplot_spec.get_gridspec().ncols if subplot_spec else 1
@@ -242,7 +244,7 @@ def draw_dots(
                 markeredgewidth=0.9 if shape == "_" else edge if hollow else 0.0,
                 rasterized=rasterise,
                 zorder=2 + 0.01 * code,
-                gid=f"{name}:{procedure}:{code}",
+                gid=f"{gid or name}:{procedure}:{code}",
             )
     return present
 

@@ -14,7 +14,7 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.leaves import word_or_number, words_along
 from nsdrill.observe.motion import verdict
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import CHOSEN, quantity
 from nsdrill.quantity import amount
 from nsdrill.units import WithUnit
 from nsdrill.variables import AXES, SAMPLE
@@ -74,7 +74,8 @@ def select(results: Results, dimension: str, number: float) -> Results:
         for name, array in results.variables.items()
         if name != "attractor"  # of all starts of a point
     }
-    return Results(coords, variables, results.attrs, results.more)
+    chosen = f"{dimension} {number:g} of 0 to {count - 1}"
+    return Results(coords, variables, {**results.attrs, CHOSEN: chosen}, results.more)
 
 
 def _index_of(axis: str, key: str, values: Array, target: float) -> int:

@@ -60,6 +60,7 @@ from nsdrill.plot.traces import moving_values, operating_point_text, rate_text, 
 from nsdrill.variables import AXES, OK
 
 MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
+NO_PEAKS = "no peaks"
 BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
 
 
@@ -73,7 +74,7 @@ def draw_bifurcation(results: Results, units: str = "si") -> Figure:
         codes, peaks, greatest = line.outcome, line[name], line[panels[name].greatest]
         draw_dots(axes, line, name, codes, RESPONSES, with_greatest(peaks, greatest), rasterise=rasterise)
         constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
-        draw_dots(axes, line, panels[name].greatest, codes, RESPONSES, constant, marker="_")
+        draw_dots(axes, line, panels[name].greatest, codes, RESPONSES, constant, marker="_", gid=NO_PEAKS)
         steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (codes >= 0)))
     by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
     handles = outcome_handles(page.lines, markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
@@ -81,7 +82,7 @@ def draw_bifurcation(results: Results, units: str = "si") -> Figure:
         words = f"{both_ways(results.attrs)} differ in response"
         handles.append(area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=words))
     if steady:
-        handles.append(marker_entry("no peaks: greatest value", "_", size=5, edge=1.0))
+        handles.append(marker_entry(f"{NO_PEAKS}: greatest value", "_", size=5, edge=1.0, gid=NO_PEAKS))
     handles += draw_rotary_speed(page.lines, by_mode.get("torsional", []))
     return page.finish([*handles, *draw_wall(results.attrs, by_mode.get("lateral", []), units)])
 

@@ -1,5 +1,6 @@
 """Branches of motions over the peaks of a sweep: solid where stable, dashed where
-unstable, with markers at special points."""
+unstable, with markers at special points; above the panels a row of ticks for each kind
+of them."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
 
 from nsdrill.analysis.bifurcations import (
     BRANCH,
@@ -30,10 +32,10 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.description import Panel
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.labels import heading, operating_point, quantity, setting
+from nsdrill.plot.labels import LETTER, heading, operating_point, quantity, setting
 from nsdrill.plot.look import look, value_of
 from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import area_entry, finish, line_entry, name_panel, new_figure, stack, write
+from nsdrill.plot.page import add_to_legend, area_entry, finish, line_entry, name_panel, new_figure, stack
 from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import Line
@@ -49,8 +51,8 @@ from nsdrill.plot.style import (
     Dashes,
     Properties,
     font_size,
-    halo,
     page_width,
+    target,
 )
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import AXES
@@ -59,7 +61,6 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 HEIGHT, TEXT_HEIGHT = 5.6, 1.4  # inches
-LETTER = 0.48  # its mean width, in font sizes
 # The peaks of the sweep: a pale colour, and points wider than the lines above them.
 SWEEP_COLOUR, SWEEP_MARKER_SIZE = "#A9C3DC", 3.2
 # Marker and colour of each label; those of grazing take the rest in order.
@@ -75,7 +76,9 @@ STABILITY: dict[str, Properties] = {
     "stable": {"linestyle": "-", "linewidth": 1.3},
     "unstable": {"linestyle": (0, (3, 2)), "linewidth": 0.8},
 }
-GRAZING_DASHES = ((0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 2)))
+# Of curves over a map: none is a plain dash, which lines of equal rate of penetration are.
+CURVE_DASHES: dict[int, Dashes] = {FOLD: "-", DOUBLING: (0, (7, 1.2, 1, 1.2, 1, 1.2))}
+GRAZING_DASHES = ((0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 1, 2, 3)))
 GRAZING_MARKERS = (("v", SKY), ("<", "#7A5195"), (">", "#8C6D31"))
 COLOURS = {PERIODIC: BLACK, EQUILIBRIUM: BLACK, CYCLE: "#7A3B00", CIRCLE: "#00634A"}
 MOTION_NAMES = {
@@ -85,7 +88,10 @@ MOTION_NAMES = {
     CIRCLE: "invariant circles (whirl)",
 }
 # inches along x and y: special points that are closer share a marker
-MARKER_DISTANCE = (0.14, 0.09)
+MARKER_DISTANCE = (0.1, 0.08)
+SEVERAL = ("several special points", "o", BLACK)  # name, marker, colour
+ROW_HEIGHT = 0.13  # inches, of the ticks of one kind of special points
+MARKER_BESIDE = 5.0  # points from the ticks to the marker of their kind
 
 
 def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figure:
@@ -101,13 +107,17 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
     if over is not None:
         check_same_string(data, over, fixed, units)
         check_along(over, along)
-    figure = new_figure(page_width(), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * max(2, len(shown)) / 3)
-    axes = stack(figure, len(shown))
-    panel_height = (figure.get_figheight() - TEXT_HEIGHT) / len(shown)
-    letters = max(8, int(72.0 * panel_height / (LETTER * font_size(FONT_SIZE))))
     ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
     if (xlim := look.get().xlim) is not None:
         ends = [value_of("xlim", end, base_quantity(along).units) / x.scale for end in xlim]
+    special = _SpecialPoints(data, data[along].values / x.scale, ends)
+    panel_height, strip_height = (HEIGHT - TEXT_HEIGHT) * max(2.0 / len(shown), 1.0) / 3, ROW_HEIGHT * len(special.rows)
+    heights = [*([strip_height] if special.rows else []), *[panel_height] * len(shown)]
+    figure = new_figure(page_width(), TEXT_HEIGHT + sum(heights))
+    axes = stack(figure, len(heights), heights=heights)
+    strip, axes = axes[: -len(shown)], axes[-len(shown) :]
+    panel_height *= (figure.get_figheight() - TEXT_HEIGHT) / sum(heights)
+    letters = max(8, int(72.0 * panel_height / (LETTER * font_size(FONT_SIZE))))
     handles: dict[str, Artist] = {}
     panels = [_Panel(one, data, along, panel, units, handles) for one, panel in zip(axes, shown, strict=True)]
     for panel in panels:
@@ -115,11 +125,14 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
             panel.draw_sweep(over, ends)
         panel.draw_branches()
         name_panel(panel.axes, panel.feature, panel.feature, panel.y_shown.in_lines(letters))
+    figure.align_ylabels(axes)
     axes[-1].set_xlabel(x.label)
     for one in axes if np.all(np.isfinite(ends)) else ():
         one.set_xlim(*ends)
+    for one in strip:
+        special.draw_rows(one)
     for panel in panels:
-        panel.draw_special_points()
+        special.mark(panel)
     radii = [one for one, panel in zip(axes, shown, strict=True) if panel.mode == "lateral"]
     walls = draw_wall(data.attrs, radii, units)
     title = heading(data.attrs, operating_point(fixed, units))
@@ -200,34 +213,63 @@ class _Panel:
             words = MOTION_NAMES.get(motion, motion.replace("_", " "))
             self.handles.setdefault(words, area_entry(facecolor=COLOURS.get(motion, BLACK), label=words))
 
-    def draw_special_points(self) -> None:
-        """The special points. Where several would lie on each other, one marker stands
-        for them, with their number above it; a black one for more than two kinds."""
-        meanings = meanings_of(model_in(self.data.attrs))
+
+class _SpecialPoints:
+    """The special points of branches between these ``ends`` of x, where they are known:
+    a row of ticks for each kind of them above the panels, and markers in the
+    panels."""
+
+    def __init__(self, data: Dataset, x: Array, ends: Sequence[float]) -> None:
+        low, high = sorted(ends) if np.all(np.isfinite(ends)) else (-np.inf, np.inf)
+        self.x, self.labels = x, data["label"].values
+        self.numbers = np.flatnonzero((self.labels != 0) & (self.labels != END) & (x >= low) & (x <= high))
+        meanings = meanings_of(model_in(data.attrs))
         grazing = [code for code in meanings if code > 100]
         looks = {**MARKERS, **{code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}}
-        labels = self.data["label"].values
-        for members in self._groups(labels):
-            codes = dict.fromkeys(labels[members].tolist())
-            if len(codes) > 2:
-                self._mark("several special points", members[0], "o", BLACK)
-            for code in codes if len(codes) <= 2 else ():
-                name = meanings[code].name.replace("_", " ") if code in meanings else str(code)
-                first = members[labels[members] == code][0]
-                self._mark(name, first, *looks.get(code, ("o", BLACK)))
-            if len(members) > 2:
-                place = self.x[members[0]], self.y[members[0]]
-                above: Properties = {"ha": "center", "zorder": 5, "path_effects": halo(1.5), "gid": "number"}
-                write(self.axes, str(len(members)), place, (0, 3.5), **above)
+        codes = sorted((code for code in meanings if code in self.labels[self.numbers]), key=lambda code: code < 0)
+        # of each kind: its name, marker and colour, from the row at the top
+        self.rows = {code: (meanings[code].name.replace("_", " "), *looks.get(code, ("o", BLACK))) for code in codes}
 
-    def _groups(self, labels: Array) -> list[Array]:
-        """The numbers of the special points in sight, those together that would lie on
-        each other; the first of each has the marker."""
-        low, high = sorted(self.axes.get_xlim())
-        in_sight = np.isfinite(self.y) & (self.x >= low) & (self.x <= high)
-        places = np.flatnonzero((labels != 0) & (labels != END) & in_sight)
-        points = np.column_stack((self.x, self.y))[places]
-        steps = self.axes.transData.transform(points) / self.axes.figure.dpi / MARKER_DISTANCE
+    def draw_rows(self, axes: Axes) -> None:
+        """A tick for every special point, in the row of its kind, which has its name
+        and its marker at the left."""
+        places = [self.x[self.numbers[self.labels[self.numbers] == code]] for code in self.rows]
+        names, _, colours = zip(*self.rows.values(), strict=True)
+        rows = np.arange(len(places))
+        axes.eventplot(places, lineoffsets=rows.tolist(), linelengths=0.7, linewidths=0.7, colors=colours)
+        for collection, name in zip(axes.collections, names, strict=True):
+            collection.set_gid(f"ticks:{name}")
+        left = ScaledTranslation(-MARKER_BESIDE / 72, 0, axes.figure.dpi_scale_trans)
+        beside: Properties = {"transform": axes.get_yaxis_transform() + left, "clip_on": False}
+        for row, (_, marker, colour) in zip(rows, self.rows.values(), strict=True):
+            axes.plot([0.0], [row], **_marker_style(marker, colour), **beside)
+        axes.set(ylim=(rows[-1] + 0.5, -0.5))
+        axes.set_yticks(rows, names)
+        axes.tick_params(axis="y", length=0, pad=2 * MARKER_BESIDE)
+        axes.tick_params(axis="x", length=0)
+        axes.grid(visible=False)  # a grid of the user's style would look like more ticks
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+        name_panel(axes, "strip")
+
+    def mark(self, panel: _Panel) -> None:
+        """Markers at the special points of a panel: one where several would lie on each
+        other, a black dot if they are of several kinds."""
+        for members in self._groups(panel):
+            codes = set(self.labels[members].tolist())
+            name, marker, colour = self.rows[codes.pop()] if len(codes) == 1 else SEVERAL
+            style, place = _marker_style(marker, colour), members[0]
+            panel.axes.plot(panel.x[place], panel.y[place], zorder=4, gid=f"special:{name}", **style)
+            # the rows above the panels name the kinds, but of one panel alone
+            if target.get() is not None or name == SEVERAL[0]:
+                panel.handles.setdefault(name, line_entry(label=name, gid=f"special:{name}", **style))
+
+    def _groups(self, panel: _Panel) -> list[Array]:
+        """The numbers of the special points, those together that would lie on each
+        other; the first of each has the marker."""
+        places = self.numbers[np.isfinite(panel.y[self.numbers])]
+        points = np.column_stack((panel.x, panel.y))[places]
+        steps = panel.axes.transData.transform(points) / panel.axes.figure.dpi / MARKER_DISTANCE
         groups: list[list[int]] = []  # of numbers in places
         for number in range(len(places)):
             distances = [float(np.hypot(*(steps[group[0]] - steps[number]))) for group in groups]
@@ -237,14 +279,11 @@ class _Panel:
                 groups.append([number])
         return [places[group] for group in groups]
 
-    def _mark(self, name: str, place: int, marker: str, colour: str) -> None:
-        """A marker with this ``name`` in the legend, at one ``place`` of the
-        branches."""
-        is_cross = marker == "x"
-        style: Properties = {"marker": marker, "color": colour, "linestyle": "none", "markersize": 4}
-        style |= {"markeredgecolor": colour if is_cross else "white", "markeredgewidth": 0.9 if is_cross else 0.4}
-        self.axes.plot([self.x[place]], [self.y[place]], zorder=4, gid=f"special:{name}", **style)
-        self.handles.setdefault(name, line_entry(label=name, **style))
+
+def _marker_style(marker: str, colour: str) -> Properties:
+    is_cross = marker == "x"
+    style: Properties = {"marker": marker, "color": colour, "linestyle": "none", "markersize": 4}
+    return style | {"markeredgecolor": colour if is_cross else "white", "markeredgewidth": 0.9 if is_cross else 0.4}
 
 
 def parts_of(sizes: Array) -> list[slice]:
@@ -264,9 +303,8 @@ def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
         )
     meanings = meanings_of(model_in(data.attrs))
     codes = data["curve_label"].values.tolist()
-    dashes: dict[int, Dashes] = {FOLD: "-", DOUBLING: (0, (5, 1.5))}
-    grazing = [code for code in dict.fromkeys(codes) if code not in dashes]
-    dashes |= {code: GRAZING_DASHES[i % 3] for i, code in enumerate(grazing)}
+    grazing = [code for code in dict.fromkeys(codes) if code not in CURVE_DASHES]
+    dashes = CURVE_DASHES | {code: GRAZING_DASHES[i % 3] for i, code in enumerate(grazing)}
     handles: dict[str, Artist] = {}
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     paths = [data[f"curve_{name}"].values / quantity(name, plane.units).scale for name in (x, y)]
@@ -280,10 +318,7 @@ def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
             axes.set(**limits)
         name = meanings[code].title
         handles.setdefault(name, line_entry(label=name, **style))
-    if panels and handles:
-        panels[0].legend(
-            handles=list(handles.values()), loc="upper left", frameon=True, framealpha=0.9, fontsize=font_size(6)
-        )
+    add_to_legend(figure, list(handles.values()), 4)
 
 
 KINDS = (
