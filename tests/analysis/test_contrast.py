@@ -31,6 +31,23 @@ def test_points_are_gained_and_lost(found):
     assert (found["gained"], found["lost"]) == (1 + 2, 2)
 
 
+def test_responses_are_counted_in_both(found):
+    """At 5 points a sticks and b at 2; a whirls at 3 and b at 5."""
+    assert {name: (pair["a"], pair["b"]) for name, pair in found["responses"].items()} == {
+        "bit_bounce": (0, 0),
+        "stick_slip": (5, 2),
+        "whirl": (3, 5),
+    }
+
+
+def test_what_the_second_changes_is_said_where_no_point_is_safe():
+    found = app_contrast(*(grid({"up": [line]}, SPEEDS) for line in ("ssswww", "sswwww")), names=["a.h5", "b.h5"])
+    assert sentence(found, "si") == (
+        "None of 6 common points is safe, neither with b.h5 (b) nor with a.h5 (a); stick-slip at 2 points instead of 3, "
+        "whirl at 4 points instead of 3."
+    )
+
+
 def test_every_border_says_how_far_it_moved_and_what_lies_beyond(found):
     low, *upper = found["borders"]
     assert low["at"] == {"wob": 10e3}
@@ -140,7 +157,7 @@ def test_a_comparison_says_what_is_lost_and_names_the_two():
     text = sentence(app_contrast(*data), "si")
     assert text.startswith("With the soft torque drive (b) 3 of 10 common points are safe, with the ")
     assert "with the ideal drive (a) 3: 3 gained, 3 lost" in text
-    assert "at the best point 3.6 m/h for 7.2 m/h (-50.0 %), at the fastest safe point 3.6" in text
+    assert "at the best point 3.6 m/h instead of 7.2 m/h (-50.0 %), at the fastest safe point 3.6" in text
     data[1].attrs["study_resolved"] = json.dumps({"drive": {"kind": "ideal"}, "mud": {"swirl": 1}})
     assert "at the best point 3.6 m/h in both" in sentence(app_contrast(data[1], data[1]), "si")
     found = app_contrast(*data, names=["one.h5", "two.h5"])

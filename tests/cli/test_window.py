@@ -149,14 +149,15 @@ def test_two_studies_are_compared(call, shared, tmp_path):
     map_file = shared / "map.h5"
     out = call("window", map_file, map_file, "--units", "field").out
     assert "The studies are the same." in out
-    assert "0 gained, 0 lost" in out
+    assert "common points is safe, neither with " in out
+    assert "a and b: THE MAP ENDS" in out, "what holds for both stands once"
     found = json.loads(call("window", map_file, map_file, "--json").out)
     assert (found["gained"], found["lost"], found["both"]) == (0, 0, found["windows"][0]["safe"])
     assert all(row["lower"]["moved"] == row["upper"]["moved"] == 0.0 for row in found["borders"])
     picture = tmp_path / "two.svg"
     call("window", map_file, map_file, "--picture", picture)
     text = picture.read_text()
-    assert "safe in a" in text
+    assert "safe in a" not in text, "nothing is"
     assert "map.h5" in text
     assert "the same axes" in call("window", map_file, shared / "small.h5", code=2).err
 

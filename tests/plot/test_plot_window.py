@@ -1,6 +1,8 @@
 """The picture of the operating window, the trade-off of rate and safety, and measurements
 on pictures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_up import covered, make_results, spoil
@@ -14,7 +16,7 @@ from nsdrill.data import Results, json_text
 from nsdrill.errors import InputError
 from nsdrill.models.responses import STICK_SLIP, WHIRL
 from nsdrill.plot.kinds.uncertain import pareto_front
-from nsdrill.plot.kinds.window import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE
+from nsdrill.plot.kinds.window import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE, draw_two
 from nsdrill.plot.measured import overlay
 from nsdrill.plot.style import GREY, RESPONSES, SAFE_COLOUR
 from nsdrill.variables import SAMPLE
@@ -172,6 +174,20 @@ def test_the_cells_of_failed_runs_are_grey(both):
     [axes] = maps(plot.draw(spoil(both, diverged=3, step_limit=0), "window"))
     cells = artists(axes, "cells")[0].get_array()
     assert (np.asarray(cells) == UNKNOWN_CODE).sum() == 3
+
+
+def test_two_windows_say_once_what_holds_for_both_and_where_the_first_is_safe(both):
+    """The second is critical everywhere."""
+    other = replace(both, variables={**both.variables, "response": np.full_like(both["response"], WHIRL)})
+    figure = draw_two(both, other, ["one.h5", "two.h5"])
+    left, right = maps(figure)
+    assert [axes.get_title(loc="left").splitlines()[0] for axes in (left, right)] == ["a: one.h5", "b: two.h5"]
+    assert "safe in a" in legend_words(figure)
+    assert "safe in a" not in legend_words(draw_two(other, both, ["two.h5", "one.h5"])), "nothing is"
+    ((told,), (told_of_one,)) = (artists(one, "warnings") for one in (figure, draw_two(both, both, ["x.h5", "x.h5"])))
+    assert "a: HISTORY DECIDES" in told.get_text()
+    assert "b: THE MAP ENDS: only" in told.get_text()
+    assert all(line.startswith(("a and b: ", " ")) for line in told_of_one.get_text().splitlines())
 
 
 def test_a_point_without_room_is_a_hint(both):

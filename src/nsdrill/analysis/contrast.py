@@ -23,7 +23,8 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
     - ``windows``: the two, as of :func:`nsdrill.analysis.window.find_window`;
     - ``points``: the operating points that both have; how many of them are safe in
       ``both``, ``gained`` (in b alone), ``lost`` (in a alone), and ``unknown`` in
-      either;
+      either; and for each of the ``responses`` at how many it occurs in ``a`` and in
+      ``b``, in any history;
     - ``borders``: for each line of the map along its first axis the safe intervals of
       the two that meet: ``at``, and for the ends ``lower`` and ``upper`` the last safe
       values in ``a`` and ``b``, how far it ``moved``, and what lies beyond: the
@@ -57,6 +58,13 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
         "gained": int(np.count_nonzero(safe[1] & ~safe[0])),
         "lost": int(np.count_nonzero(safe[0] & ~safe[1])),
         "unknown": int(np.count_nonzero((state[0] == UNKNOWN) | (state[1] == UNKNOWN))),
+        "responses": {
+            name: {
+                side: int(np.count_nonzero(one.bits[np.ix_(*place)].astype(int) & response.bit))
+                for side, one, place in zip("ab", maps, places, strict=True)
+            }
+            for name, response in RESPONSES.items()
+        },
         "borders": _borders(maps, places),
         "onsets": _onsets(maps, places),
         "rate": _rates(maps, places, safe[0] & safe[1], windows),

@@ -243,6 +243,16 @@ def why(axis: str, side: Answer, best: Answer, fmt: Formatter) -> str | None:
     return f"{way}, the collar reaches the wall at {at} and stays on it: little damps its rolling."
 
 
+def of_both(a: Iterable[str], b: Iterable[str]) -> list[str]:
+    """Texts on two files, each after the letter of its file; those on both once."""
+    left, right = list(a), list(b)
+    return [
+        *(f"a and b: {text}" for text in left if text in right),
+        *(f"a: {text}" for text in left if text not in right),
+        *(f"b: {text}" for text in right if text not in left),
+    ]
+
+
 def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the window, a sentence or two each."""
     fmt = Formatter(units)

@@ -11,7 +11,18 @@ from nsdrill.app.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
 from nsdrill.data import Answer
 from nsdrill.errors import InputError, count
-from nsdrill.plot.answer import WAYS, Formatter, answer, chosen_map, in_order, obstacle_words, percent, warnings
+from nsdrill.models.responses import RESPONSES
+from nsdrill.plot.answer import (
+    WAYS,
+    Formatter,
+    answer,
+    chosen_map,
+    in_order,
+    obstacle_words,
+    of_both,
+    percent,
+    warnings,
+)
 from nsdrill.quantity import amount, find
 from nsdrill.text.window import MAX_ROWS, WIDTH
 from nsdrill.text.words import aligned, in_words, point_text, rest, value_text
@@ -183,7 +194,7 @@ def _row(row: Answer, swept: list[str], units: str) -> tuple[str, ...]:
 def _with_share(limits: str, window: Answer) -> str:
     """The thresholds, and in how many of the samples of a ``window`` they are passed."""
     level = window["confidence"]
-    return limits if level is None else f"{limits}; in {100 * least_share(level):.1f} % of the samples"
+    return limits if level is None else f"{limits}; each in {100 * least_share(level):.1f} % of the samples or more"
 
 
 def thresholds(found: Answer) -> str:
@@ -196,12 +207,25 @@ def sentence(found: Answer, units: str) -> str:
     """What b wins and costs against a, in one sentence."""
     fmt = Formatter(units)
     a, b = found["names"]
-    text = (
-        f"With {b} {found['both'] + found['gained']} of {found['points']} common points are safe, "
-        f"with {a} {found['both'] + found['lost']}: {found['gained']} gained, {found['lost']} lost"
-    )
-    text += "; " + "; ".join(filter(None, (_moves(found, fmt), _cost(found, fmt))))
+    if not found["both"] + found["gained"] + found["lost"]:
+        text = f"None of {found['points']} common points is safe, neither with {b} nor with {a}"
+    else:
+        text = (
+            f"With {b} {found['both'] + found['gained']} of {found['points']} common points are safe, "
+            f"with {a} {found['both'] + found['lost']}: {found['gained']} gained, {found['lost']} lost"
+        )
+    text += "; " + "; ".join(filter(None, (_moves(found, fmt), _occurrence(found), _cost(found, fmt))))
     return text.rstrip("; ") + "."
+
+
+def _occurrence(found: Answer) -> str:
+    """At how many points the responses occur with b and with a, where that differs."""
+    parts = [
+        f"{RESPONSES[name].words} at {count(pair['b'], 'point')} instead of {pair['a']}"
+        for name, pair in found["responses"].items()
+        if pair["a"] != pair["b"]
+    ]
+    return ", ".join(parts)
 
 
 def _moves(found: Answer, fmt: Formatter) -> str:
@@ -229,15 +253,15 @@ def _cost(found: Answer, fmt: Formatter) -> str:
 
 
 def _change(name: str, pair: Mapping[str, float | None], fmt: Formatter) -> str:
-    """``30.4 ft/h for 32.2 ft/h (-5.5 %)``: b for a."""
+    """``30.4 ft/h instead of 32.2 ft/h (-5.5 %)``: b instead of a."""
     a, b = pair["a"], pair["b"]
     if a is None or b is None:
         texts = ["none" if value is None else fmt.value(name, value) for value in (b, a)]
-        return f"{texts[0]} for {texts[1]}"
+        return f"{texts[0]} instead of {texts[1]}"
     if fmt.value(name, a) == fmt.value(name, b):
         return f"{fmt.value(name, b)} in both"
     relative = f" ({100 * (b - a) / a:+.1f} %)" if a > 0.0 else ""
-    return f"{fmt.value(name, b)} for {fmt.value(name, a)}{relative}"
+    return f"{fmt.value(name, b)} instead of {fmt.value(name, a)}{relative}"
 
 
 def difference(found: Answer) -> str:
@@ -268,8 +292,7 @@ def notes(found: Answer, units: str) -> Iterator[str]:
         yield f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points."
     if not found["points"]:
         yield "NO COMMON POINT: the axes of the two have no value in common."
-    for name, window in zip(("a", "b"), found["windows"], strict=True):
-        yield from (f"{name}: {text}" for text in warnings(window, units))
+    yield from of_both(*(warnings(window, units) for window in found["windows"]))
 
 
 def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:

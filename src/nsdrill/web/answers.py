@@ -55,13 +55,12 @@ def file_answer(
     results: Results,
     units: str,
     is_drawn: bool = True,
-    letter: str = "",
     severity: int | None = None,
     confidence: float | None = None,
     limits: bool = True,
 ) -> str:
-    """The answer of one file as HTML: the sentence after the ``letter`` of the file, the
-    warnings, the ``limits`` of validity, the borders, and if ``is_drawn`` the picture."""
+    """The answer of one file as HTML: the sentence, the warnings, the ``limits`` of
+    validity, the borders, and if ``is_drawn`` the picture."""
     try:
         window = window_of(results, severity, confidence)
     except NsdrillError as error:  # a single point, four axes, a part of a design
@@ -69,7 +68,7 @@ def file_answer(
         return reason + (paragraph(LIMITS, "limits") if limits else "")
     sentence = answer(window, units)
     pieces = [
-        paragraph(f"{letter}: {sentence}" if letter else sentence, "answer"),
+        paragraph(sentence, "answer"),
         warning_list(warnings(window, units)),
         paragraph(LIMITS, "limits") if limits else "",
         _borders(window, units),
@@ -171,7 +170,7 @@ def comparison(
         [
             paragraph(sentence(found, units), "answer"),
             paragraph(difference(found)),
-            warning_list(text for text in notes(found, units) if not text.startswith(("a: ", "b: "))),
+            warning_list(text for text in notes(found, units) if not text.startswith(("a: ", "b: ", "a and b: "))),
         ]
     )
     data = [with_passed_over(one) for one in results]

@@ -67,9 +67,8 @@ def report(
         if len(parts) > 1:
             page.add(f"<h2>{letters[number]}: {escaped(names[number])}</h2>")
             page.add("" if is_one else f"<p>{escaped(titles[number])}</p>")
-        letter = letters[number] if len(parts) > 1 else ""
         is_first = number == 0 and not tables
-        _add_answer(page, part.session, units, not tables, letter, severity, confidence, is_first)
+        _add_answer(page, part.session, units, not tables, severity, confidence, is_first)
         page.add("</section>")
     page.add(tables)
     if len(parts) > 1:
@@ -108,14 +107,13 @@ def _add_answer(
     session: Session,
     units: str,
     is_drawn: bool,
-    letter: str,
     severity: int | None,
     confidence: float | None,
     limits: bool,
 ) -> None:
     if session.results is not None:
         results = session.results
-        page.add(file_answer(results, units, is_drawn, letter, severity, confidence, limits))
+        page.add(file_answer(results, units, is_drawn, severity, confidence, limits))
     elif (branches := session.branches) is not None:
         x = quantity(branches.along, units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))

@@ -22,7 +22,7 @@ from matplotlib.font_manager import FontProperties
 from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes, stretches
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
-from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, warnings
+from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, of_both, warnings
 from nsdrill.plot.cells import (
     RATE_OF_PENETRATION,
     Cells,
@@ -66,7 +66,6 @@ from nsdrill.plot.style import (
     without_glyph_warnings,
 )
 
-ALLOWED_LEGEND = 0.5  # inches of a legend for which there is room anyway
 # Codes of the cells: the response bits of critical points (0: by a severity or by
 # disagreeing checks alone), and after them safe and unknown.
 SAFE_CODE, UNKNOWN_CODE = len(RESPONSES), len(RESPONSES) + 1
@@ -247,7 +246,7 @@ class Window:
                 label = f"{words}, bars to the last safe point"
                 yield line_entry(linewidth=1.0, marker="o", markerfacecolor=face, label=label, **style)
         if numbers["most_probable"] and not numbers["safe"]:
-            label = f"most probably safe, with {100 * numbers['most_probable']['probability']:.0f} %"
+            label = f"most probably safe ({100 * numbers['most_probable']['probability']:.0f} %)"
             yield line_entry(marker="D", linestyle="none", label=label, **style)
         if (count := len(self.maps.state)) > MAX_PANELS:
             yield line_entry(linestyle="none", label=f"{MAX_PANELS} of {count} panels shown")
@@ -289,12 +288,13 @@ def draw(results: Results, units: str = "si", severity: int | None = None, confi
 
 
 def put_warnings(figure: Figure, texts: list[str]) -> None:
-    """The warnings above the legend, in its width; the figure grows by the height of
-    both, and of its title."""
+    """The warnings above the legend, in its width; the figure grows by their height, and
+    by that of its title."""
     if not figure.legends:
         return
     texts = texts if look.get().warnings else []
     legend, size = figure.legends[-1], font_size(7)
+    height = legend.get_window_extent().height
     title, width = legend.get_title(), figure.bbox.width - 12.0 * figure.dpi / 72
     title.set(color=WARNING, gid="warnings", parse_math=False)
     for characters in range(140, SHORTEST_LINE, -4):
@@ -304,8 +304,8 @@ def put_warnings(figure: Figure, texts: list[str]) -> None:
             break
     if isinstance(figure, Picture) and look.get().height is None:
         heading_lines = figure.get_suptitle().count("\n")
-        grown = legend.get_window_extent().height / figure.dpi - ALLOWED_LEGEND
-        figure.set_figheight(figure.get_figheight() + max(0.0, grown) + heading_lines * 1.4 * font_size(9) / 72)
+        grown = (legend.get_window_extent().height - height) / figure.dpi
+        figure.set_figheight(figure.get_figheight() + grown + heading_lines * 1.4 * font_size(9) / 72)
 
 
 CHARACTERS = 15  # in an inch of the title of a panel
@@ -337,12 +337,12 @@ def _draw_two(windows: Sequence[Window], names: Sequence[str], units: str) -> Fi
     (x, y), (other_x, other_y) = (window.plane.cells for window in windows)
     windows[0].plane.limit(panels[0], _ends(x, other_x), _ends(y, other_y))
     handles: dict[str, Artist] = {}
-    places, texts = [_answered(window) for window in windows], []
+    places = [_answered(window) for window in windows]
     for letter, name, window, place, axes in zip("ab", names, windows, places, panels, strict=True):
         window.draw(axes, place)
         if has_title():
             where = f", {window.where(place)}" if window.maps.third else ""
-            words = (f"{letter}: {name}{where}", f"{letter}: {answer(window.numbers, units)}")
+            words = (f"{letter}: {name}{where}", answer(window.numbers, units))
             wrapped = "\n".join(textwrap.fill(line, characters) for line in words)
             axes.set_title(wrapped, loc="left", fontsize=font_size(7), parse_math=False)
         for handle in window.entries():
@@ -350,14 +350,15 @@ def _draw_two(windows: Sequence[Window], names: Sequence[str], units: str) -> Fi
             label = str(handle.get_label()).rpartition(" (")[0] or str(handle.get_label())
             handle.set_label(label)
             handles.setdefault(label, handle)
-        first_sentences = (text.partition(". ")[0].rstrip(".") for text in warnings(window.numbers, units))
-        texts += [f"{letter}: {sentence}." for sentence in first_sentences]
-    draw_outline(panels[1], windows[0].plane.cells, windows[0].maps.state[places[0]] == SAFE)
+    safe_in_a = windows[0].maps.state[places[0]] == SAFE
+    draw_outline(panels[1], windows[0].plane.cells, safe_in_a)
+    outline = [outline_entry("safe in a")] if safe_in_a.any() else []
     lines = windows[0].lines or windows[1].lines
     titles = {str(window.maps.results.attrs.get("title") or "") for window in windows}
     title = titles.pop() if len(titles) == 1 else "a and b"
-    finish(figure, title, [*handles.values(), outline_entry("safe in a"), *lines], 3)
-    put_warnings(figure, texts)
+    finish(figure, title, [*handles.values(), *outline, *lines], 3)
+    texts = [[f"{text.partition('. ')[0].rstrip('.')}." for text in warnings(one.numbers, units)] for one in windows]
+    put_warnings(figure, of_both(*texts))
     return figure
 
 
