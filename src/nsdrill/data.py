@@ -28,8 +28,8 @@ T = TypeVar("T")
 IN_MEMORY = "the results"  # how messages name results that are not in a file
 # root attributes: the changes by --set of run, and of classify
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
-# root attribute of results in memory: the critical speeds below their sweep, as JSON
-PASSED_OVER = "passed_over"
+# root attribute of results in memory: the critical speeds above which a motion may last, as JSON
+LASTING_MOTIONS = "lasting_motions"
 
 
 def evenly_spaced(items: Sequence[T], most: int) -> list[T]:

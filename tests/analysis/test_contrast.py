@@ -43,8 +43,8 @@ def test_responses_are_counted_in_both(found):
 def test_what_the_second_changes_is_said_where_no_point_is_safe():
     found = app_contrast(*(grid({"up": [line]}, SPEEDS) for line in ("ssswww", "sswwww")), names=["a.h5", "b.h5"])
     assert sentence(found, "si") == (
-        "None of 6 common points is safe, neither with b.h5 (b) nor with a.h5 (a); stick-slip at 2 points instead of 3, "
-        "whirl at 4 points instead of 3."
+        "None of 6 common points is safe, neither with b.h5 (b) nor with a.h5 (a); "
+        "stick-slip at 2 points instead of 3, whirl at 4 points instead of 3."
     )
 
 

@@ -21,6 +21,18 @@ UP = ["sssssww", "s....ww", "s....ww", "s.....w", "bbbbbbb"]
 DOWN = ["sssssww", "s....ww", "s...www", "s...www", "bbbbbbb"]
 SPEEDS = np.arange(1.0, 8.0)
 WEIGHTS = np.arange(10e3, 60e3, 10e3)
+# A critical speed that a sweep does not pass over.
+WALL = {
+    "axis": "rotary_speed",
+    "name": "wall_speed",
+    "words": "it",
+    "safe_while": "it is fair",
+    "min": 0.5,
+    "max": 0.7,
+    "from": None,
+    "everywhere": False,
+    "each": False,
+}
 
 
 @pytest.fixture
@@ -424,12 +436,41 @@ def test_only_a_point_with_room_that_settled_is_an_order():
     unsettled.variables["settled"] = np.ones(unsettled["status"].shape, dtype=np.int8)
     unsettled["settled"][0, 0, 1, 2] = 0
     above = grid({"up": [roomy], "down": [roomy]}, speeds, weights)
-    speed = {"axis": "rotary_speed", "name": "wall_speed", "words": "it", "min": 0.5, "max": 0.7}
-    above.attrs["passed_over"] = json_text([{**speed, "from": 1.0, "everywhere": True}])
-    for results, word in ((tight, "NO MARGIN"), (unsettled, "NOT SETTLED"), (above, "SWEEP BEGINS")):
+    above.attrs["lasting_motions"] = json_text([{**WALL, "from": 1.0, "everywhere": True}])
+    each = grid({"up": [roomy], "down": [roomy]}, speeds, weights)
+    each.attrs["lasting_motions"] = json_text([{**WALL, "from": 5.0, "everywhere": True, "each": True}])
+    for results, word in (
+        (tight, "NO MARGIN"),
+        (unsettled, "NOT SETTLED"),
+        (above, "THE SWEEP BEGINS at 1 rad/s (9.55 rpm), above it, 0.5 to 0.7 rad/s (4.77 to 6.68 rpm). A string"),
+        (each, "EACH SPEED IS SWEPT BY ITSELF, up to 5 rad/s (47.7 rpm), above it, 0.5 to 0.7 rad/s"),
+    ):
         text, warned = said(results)
         assert text.startswith("No setting can be recommended; the best hint is 2 kN and ")
         assert word in warned
+
+
+def test_a_point_above_a_critical_speed_is_safe_on_a_condition():
+    """The sweep passes through 0.5 to 0.7 rad/s, where a motion begins that may last at any
+    higher speed. The neighbours of one sweep may pass it otherwise, so its best point
+    is a hint; a point below has no such warning."""
+    speeds, weights, line = [0.4, 2.0, 3.0, 4.0, 5.0], [1e3, 2e3, 3e3], "s...w"
+    condition = (
+        "ABOVE A CRITICAL SPEED, 0.5 to 0.7 rad/s (4.77 to 6.68 rpm), it: the best point is safe only while it is"
+    )
+    for maps, first in (
+        (([line] * 3), "Run at 2 kN"),
+        ([line], "No setting can be recommended; the best hint is 3 rad/s"),
+    ):
+        results = grid({"up": [maps], "down": [maps]}, speeds, weights[: len(maps)])
+        assert "CRITICAL SPEED" not in said(results)[1]
+        results.attrs["lasting_motions"] = json_text([WALL])
+        text, warned = said(results)
+        assert text.startswith(first)
+        assert condition in warned
+        results.attrs["lasting_motions"] = json_text([{**WALL, "min": 3.0, "max": 3.5}])
+        assert "CRITICAL SPEED" not in said(results)[1]
+        assert find_window(results)["passed_over"] == []
 
 
 def test_without_a_safe_point_the_warnings_are_of_all_points():

@@ -206,6 +206,11 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(told, wall_speed):
     for wob, said in zip((25, 5), found.groups(), strict=True):
         at = (wide[0], f"operation.wob={wob} klbf", "operation.rotary_speed=80 rpm")
         assert wall_speed(*at) == pytest.approx(float(said), rel=1e-3)
+    each = told(*wide, "sweep.along=wob")
+    assert re.search(
+        r"Start: the state is carried along wob, each speed by itself, up to 140 rpm, which lies above", each
+    )
+    assert re.search(r"Carry it along rotary_speed, from below [\d.]+ rpm", each)
     for other in (
         ("sweep.procedure=same", "sweep.along=null"),  # every point from its own start
         ("initial.x=60 mm",),  # it is on the wall from the start

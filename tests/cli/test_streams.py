@@ -117,8 +117,9 @@ def test_a_damaged_cache_is_told_once(shared, tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     first = finish(start("run", study, "-o", "out.h5", "--workers", "1", cwd=tmp_path))
     assert first.code == 0
-    warning, done = first.err.splitlines()
+    *_, warning, done = first.err.splitlines()  # after the warnings of the study
     assert warning.startswith(f"Warning: {folder}")
+    assert first.err.count(str(folder)) == 1
     assert "compiled again" in warning
     assert done.startswith("out.h5: 16 points")
     assert not different(tmp_path / "out.h5", whole)

@@ -148,16 +148,19 @@ def test_the_bounce_is_unstable_near_2_97():
     state = np.array(BOUNCE)
     problem = Periodic.at(flow, 1, np.array([3.01]), state)
 
+    first = advance(flow, {0: corrected_at_parameter(problem, problem.unknowns(state[None], 3.01))})[0]
+
     def motion(number):
         guess = problem.unknowns(state[None], number)
-        return (yield from corrected_at_parameter(problem, guess))
+        along = (guess[-1] - first.x[-1]) / first.tangent[-1]
+        return (yield from corrected_at_parameter(problem, first.x + along * first.tangent))
 
     numbers = np.concatenate([middle + 1e-4 * np.arange(-3, 4) for middle in (2.9687, 2.98)])
-    scan = advance(flow, {number: motion(number) for number in [3.01, *numbers]})
+    scan = advance(flow, {number: motion(number) for number in numbers})
     rules = Rules((2.945 / 0.55, 4.0 / 0.55), 9, functions_of({}, PERIODIC), stability=stability_of(0), first_step=0.3)
-    half = advance(flow, {0: follow(problem, scan[3.01], -1, rules)})[0]
+    half = advance(flow, {0: follow(problem, first, -1, rules)})[0]
     assert len(half.points) - half.inserted == 2
-    ends = [scan[3.01], half.points[-1].point]
+    ends = [first, half.points[-1].point]
     assert all(np.abs(one.found.multipliers).max() < 0.9995 for one in ends)
     found = [one.point.found.values[-1] for one in half.points if one.label == 8]
     is_unstable = np.array([np.abs(scan[number].found.multipliers).max() > 1 for number in numbers])

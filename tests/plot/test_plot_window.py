@@ -153,10 +153,12 @@ def test_the_answer_and_its_warnings_are_in_the_picture(both):
         "words": "the speed at which the collar reaches the wall",
         "min": 0.5,
         "max": 0.7,
+        "safe_while": "nothing brings the collar to the wall",
         "from": 1.0,
         "everywhere": True,
+        "each": False,
     }
-    alone.attrs["passed_over"] = json_text([passed])
+    alone.attrs["lasting_motions"] = json_text([passed])
     figure = plot.draw(alone, "window")
     [text] = [figure.legends[0].get_title().get_text().replace("\n  ", "")]
     for wanted in ("THE SWEEP BEGINS at 1 rad/s", "HISTORY WAS NOT EXAMINED"):

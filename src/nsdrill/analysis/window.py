@@ -30,7 +30,7 @@ from nsdrill.analysis.maps import (
     stretches,
 )
 from nsdrill.analysis.probability import check_samples, effective_number, independent, one_procedure
-from nsdrill.data import PASSED_OVER, Answer, Array, Results, overrides
+from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words
 from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STICK_SLIP, WHIRL
@@ -76,6 +76,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
 def _runs(maps: Classes, severity: int | None) -> Answer:
     """What was run, and how."""
     results, axes = maps.results, [axis for axis in (maps.x, maps.y) if axis]
+    lasting = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
     return {
         "procedures": list(results.procedures),
         "histories": maps.histories,
@@ -93,7 +94,8 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
         "unsettled_in_all": int(np.count_nonzero(maps.unsettled)),
         "by_history": _by_history(maps),
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
-        "passed_over": json.loads(results.attrs.get(PASSED_OVER, "[]")),
+        "passed_over": [speed for speed in lasting if speed["from"] is not None],
+        "lasting_motions": lasting,
     }
 
 

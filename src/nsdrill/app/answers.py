@@ -18,10 +18,20 @@ from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, needed, probabilities_of
 from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import is_whole, name_in
-from nsdrill.app.check import passed_over
+from nsdrill.app.check import lasting_motions
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.experiment import with_overrides
-from nsdrill.data import IN_MEMORY, PASSED_OVER, Answer, Attributes, Resolved, Results, Trace, json_text, resolved_study
+from nsdrill.data import (
+    IN_MEMORY,
+    LASTING_MOTIONS,
+    Answer,
+    Attributes,
+    Resolved,
+    Results,
+    Trace,
+    json_text,
+    resolved_study,
+)
 from nsdrill.errors import FileError, NsdrillError, Refusal
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES, Thresholds
@@ -40,8 +50,8 @@ if TYPE_CHECKING:
 
 
 def window(source: Source, severity: int | None = None, confidence: float | None = None) -> Answer:
-    """The safe operating window of results, with the critical speeds that the sweep passes
-    over, as :func:`nsdrill.analysis.window.find_window`. ``severity`` is the greatest one
+    """The safe operating window of results, with the critical speeds of motions that
+    may last, as :func:`nsdrill.analysis.window.find_window`. ``severity`` is the greatest one
     allowed (0 to 4; None: by response), ``confidence`` (0 to 1) that of results with
     samples."""
     return find_window(results_for_window(source, severity, confidence), severity, confidence)
@@ -52,7 +62,7 @@ def results_for_window(source: Source, severity: int | None = None, confidence: 
     check_choices(severity, confidence)
     results = sweep_in(source, "window", ("status", *needed(severity), *USES), TRUST)
     check_severity(results, severity, _path_of(source))
-    return with_passed_over(with_overrides(results))
+    return with_lasting_motions(with_overrides(results))
 
 
 def check_choices(severity: object, confidence: object = None) -> None:
@@ -76,14 +86,14 @@ def _path_of(source: Source) -> str:
     return os.fspath(source) if isinstance(source, str | os.PathLike) else IN_MEMORY
 
 
-def with_passed_over(results: Results) -> Results:
-    """The ``results`` with the critical speeds below the first speed of their sweep
-    among the root attributes, for the window in words and as a picture; without any
-    where there are none, or where the file has no study of this version."""
-    passed: list[Answer] = []
+def with_lasting_motions(results: Results) -> Results:
+    """The ``results`` with the critical speeds above which a motion may last among the root
+    attributes, for the window in words and as a picture; without any where there are
+    none, or where the file has no study of this version."""
+    speeds: list[Answer] = []
     with suppress(NsdrillError):
-        passed = passed_over(study_from_resolved(resolved_study(results.attrs)))
-    return replace(results, attrs={**results.attrs, PASSED_OVER: json_text(passed)})
+        speeds = lasting_motions(study_from_resolved(resolved_study(results.attrs)))
+    return replace(results, attrs={**results.attrs, LASTING_MOTIONS: json_text(speeds)})
 
 
 def contrast(
@@ -97,7 +107,7 @@ def contrast(
     :func:`nsdrill.analysis.contrast.contrast`, the ``study`` keys in which they differ, the
     ``models`` of the two, their ``thresholds``, and what they are called in a sentence,
     from their ``names``. InputError where the axes of the sweeps differ."""
-    data = [with_passed_over(one) for one in (a, b)]
+    data = [with_lasting_motions(one) for one in (a, b)]
     found = analysis.contrast(data[0], data[1], severity, confidence)
     studies = [resolved_study(one.attrs) for one in data]
     found["study"] = [{"key": key, "a": old, "b": new} for key, old, new in changes(*studies) if key != "title"]

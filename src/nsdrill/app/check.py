@@ -187,7 +187,7 @@ def check(study: Study, units: str = "si") -> Report:
         operation,
         checks and checks.coefficients(parameters, operation),
         checks.every_derived_quantity(parameters, operation) if checks else {},
-        _warnings(experiment, units),
+        warnings(study, units),
         points,
         chains,
         study.ramps,
@@ -223,23 +223,22 @@ def coarse_length(study: Study, axis: str) -> int:
     return (values - 1) // 2**study.refine + 1 if axis in study.refined else values
 
 
-def _warnings(experiment: Experiment, units: str) -> list[str]:
-    study = experiment.study
-    warnings: list[str | None] = [*study.notes]
+def warnings(study: Study, units: str = "si") -> list[str]:
+    """The warnings over the whole sweep of a ``study`` and its ramps, in the ``units``
+    "si" or "field"."""
+    found: list[str | None] = [*study.notes]
     if (checks := checks_of(study.model)) is not None:
-        warnings += checks.warnings(study, _corners(study), partial(_amount_text, units))
+        found += checks.warnings(study, _corners(study), partial(_amount_text, units))
     if study.swept or not study.ramped:  # else there is no observation
-        warnings += [_short_observation(study, units), _verify_cost(study), _large_results(experiment)]
-    return [warning for warning in warnings if warning is not None]
+        found += [_short_observation(study, units), _verify_cost(study), _large_results(prepare(study))]
+    return [warning for warning in found if warning is not None]
 
 
-def passed_over(study: Study) -> list[Answer]:
-    """The critical speeds below the first speed of a sweep that carries its state;
-    empty for a model without ``passed_over`` among its checks. Each is a dict with
-    ``name``, ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and
-    whether it is below that speed ``everywhere`` in the study."""
+def lasting_motions(study: Study) -> list[Answer]:
+    """The critical speeds above which a motion may last that begins there, as the checks
+    of its model tell them, in SI units; empty for a model whose checks have none."""
     checks = checks_of(study.model)
-    speeds: list[Answer] = getattr(checks, "passed_over", lambda study, corners: [])(study, _corners(study))
+    speeds: list[Answer] = getattr(checks, "lasting_motions", lambda study, corners: [])(study, _corners(study))
     return speeds
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import click
@@ -32,6 +33,7 @@ from nsdrill.operations.arguments import (
 
 with deferred():
     from nsdrill import progress, store, study, variables
+    from nsdrill.app import check as checks
     from nsdrill.app import continuing
     from nsdrill.study import write as writing
     from nsdrill.text import runs as text
@@ -145,9 +147,13 @@ def check(
     source = "standard input" if study == "-" else printable(str(study))
     for line in text.check_lines(given["study"], report, source, units, everything):
         click.echo(line)
-    for warning in report.warnings:
-        say(textwrap.fill(f"Warning: {warning}", WIDTH, break_on_hyphens=False))
+    _say_warnings(report.warnings)
     return 0
+
+
+def _say_warnings(warnings: Sequence[str]) -> None:
+    for warning in warnings:
+        say(textwrap.fill(f"Warning: {warning}", WIDTH, break_on_hyphens=False))
 
 
 @command_of(
@@ -163,13 +169,15 @@ def check(
 def run(given: Given, study: StudyLike, path: ResultsPath, units: Units = None) -> int:
     """Run STUDY and write the results file.
 
-    The file appears when all points are finished. After an interruption, by Ctrl-C or a
-    signal of the batch system, finished points are kept, and --resume gives the same
-    file as an uninterrupted run.
+    The warnings of `nsdrill check` come first. The file appears when all points are
+    finished. After an interruption, by Ctrl-C or a signal of the batch system, finished
+    points are kept, and --resume gives the same file as an uninterrupted run.
     """
     loaded = given["study"]
     if loaded.continuation is not None and not loaded.swept:
         say(f"{study} has no sweep: one point is run. nsdrill branches {study} -o {path} follows its section continue.")
+    if given["progress"]:
+        _say_warnings(checks.warnings(loaded, units or loaded.units))
     outcome: RunResult = runs.run(**given)  # type: ignore[assignment]
     if given["progress"]:
         say(text.outcome_text(outcome, units or loaded.units))

@@ -98,9 +98,11 @@ def newton(problem: Problem, guess: Array, normal: Array) -> Task[tuple[Array, E
     It stops at a step below ``NEWTON_TOLERANCE``, or where a step below
     ``STALLED_TOLERANCE`` no longer shrinks and the residual is below
     ``RESIDUAL_NOISE``: the steps of the integration leave noise, which large
-    multipliers amplify.
+    multipliers amplify. Where the noise makes the next step longer, the last such
+    point is the zero.
     """
     x, previous_size, factor = guess, np.inf, problem.tolerance_factor
+    last = None  # the last point whose step and residual are noise
     for iteration in range(1, MAX_ITERATIONS + 1):
         evaluation = yield from problem.evaluate(x)
         if evaluation is None:
@@ -114,13 +116,15 @@ def newton(problem: Problem, guess: Array, normal: Array) -> Task[tuple[Array, E
         size = float(np.max(np.abs(step)))
         if not size <= MAX_NEWTON_STEP:
             return None
-        is_stalled = size < factor * STALLED_TOLERANCE and size >= 0.5 * previous_size
-        if size < factor * NEWTON_TOLERANCE or (is_stalled and residual < factor * RESIDUAL_NOISE):
-            return x, evaluation, iteration, residual
+        found = x, evaluation, iteration, residual
+        is_noise = size < factor * STALLED_TOLERANCE and residual < factor * RESIDUAL_NOISE
+        if size < factor * NEWTON_TOLERANCE or (is_noise and size >= 0.5 * previous_size):
+            return found
         if iteration > 3 and size > 2.0 * previous_size:
-            return None
+            break
+        last = found if is_noise else last
         x, previous_size = x + step, size
-    return None
+    return last
 
 
 def corrected(

@@ -7,6 +7,7 @@ are those of :func:`nsdrill.analysis.window.find_window`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 import numpy as np
@@ -142,8 +143,18 @@ def has_no_room(best: Answer) -> bool:
 
 def is_hint(summary: Answer, best: Answer) -> bool:
     """Whether the best point of a map is a hint, not a setting: it has no room, its
-    motion had not settled, or the sweep begins above a critical speed."""
-    return has_no_room(best) or not best["settled"] or bool(summary["passed_over"])
+    motion had not settled, the sweep begins above a critical speed, or it is one sweep
+    that passes one, as its neighbours may pass it otherwise."""
+    is_one_sweep = len(summary["axes"]) == 1 and not summary["third"]
+    is_above = is_one_sweep and bool(_below(summary, best))
+    return has_no_room(best) or not best["settled"] or bool(summary["passed_over"]) or is_above
+
+
+def _below(summary: Answer, point: Answer) -> list[Answer]:
+    """The critical speeds that lie below a point and that the sweep does not pass
+    over: a motion that begins there may last at the point."""
+    speed = {**summary["fixed"], **point}.get("rotary_speed", -math.inf)
+    return [one for one in summary["lasting_motions"] if one["from"] is None and one["min"] < speed]
 
 
 def chosen_map(summary: Answer) -> Answer | None:
@@ -257,9 +268,11 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the window, a sentence or two each."""
     fmt = Formatter(units)
     for speed in summary["passed_over"]:
-        axis = speed["axis"]
+        axis, begins = speed["axis"], "THE SWEEP BEGINS at"
+        if speed["each"]:
+            begins = "EACH SPEED IS SWEPT BY ITSELF, up to"
         yield (
-            f"THE SWEEP BEGINS at {fmt.value(axis, speed['from'])}, above {speed['words']}, "
+            f"{begins} {fmt.value(axis, speed['from'])}, above {speed['words']}, "
             f"{fmt.range(axis, [speed['min'], speed['max']])}"
             f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is brought up to speed "
             "passes through that: a point that is safe here need not be safe then."
@@ -320,8 +333,8 @@ def _of_motions(summary: Answer) -> Iterator[str]:
 def _of_recommended(summary: Answer, fmt: Formatter) -> Iterator[str]:
     """What is said of the recommended point, and of the edges of the map and the samples
     also where there is none."""
-    plane = chosen_map(summary)
-    best = plane and plane["recommended"]
+    plane = chosen_map(summary) or {}
+    best = plane.get("recommended")
     if not best:
         ends = " and ".join(fmt.range(axis, summary["ranges"][axis]) for axis in in_order(summary["axes"]))
         yield f"THE MAP ENDS: only {ends} was examined, and nothing is known beyond."
@@ -337,6 +350,13 @@ def _of_recommended(summary: Answer, fmt: Formatter) -> Iterator[str]:
         yield (
             "NO MARGIN to one side or more of the best point: it is a hint, not a setting. A finer map around it "
             "would show more."
+        )
+    for one in _below(summary, {**plane.get("at", {}), **best}):
+        axis = one["axis"]
+        yield (
+            f"ABOVE A CRITICAL SPEED, {fmt.range(axis, [one['min'], one['max']])}, "
+            f"{one['words'].removeprefix('the speed ')}: the best point is safe only while {one['safe_while']}. "
+            "Many starts of every point (--set sweep.procedure=same --set initial.ensemble=64) show how likely that is."
         )
     if edges:
         yield (f"THE MAP ENDS at {' and '.join(edges)}, and the window with it: nothing is known beyond.")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsdrill.app.answers import contrast, sensitivity, with_passed_over
+from nsdrill.app.answers import contrast, sensitivity, with_lasting_motions
 from nsdrill.app.answers import window as window_of
 from nsdrill.app.experiment import own_numbers, study_of
 from nsdrill.data import Answer, Results
@@ -92,7 +92,7 @@ def picture(
     """A picture of the program as vectors, by default that which fits, without the title and the warnings, which the
     page has; a sentence where it cannot be drawn."""
     try:
-        data, look = with_passed_over(results), Look(title=False, warnings=False)
+        data, look = with_lasting_motions(results), Look(title=False, warnings=False)
         return image(svg(draw(data, kind, units=units, look=look, severity=severity, confidence=confidence)), words)
     except NsdrillError as error:
         return paragraph(str(error))
@@ -173,7 +173,7 @@ def comparison(
             warning_list(text for text in notes(found, units) if not text.startswith(("a: ", "b: ", "a and b: "))),
         ]
     )
-    data = [with_passed_over(one) for one in results]
+    data = [with_lasting_motions(one) for one in results]
     look = Look(warnings=False)  # the page has them
     drawn = draw_two(data[0], data[1], names, units, severity, confidence, look)
     pieces = [table(head, body), image(svg(drawn), sentence(found, units))]

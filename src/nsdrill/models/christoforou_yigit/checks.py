@@ -208,58 +208,69 @@ def _brought_to_wall(corners: list[Corner], format_value: FormatValue) -> str | 
     )
 
 
-def passed_over(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
-    """The critical speeds below the first speed of a sweep that carries the state along
-    the rotary speed. A string that is brought up to speed passes through them, and the
-    motion that begins there may last; the sweep does not pass through them. Each is a
-    dict:
+def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
+    """The critical speeds above which a motion may last that begins there. A string that is
+    brought up to speed passes through them; a sweep that begins above one passes over
+    it. Empty for many starts, which find such motions. Each is a dict:
 
     ==============  =================================================================
     ``axis``        ``rotary_speed``
     ``name``        name of the derived quantity
     ``words``       its description
-    ``min``,        least and greatest value [rad/s] over the corners where it is
-    ``max``         below the first speed
-    ``from``        first speed of the sweep [rad/s]
-    ``everywhere``  whether it is below the first speed at all corners of that speed
+    ``safe_while``  the condition under which a point above it stays safe
+    ``min``,        least and greatest value [rad/s] over the corners; of one that is
+    ``max``         passed over, over those where it is
+    ``from``        first speed of the sweep [rad/s], where that is above it: it is passed
+                    over; else None
+    ``everywhere``  whether it is passed over at all corners of that speed
+    ``each``        whether every chain begins at a speed of its own, as the state is
+                    carried along another axis; ``from`` is then the greatest
     ==============  =================================================================
     """
-    if study.along != "rotary_speed" or study.procedure == "same":
+    if study.initial.starts:
         return []
-    start = (max if study.procedure == "down" else min)(float(corner.operation[2]) for corner in corners)
-    passed: dict[str, list[float]] = {}
-    at_start = [corner for corner in map(Corner, corners) if corner.speed == start]
-    for corner in at_start:
-        critical = _critical(corner.parameters, corner.operation)
-        for name in LASTING_MOTIONS:
-            speed = critical.get(name)
-            if speed is not None and 0.0 < speed < start and not _starts_beyond(name, corner):
-                passed.setdefault(name, []).append(float(speed))
-    return [
-        {
-            "axis": "rotary_speed",
-            "name": name,
-            "words": CRITICAL_SPEEDS[name],
-            "min": min(speeds),
-            "max": max(speeds),
-            "from": start,
-            "everywhere": len(speeds) == len(at_start),
-        }
-        for name, speeds in passed.items()
-    ]
+    each = study.along != "rotary_speed"
+    carried = study.procedure != "same"
+    start = (max if each or study.procedure == "down" else min)(float(corner.operation[2]) for corner in corners)
+    found: list[dict[str, Any]] = []
+    for name, (_, safe_while) in LASTING_MOTIONS.items():
+        speeds = [(speed, corner.speed) for corner in map(Corner, corners) if (speed := _begins(name, corner))]
+        over = [speed for speed, at in speeds if carried and speed < start == at]
+        if not speeds:
+            continue
+        values = over or [speed for speed, _ in speeds]
+        found.append(
+            {
+                "axis": "rotary_speed",
+                "name": name,
+                "words": CRITICAL_SPEEDS[name],
+                "safe_while": safe_while,
+                "min": min(values),
+                "max": max(values),
+                "from": start if over else None,
+                "everywhere": len(over) == sum(float(corner.operation[2]) == start for corner in corners),
+                "each": each,
+            }
+        )
+    return found
 
 
-def _starts_beyond(name: str, corner: Corner) -> bool:
-    """Whether the motion of this critical speed is there from the initial state on, or
-    cannot occur."""
+def _begins(name: str, corner: Corner) -> float | None:
+    """The critical speed [rad/s] of this name; None where its motion cannot occur, or is
+    there from the initial state on."""
+    speed = _critical(corner.parameters, corner.operation).get(name)
+    if not speed:
+        return None
     if name == "lobe_resonance":
-        return float(corner.parameters.bit.surface_amplitude) == 0.0
-    start: Any = corner.values.initial
-    return math.hypot(float(start.x), float(start.y)) >= float(corner.k.gap)
+        is_possible = float(corner.parameters.bit.surface_amplitude) != 0.0
+    else:
+        start: Any = corner.values.initial
+        is_possible = math.hypot(float(start.x), float(start.y)) < float(corner.k.gap)
+    return float(speed) if is_possible else None
 
 
 def _passed_over(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
-    passed = passed_over(study, corners)
+    passed = [critical for critical in lasting_motions(study, corners) if critical["from"] is not None]
     if not passed:
         return None
     descriptions = []
@@ -267,13 +278,17 @@ def _passed_over(study: Any, corners: list[Values], format_value: FormatValue) -
         low, high = (format_value(critical[end], "rad/s", "rad/s") for end in ("min", "max"))
         descriptions.append(f"{critical['words']} ({low if low == high else f'{low} to {high}'})")
     least = format_value(min(critical["min"] for critical in passed), "rad/s", "rad/s")
+    first = format_value(passed[0]["from"], "rad/s", "rad/s")
     part = "" if all(critical["everywhere"] for critical in passed) else ", in a part of the study,"
-    consequences = " or ".join(LASTING_MOTIONS[critical["name"]] for critical in passed)
+    consequences = " or ".join(LASTING_MOTIONS[critical["name"]][0] for critical in passed)
+    begins, remedy = f"the sweep begins at {first}, which lies{part}", f"Begin the sweep below {least}"
+    if passed[0]["each"]:
+        begins = f"the state is carried along {study.along}, each speed by itself, up to {first}, which lies{part}"
+        remedy = f"Carry it along rotary_speed, from below {least}"
     return (
-        f"Start: the sweep begins at {format_value(passed[0]['from'], 'rad/s', 'rad/s')}, which "
-        f"lies{part} above {' and '.join(descriptions)}. A string that is brought up to speed "
+        f"Start: {begins} above {' and '.join(descriptions)}. A string that is brought up to speed "
         f"passes through that, and may {consequences} from there on; this sweep does not, so a "
-        f"point may look safe that is not. Begin the sweep below {least}, even if the bit never drills there."
+        f"point may look safe that is not. {remedy}, even if the bit never drills there."
     )
 
 
@@ -341,7 +356,11 @@ CRITICAL_SPEEDS = {
     "lobe_resonance": "the speed at which the lobes make the bit bounce",
 }
 
-LASTING_MOTIONS = {"wall_speed": "stay on the wall", "lobe_resonance": "go on bouncing"}
+# What a string may do that passes through them, and what a point above them is safe from.
+LASTING_MOTIONS = {
+    "wall_speed": ("stay on the wall", "nothing brings the collar to the wall, where it may stay"),
+    "lobe_resonance": ("go on bouncing", "nothing sets the bit bouncing, which may last"),
+}
 
 
 def _critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
