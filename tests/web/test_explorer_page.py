@@ -63,7 +63,8 @@ def titles(page: Any) -> str:
 def test_a_map_opens_on_its_window(page, files):
     """The window, and the responses of both procedures beside it; the point that the
     window recommends is chosen and run."""
-    from nsdrill.analysis.window import find_window
+    from nsdrill.app.answers import window
+    from nsdrill.plot.answer import answer, warnings
 
     with running(files / "map.h5") as made:
         results = made.session.results
@@ -74,13 +75,26 @@ def test_a_map_opens_on_its_window(page, files):
         assert len({round(box["y"]) for box in maps}) == 1  # side by side
         said = titles(page)
         assert all(word in said for word in ("Operating window:", "Responses, up:", "Responses, down:"))
-        best = find_window(results)["maps"][0]["recommended"]
+        found = window(results)
+        best = found["maps"][0]["recommended"]
+        told = page.locator("#answer")
+        assert told.locator("p").inner_text() == answer(found, "si")
+        names = told.locator("summary").inner_text().split(" · ")
+        texts = list(warnings(found, "si"))
+        assert len(names) == len(texts) > 0
+        assert all(text.startswith(one) and one.isupper() for one, text in zip(names, texts, strict=True))
+        told.locator("summary").click()
+        assert told.locator("li").all_inner_texts() == texts
+        with page.expect_download() as saved:
+            page.locator("#save-svg").click()
+        assert all(word in saved.value.path().read_text() for word in (names[0], answer(found, "si").split()[0]))
         name = page.locator("#which .name").inner_text()
         assert f"Rotary speed {best['rotary_speed']:g} rad/s" in name
         assert f"Weight on bit {best['wob'] / 1e3:g} kN" in name
         assert "border of the operating window" in page.locator("#legend").inner_text()
         page.locator("#channel").select_option("map radius_max")
         page.locator("#legend", has_text="down less up").wait_for()
+        assert told.is_hidden()
         assert len(boxes(page, "#diagram .uplot")) == 3
         assert "down less up:" in titles(page)
         # a click in the second map runs down

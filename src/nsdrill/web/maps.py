@@ -13,11 +13,13 @@ from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, Classes, axes_of,
 from nsdrill.analysis.maps import SAFE as SAFE_STATE
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, outcome, probabilities_of
 from nsdrill.analysis.window import USUAL_CONFIDENCE
+from nsdrill.app.answers import window
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
 from nsdrill.models.starts import Starts, slice_values
+from nsdrill.plot.answer import answer, warnings
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.style import BAD_TO_GOOD, GREY, SAFE_COLOUR
@@ -64,12 +66,14 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
     """The area ``name``; where there are several of one kind, as the probabilities of
     several outcomes, ``values`` [area, y, x] has all of them, and ``procedures`` their
     words. ``safe`` [y, x] is 1 where a run is safe, along whose border a line is drawn,
-    ``recommended`` the column and the row of the point to choose first."""
+    ``recommended`` the column and the row of the point to choose first, ``answer`` and
+    ``warnings`` what the window of the file says."""
     names = [choice["name"] for choice in area_choices(results)]
     if name not in names:
         raise InputError(f"name: found {name}; allowed: {', '.join(names) or 'none'}.")
     if name == PROBABILITY and len(results.swept) == 1:
-        return probability_lines(results, units, results.swept[0])
+        head, columns = probability_lines(results, units, results.swept[0])
+        return head | _told(results, units), columns
     if name == BASIN:
         head, columns = _basin(results, units)
         axes = {"x": (results.grid.index("start"), len(head["y"]["values"])), "y": (results.grid.index("start"), 1)}
@@ -83,13 +87,19 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         make = _window if name == WINDOW else _probabilities
         head, columns = make(results, units, maps, third)
         axes = {"x": (results.grid.index(maps.x), 1), "y": (results.grid.index(maps.y), 1)}
-        head |= {"recommended": _first_point(maps, safe)}
+        head |= {"recommended": _first_point(maps, safe)} | _told(results, units)
         columns |= {"safe": safe.astype(float)}
     place = [held.get(axis, 0) if axis in results.axes and name == WINDOW else 0 for axis in results.grid]
     for axis, (dimension, step) in axes.items():
         head[axis] = {**head[axis], "dimension": dimension, "step": step}
         place[dimension] = 0
     return head | {"place": place, "title": WORDS[name]}, columns
+
+
+def _told(results: Results, units: str) -> Answer:
+    """What the window of the file says, and its warnings."""
+    found = window(results)
+    return {"answer": answer(found, units), "warnings": list(warnings(found, units))}
 
 
 def _first_point(maps: Classes, safe: Array) -> list[int] | None:

@@ -119,6 +119,15 @@
     }
   }
 
+  // The answer of a window, and its warnings: their words in capitals, and all on request.
+  function tellAnswer({ answer, warnings }) {
+    if (!answer) return;
+    const names = warnings.map((text) => text.match(/^[A-Z]{2,}(?: [A-Z]+)*(?![a-z])/)[0]);
+    const told = make("details", {}, make("summary", {}, names.join(" · ")), make("ul", {}, ...warnings.map((text) => make("li", {}, text))));
+    $("answer").replaceChildren(make("p", {}, answer), ...(warnings.length ? [told] : []));
+    $("answer").hidden = false;
+  }
+
   const redraw = latestOnly(async () => {
     const [kind, name] = $("channel").value.split(" "), c = meta.choices, several = c.axes.length > 1;
     const x = $("along").value, y = $("against").value;
@@ -132,8 +141,10 @@
     $("diagram").replaceChildren();
     view.chosen = null;
     let panels = null, all = null;
+    $("answer").hidden = true;
     if (byItself) {
       const area = joined(await ask("area", { name, held: view.held }));
+      tellAnswer(area);
       if (!area.x_edges) all = [area];
       else {
         free.splice(0, 2, area.x.name, area.y.name);
@@ -648,7 +659,7 @@
       const legend = charts.length ? N.legendBoxes($("legend"), $("diagram").clientWidth) : [];
       const left = [...(wide ? [charts] : charts), ...legend, ...(local ? local.charts : [])];
       const right = pinned ? [[pinned.view.parts(), motion.parts()]] : wide ? [motion.parts().flatMap((row, k) => (k ? [row.flat()] : row))] : motion.parts();
-      const lines = [meta.about, pinned && `Left: ${$("pinned-which").textContent}`, $("which").textContent && [...$("which").children].slice(0, 2).map((item) => item.textContent).join(": ")].filter(Boolean);
+      const lines = [meta.about, ...[...document.querySelectorAll("#answer:not([hidden]) :is(p, summary)")].map((item) => item.textContent), pinned && `Left: ${$("pinned-which").textContent}`, $("which").textContent && [...$("which").children].slice(0, 2).map((item) => item.textContent).join(": ")].filter(Boolean);
       download(nameOf(as), await N.picture(wide ? [[...left, [right]]] : [left, right], meta.title, lines, as));
     });
 
