@@ -31,7 +31,6 @@ REMOTE_QUANTUM = 1.0  # in another process: a batch is then a message of some me
 # Seconds between checks for an interrupt and for a lost cluster while no task ends.
 POLL_SECONDS = 0.5
 SHORT = 10.0  # simulated seconds up to which a run is short
-GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # its multiples modulo 1 are evenly spread, however many
 MAX_LOSSES = 10  # times that the task of one batch may be lost with its worker
 
 
@@ -148,7 +147,7 @@ class Engine:
         self._carried = plan.chain_length > 1
         if self._carried:
             self._starts = Starts(np.arange(plan.chains), np.zeros(plan.chains, np.int64)) if starts is None else starts
-            self._pending = self._spread(np.argsort(self._starts.places, kind="stable"))
+            self._pending = np.argsort(self._starts.places, kind="stable")
             runs = self._starts.runs(plan)
         else:
             self._pending = self._longest_first(np.arange(plan.points) if pending is None else pending)
@@ -198,13 +197,6 @@ class Engine:
         same_speed = math.prod(plan.grid[axis + 1 :])
         speed = (points // same_speed % plan.shape[axis]).astype(np.int32)  # its index on the axis
         return points[np.argsort(-speed, kind="stable")]
-
-    def _spread(self, chains: Array) -> Array:
-        """The chains in an order in which each part of a sweep is like the whole, so that
-        the time left can be told early: in groups, whose chains may be in one regime,
-        as those beside each other in the sweep are."""
-        groups = np.arange(len(chains)) // self.lanes
-        return chains[np.argsort(groups * GOLDEN % 1.0, kind="stable")]
 
     def _pending_count(self) -> int:
         return len(self._pending) - self._next
