@@ -9,7 +9,7 @@ import pytest
 from nsdrill.analysis.contrast import contrast
 from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.errors import InputError
-from nsdrill.text.diff import border_rows, sentence, side_by_side, thresholds
+from nsdrill.text.diff import border_rows, onset_rows, sentence, side_by_side, thresholds
 
 from .grids import grid
 
@@ -109,11 +109,22 @@ def test_beyond_the_map_of_the_other_nothing_is_known_of_an_interval():
 def test_onsets_are_where_a_response_occurs(found):
     spans = {(row["at"]["wob"], row["response"]): (row["a"], row["b"]) for row in found["onsets"]}
     assert spans == {
-        (10e3, "stick_slip"): ([1.0, 2.0], [1.0, 1.0]),
-        (10e3, "whirl"): ([5.0, 6.0], [5.0, 6.0]),
-        (20e3, "stick_slip"): ([1.0, 3.0], [1.0, 1.0]),
-        (20e3, "whirl"): ([6.0, 6.0], [4.0, 6.0]),
+        (10e3, "stick_slip"): ([[1.0, 2.0]], [[1.0, 1.0]]),
+        (10e3, "whirl"): ([[5.0, 6.0]], [[5.0, 6.0]]),
+        (20e3, "stick_slip"): ([[1.0, 3.0]], [[1.0, 1.0]]),
+        (20e3, "whirl"): ([[6.0, 6.0]], [[4.0, 6.0]]),
     }
+
+
+def test_gaps_between_onsets_are_told():
+    """Where a response does not occur between its first and its last value."""
+    speeds = np.arange(1.0, 10.0)
+    lines = ("b.w..bb..", "b.b.b.b.b")
+    found = contrast(*(grid({"up": [line]}, speeds) for line in lines))
+    assert onset_rows(found, "field") == [
+        ("", "coming up", "bit-bounce", "9.549, 57.3 to 66.85 rpm", "5 intervals from 9.549 to 85.94 rpm"),
+        ("", "coming up", "whirl", "28.65 rpm", "none"),
+    ]
 
 
 def test_the_rate_is_compared_at_the_best_point_and_where_both_are_safe():

@@ -31,8 +31,8 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
       ``responses_a`` and ``responses_b``, and ``why_a`` and ``why_b``, as of a side of
       a window (``edge`` beyond the map). An end is None where the interval is only in
       the other; its responses are then those that occur there instead;
-    - ``onsets``: for each line, way and response, the least and the greatest value at
-      which it occurs in ``a`` and in ``b``; None where it does not;
+    - ``onsets``: for each line, way and response, the intervals in which it occurs in
+      ``a`` and in ``b``, by their first and last value;
     - ``rate``: the rate of penetration [m/s] at the recommended point, at the fastest
       safe point, and on average over the points that are safe in both.
 
@@ -163,9 +163,9 @@ def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, .
                 row: Answer = {"at": at, "axis": maps[0].x, "procedure": way, "response": name}
                 for side, one, cell in zip(("a", "b"), maps, cells, strict=True):
                     bits = one.bits_in[(one.results.procedures.index(way), *cell)]
-                    found = one.values(one.x)[(bits & response.bit).astype(bool)]
-                    row[side] = [float(found[0]), float(found[-1])] if found.size else None
-                if row["a"] is not None or row["b"] is not None:
+                    places_along = stretches((bits & response.bit).astype(bool))
+                    row[side] = [one.values(one.x)[list(ends)].tolist() for ends in places_along]
+                if row["a"] or row["b"]:
                     rows.append(row)
     return rows
 

@@ -29,6 +29,7 @@ from nsdrill.text.words import aligned, in_words, point_text, rest, value_text
 
 MAX_CHANGES = 12
 ENDS = ("lower", "upper")
+MAX_INTERVALS = 3  # in a cell of a table
 MAX_KEYS = 6  # in one line
 
 
@@ -347,7 +348,7 @@ def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     fmt, table = Formatter(units), []
     for row in found["borders"]:
         axis = row["axis"]
-        where = fmt.setting(row["at"], row["at"]) or "in all"
+        where = fmt.setting(row["at"], row["at"])
         spans = []
         for side in ("a", "b"):
             ends = [row["lower"][side], row["upper"][side]]
@@ -382,11 +383,22 @@ def onset_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     for row in found["onsets"]:
         if row["a"] == row["b"]:
             continue
-        spans = ["none" if row[s] is None else fmt.range(row["axis"], row[s]) for s in ("a", "b")]
-        where = fmt.setting(row["at"], row["at"]) or "in all"
+        spans = [_intervals(row["axis"], row[side], fmt) for side in ("a", "b")]
+        where = fmt.setting(row["at"], row["at"])
         way = WAYS.get(row["procedure"], row["procedure"])
         table.append((where, way, row["response"].replace("_", "-"), *spans))
     return table
+
+
+def _intervals(axis: str, intervals: list[list[float]], fmt: Formatter) -> str:
+    """``40, 60 to 75 rpm``; of many intervals how many there are, and where."""
+    if not intervals:
+        return "none"
+    if len(intervals) > MAX_INTERVALS:
+        return f"{len(intervals)} intervals from {fmt.range(axis, [intervals[0][0], intervals[-1][-1]])}"
+    *others, last = intervals
+    before = [" to ".join(fmt.number(axis, end) for end in dict.fromkeys(ends)) for ends in others]
+    return ", ".join([*before, fmt.range(axis, last)])
 
 
 def contrast_lines(found: Answer, units: str, names: Sequence[str] = ()) -> Iterator[str]:
