@@ -32,6 +32,7 @@ WALL = {
     "from": None,
     "everywhere": False,
     "each": False,
+    "jumped": None,
 }
 
 
@@ -371,14 +372,29 @@ def test_the_largest_disc_on_unequal_steps():
     assert largest_margin(safe, np.zeros(1), np.array([0.0, 1.0, 2.0, 4.0, 10.0])) == (0, 3, pytest.approx(0.4))
 
 
+def test_a_point_with_safe_neighbours_comes_first():
+    """The steps of the weight are coarse: from the third row the unsafe one above is a
+    third of the range away, though it is the next."""
+    safe = np.array([[True] * 9, [False] * 3 + [True] * 3 + [False] * 3, [True] * 9, [False] * 9])
+    assert largest_margin(safe, np.arange(4.0), np.arange(9.0)) == (1, 4, 0.25)
+    alone = np.array([[False, True, False]])
+    assert largest_margin(alone, np.zeros(1), np.arange(3.0))[:2] == (0, 1)
+
+
 def test_by_brute_force():
     rng = np.random.default_rng(5)
     for _ in range(20):
         y, x = np.cumsum(rng.uniform(0.1, 1.0, 7)), np.cumsum(rng.uniform(0.1, 1.0, 9))
         safe = rng.random((7, 9)) < 0.8
         up, across = normalised(y), normalised(x)
-        best = 0.0
+        best, is_best_with_room = 0.0, False
         for row, column in np.argwhere(safe):
+            cross = safe[max(row - 1, 0) : row + 2, column], safe[row, max(column - 1, 0) : column + 2]
+            with_room = all(part.size == 3 and part.all() for part in cross)
+            if is_best_with_room and not with_room:
+                continue
+            if with_room and not is_best_with_room:
+                best, is_best_with_room = 0.0, True
             edge = min(up[row], 1 - up[row], across[column], 1 - across[column])
             bad = [np.hypot(up[r] - up[row], across[c] - across[column]) for r, c in np.argwhere(~safe)]
             best = max(best, min([edge, *bad]))
@@ -448,6 +464,22 @@ def test_only_a_point_with_room_that_settled_is_an_order():
         text, warned = said(results)
         assert text.startswith("No setting can be recommended; the best hint is 2 kN and ")
         assert word in warned
+
+
+def test_steps_that_may_jump_across_a_critical_speed_are_told():
+    """The best point is then a hint; nothing is said of it where no point is safe."""
+    speeds, weights = [0.4, 2.0, 3.0, 4.0, 5.0], [1e3, 2e3, 3e3]
+    jumped = {"from": 0.5, "to": 0.9, "step": 1.6, "enough": 0.2}
+    told = (
+        "STEPS OF 1.6 rad/s (15.3 rpm) MAY JUMP across it, anywhere from 0.5 to 0.9 rad/s (4.77 to 8.59 rpm): a point "
+        "that is safe here need not be safe with finer steps. There steps of 0.2 rad/s (1.91 rpm) are fine enough."
+    )
+    for line, is_told in (("s...w", True), ("sssww", False)):
+        results = grid({"up": [[line] * 3], "down": [[line] * 3]}, speeds, weights)
+        results.attrs["lasting_motions"] = json_text([{**WALL, "jumped": jumped}])
+        text, warned = said(results)
+        assert (told in warned) == is_told
+        assert text.startswith("No setting can be recommended; the best hint" if is_told else "No safe point")
 
 
 def test_a_point_above_a_critical_speed_is_safe_on_a_condition():

@@ -219,6 +219,25 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(told, wall_speed):
         assert re.search(start, told(*wide, *other)) is None
 
 
+def test_steps_that_may_jump_across_the_speeds_of_the_wall_are_told(told, wall_speed):
+    """The range is that of the figures at the ends of the weights, and the ranges that the
+    warning proposes silence it; the example has its own."""
+    coarse = "sweep.rotary_speed={from: 40 rpm, to: 140 rpm, points: 21}"
+    assert "Step:" not in told()
+    said = told(coarse)
+    found = re.search(r"Step: in steps of 5 rpm .* wall, ([\d.]+) rpm to ([\d.]+) rpm .*, ([\d.]+) rpm wide", said)
+    low, high, width = map(float, found.groups())
+    assert low == pytest.approx(wall_speed("operation.wob=25 klbf", "operation.rotary_speed=40 rpm"), rel=1e-3)
+    assert low < wall_speed("operation.wob=5 klbf") < high
+    assert width < 5.0 < high - low
+    proposed = re.search(r"one of them ({from: .*?})", said)[1]
+    others = "{from: 40 rpm, to: 55 rpm, points: 4}", "{from: 70 rpm, to: 140 rpm, points: 15}"
+    whole = f"sweep.rotary_speed=[{others[0]}, {proposed}, {others[1]}]"
+    assert "Step:" not in told(whole)
+    for other in ("sweep.procedure=down", "drillstring.collar.span=30 ft", "sweep.along=wob", "modes.lateral=frozen"):
+        assert "Step:" not in told(coarse, other)
+
+
 def test_numbers_on_which_the_answer_hangs_are_named(told, wall_speed):
     moved = re.search(r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", told())
     at = ("operation.wob=15 klbf", "operation.rotary_speed=100 rpm")

@@ -157,6 +157,7 @@ def test_the_answer_and_its_warnings_are_in_the_picture(both):
         "from": 1.0,
         "everywhere": True,
         "each": False,
+        "jumped": None,
     }
     alone.attrs["lasting_motions"] = json_text([passed])
     figure = plot.draw(alone, "window")

@@ -62,6 +62,11 @@ def test_values_come_out_in_si():
         ("{from: 900 m, to: 500 m, points: 3}", [500.0, 700.0, 900.0]),
         ("[900 m, 500 m]", [500.0, 900.0]),
         ("1 km", [1000.0]),
+        # the ranges meet at 500 m, whose sum of steps has another last bit; 450 m stands twice
+        (
+            "[{from: 500 m, to: 900 m, points: 3}, {from: 0.3 km, to: 500 m, points: 5}, 450 m, 1 km]",
+            [300.0, 350.0, 400.0, 450.0, 500.0, 700.0, 900.0, 1000.0],
+        ),
     ],
 )
 def test_axes_ascend(axis, values):
@@ -191,6 +196,9 @@ def test_one_fault(text, line, key, says):
         ("{depth: {from: 500 m, to: 600 m, points: 1}}", "sweep.depth.points", "at least 2"),
         ("{depth: {from: 500 m, to: 600 m}}", "sweep.depth.points", "from, to and points"),
         ("{depth: [1 km, 1000 m]}", "sweep.depth[1]", "each value once"),
+        ("{depth: [{from: 1 m, to: 2 m, points: 100001}]}", "sweep.depth", "at most 100000 values in each range"),
+        ("{depth: [{from: 1 m, to: 2 m}]}", "sweep.depth[0].points", "all of from, to and points"),
+        ("{depth: [1 km, {from: 1 m, to: 2 N, points: 3}]}", "sweep.depth[1].to", "in units of force"),
         ("{depth: [1 km, 30]}", "sweep.depth[1]", "without a unit"),
         ("{rotary_speed: 20 rpm, 30 rpm}", "sweep.rotary_speed", "stands in brackets: [20 rpm, 30 rpm]."),
         ("{wob: [5,5 klbf, 6 klbf]}", "sweep.wob[0]", "Write a decimal point: 5.5 klbf."),

@@ -252,11 +252,13 @@ def largest_margin(safe: Array, y: Array, x: Array) -> tuple[int, int, float] | 
 
     The margin is the Euclidean distance to the nearest point that is not safe, or to
     the edge of the map, whichever is less; each axis is in fractions of its range, so
-    that the margin has no unit. An axis of one value has no edge. Of equal margins the
-    point farthest from points that are not safe is taken, then that with the largest
-    clearance along the axes, then the first.
+    that the margin has no unit. An axis of one value has no edge. Points whose
+    neighbours are all safe come first, however near the others of a coarse axis seem.
+    Of equal margins the point farthest from points that are not safe is taken, then
+    that with the largest clearance along the axes, then the first.
     """
-    rows, columns = np.nonzero(safe)
+    with_room = _with_room(safe)
+    rows, columns = np.nonzero(with_room if with_room.any() else safe)
     if not rows.size:
         return None
     across, up = normalised(x), normalised(y)
@@ -280,6 +282,17 @@ def largest_margin(safe: Array, y: Array, x: Array) -> tuple[int, int, float] | 
     )
     chosen = candidates[int(np.flatnonzero(clearance >= clearance.max() - _TOLERANCE)[0])]
     return int(rows[chosen]), int(columns[chosen]), float(margin[chosen])
+
+
+def _with_room(safe: Array) -> Array:
+    """Where ``safe`` [y, x] has safe neighbours on both sides of each axis of several
+    values."""
+    with_room = safe.copy()
+    for axis, length in enumerate(safe.shape):
+        if length > 1:
+            wide = np.pad(safe, [(int(other == axis),) * 2 for other in range(safe.ndim)])
+            with_room &= np.take(wide, range(length), axis) & np.take(wide, range(2, length + 2), axis)
+    return with_room
 
 
 def normalised(values: Array) -> Array:

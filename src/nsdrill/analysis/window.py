@@ -249,10 +249,11 @@ def _recommended(maps: Classes, number: int) -> Answer | None:
 
 def _most_probable(maps: Classes) -> Answer | None:
     """The point with the greatest probability of a safe run; of several the one with
-    the greatest rate of penetration, or the first where no rate is known."""
-    if not maps.safety:
+    the greatest rate of penetration, or the first where no rate is known. None where
+    no sample is safe at any point."""
+    if not maps.safety or not (greatest := np.max(maps.safety[0])):
         return None
-    is_best = maps.safety[0] >= np.max(maps.safety[0])
+    is_best = maps.safety[0] >= greatest
     cell = _best(maps, is_best) or _cell(is_best)
     return {**_everything(maps, cell), "ties": int(is_best.sum()) - 1}
 

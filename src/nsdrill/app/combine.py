@@ -24,8 +24,9 @@ from nsdrill.errors import InputError, count, option
 from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.registry import BY_NAME
 from nsdrill.store import kind_of
+from nsdrill.study.forms import axis_values
 from nsdrill.study.keys import Keys, keys_named
-from nsdrill.study.study import IN_WORDS_ONLY, Study, axis_values, refined_axes, study_from_resolved
+from nsdrill.study.study import IN_WORDS_ONLY, Study, refined_axes, study_from_resolved
 from nsdrill.study.write import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of, short_key
 

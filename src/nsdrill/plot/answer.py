@@ -143,11 +143,12 @@ def has_no_room(best: Answer) -> bool:
 
 def is_hint(summary: Answer, best: Answer) -> bool:
     """Whether the best point of a map is a hint, not a setting: it has no room, its
-    motion had not settled, the sweep begins above a critical speed, or it is one sweep
-    that passes one, as its neighbours may pass it otherwise."""
+    motion had not settled, the sweep begins above a critical speed or may jump across
+    it, or it is one sweep that passes one, as its neighbours may pass it otherwise."""
     is_one_sweep = len(summary["axes"]) == 1 and not summary["third"]
     is_above = is_one_sweep and bool(_below(summary, best))
-    return has_no_room(best) or not best["settled"] or bool(summary["passed_over"]) or is_above
+    is_missed = bool(summary["passed_over"]) or any(one["jumped"] for one in summary["lasting_motions"])
+    return has_no_room(best) or not best["settled"] or is_missed or is_above
 
 
 def _below(summary: Answer, point: Answer) -> list[Answer]:
@@ -197,8 +198,8 @@ def _nothing_safe(summary: Answer, fmt: Formatter) -> str:
         )
         if best := summary["most_probable"]:
             at = fmt.setting(best, (*summary["axes"], summary["third"]))
-            text += f"; the most probable one is {at}, with {percent(best)}"
-        return text + "."
+            return f"{text}; the most probable one is {at}, with {percent(best)}."
+        return f"{text}, or in any of the samples."
     found = [f"{name.replace('_', '-')} at {count}" for name, count in summary["obstacles"].items() if count]
     if summary["rim"]:
         text += f"; {summary['rim']} are on some histories"
@@ -267,16 +268,8 @@ def of_both(a: Iterable[str], b: Iterable[str]) -> list[str]:
 def warnings(summary: Answer, units: str) -> Iterator[str]:
     """All that one must know before relying on the window, a sentence or two each."""
     fmt = Formatter(units)
-    for speed in summary["passed_over"]:
-        axis, begins = speed["axis"], "THE SWEEP BEGINS at"
-        if speed["each"]:
-            begins = "EACH SPEED IS SWEPT BY ITSELF, up to"
-        yield (
-            f"{begins} {fmt.value(axis, speed['from'])}, above {speed['words']}, "
-            f"{fmt.range(axis, [speed['min'], speed['max']])}"
-            f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is brought up to speed "
-            "passes through that: a point that is safe here need not be safe then."
-        )
+    if summary["safe"] or summary["most_probable"]:
+        yield from _of_critical_speeds(summary, fmt)
     if not summary["history_examined"]:
         yield (
             f"HISTORY WAS NOT EXAMINED: the file holds one procedure only ({summary['procedures'][0]}). Run the study "
@@ -306,6 +299,28 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from _of_motions(summary)
     yield from _of_recommended(summary, fmt)
+
+
+def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
+    """Critical speeds that the sweep passes over, or may jump across."""
+    for speed in summary["passed_over"]:
+        axis, begins = speed["axis"], "THE SWEEP BEGINS at"
+        if speed["each"]:
+            begins = "EACH SPEED IS SWEPT BY ITSELF, up to"
+        yield (
+            f"{begins} {fmt.value(axis, speed['from'])}, above {speed['words']}, "
+            f"{fmt.range(axis, [speed['min'], speed['max']])}"
+            f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is brought up to speed "
+            "passes through that: a point that is safe here need not be safe then."
+        )
+    for speed in summary["lasting_motions"]:
+        if jumped := speed["jumped"]:
+            axis = speed["axis"]
+            yield (
+                f"STEPS OF {fmt.value(axis, jumped['step'])} MAY JUMP across {speed['words']}, anywhere from "
+                f"{fmt.range(axis, [jumped['from'], jumped['to']])}: a point that is safe here need not be safe with "
+                f"finer steps. There steps of {fmt.value(axis, jumped['enough'])} are fine enough."
+            )
 
 
 def _of_motions(summary: Answer) -> Iterator[str]:
@@ -338,7 +353,7 @@ def _of_recommended(summary: Answer, fmt: Formatter) -> Iterator[str]:
     if not best:
         ends = " and ".join(fmt.range(axis, summary["ranges"][axis]) for axis in in_order(summary["axes"]))
         yield f"THE MAP ENDS: only {ends} was examined, and nothing is known beyond."
-        yield from _too_few_samples(summary)
+        yield from _of_samples(summary, summary["most_probable"] or {})
         return
     edges = [
         fmt.value(axis, side["safe_to"])
@@ -360,10 +375,15 @@ def _of_recommended(summary: Answer, fmt: Formatter) -> Iterator[str]:
         )
     if edges:
         yield (f"THE MAP ENDS at {' and '.join(edges)}, and the window with it: nothing is known beyond.")
+    yield from _of_samples(summary, best)
+
+
+def _of_samples(summary: Answer, point: Answer) -> Iterator[str]:
+    """Too few samples for the confidence, or for the probability of this ``point``."""
     told = list(_too_few_samples(summary))
     yield from told
-    if "probability" in best and not told:
-        half = (best["probability_high"] - best["probability_low"]) / 2
+    if "probability" in point and not told:
+        half = (point["probability_high"] - point["probability_low"]) / 2
         if half > FEW_SAMPLES:
             yield (
                 f"FEW SAMPLES: {summary['counted']} give the probability to about "

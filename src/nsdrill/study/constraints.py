@@ -17,10 +17,10 @@ from nsdrill.models.description import Order
 from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.models.responses import RESPONSES
 from nsdrill.ranges import bound_text
-from nsdrill.study.forms import Reading
+from nsdrill.study.forms import Reading, axis_values, size
 from nsdrill.study.keys import SLICE, Value, shown
 from nsdrill.study.read import KeyPath, dotted
-from nsdrill.study.study import axis_values, refined_axes, size
+from nsdrill.study.study import refined_axes
 from nsdrill.unit_table import USUAL
 from nsdrill.variables import AXES, long_key, short_key
 

@@ -12,6 +12,8 @@ from functools import partial
 from itertools import pairwise
 from typing import Protocol, TypeVar
 
+import numpy as np
+
 from nsdrill.data import Resolved
 from nsdrill.errors import Fault, printable
 from nsdrill.models.leaves import place_of, words_of
@@ -168,7 +170,7 @@ class Several(Either):
 
 class Axis(Either):
     """The values of an axis, which come out in ascending order: {from, to, points}, a
-    list, or one value. Words have the order of their choice."""
+    list of values and such ranges, or one value. Words have the order of their choice."""
 
     def read(self, at: Reading, path: KeyPath, raw: Plain) -> Value:
         found = super().read(at, path, raw)
@@ -176,6 +178,8 @@ class Axis(Either):
             return found
         name = str(path[-1])
         given = found if isinstance(found, list) else [found]
+        if any(isinstance(item, dict) for item in given):
+            return self._joined(at, path, raw, given)
         values = sorted(given, key=partial(place_of, name) if words_of(name) else None)
         if not values:
             return at.refuse(path, "an empty list", "at least one value")
@@ -185,6 +189,16 @@ class Axis(Either):
                 what = f"{shown(raw[second_place])}, which is there a second time"
                 return at.refuse((*path, second_place), what, "each value once")
         return values
+
+    def _joined(self, at: Reading, path: KeyPath, raw: Plain, given: list[Value]) -> Value:
+        """The values of a list with ranges, each once."""
+        try:
+            parts = [axis_values(item if isinstance(item, dict) else [item], most=MOST_JOINED) for item in given]
+        except ValueError:
+            return at.refuse(path, shown(raw), f"at most {MOST_JOINED} values in each range of a list")
+        values = np.sort(np.concatenate(parts))
+        steps = np.diff(values, prepend=-np.inf)
+        return values[steps > SAME * np.abs(values)].tolist()
 
 
 @dataclass(frozen=True)
@@ -325,6 +339,36 @@ def ascending_ends(
     return low, high
 
 
+def size(axis: Resolved | Sequence[Value], refine: int = 0) -> int:
+    """The number of values of a resolved axis."""
+    return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)
+
+
+def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
+    """The values of a resolved axis: a list, or {from, to, points} with the spacing
+    halved ``refine`` times. The values that the axis has without refinement keep their
+    bits: halving is exact. Of an axis over the words of a ``choice``, by its key, their
+    places among these. ValueError for more than ``most``."""
+    if choice:
+        axis = [place_of(choice, word) for word in axis]
+    if isinstance(axis, dict):
+        points = size(axis, refine)
+        if points > most or not axis["from"] < axis["to"]:
+            raise ValueError(f"sweep: found {axis}, allowed: ascending values, at most {most}")
+        if axis.get("spacing") == "log":
+            # a point halfway up a refinement keeps its quotient, and so its bits
+            ratio = axis["to"] / axis["from"]
+            inner = [axis["from"] * ratio ** (i / (points - 1)) for i in range(1, points - 1)]
+            return np.array([axis["from"], *inner, axis["to"]])
+        return np.linspace(axis["from"], axis["to"], points)
+    values = np.array(axis, dtype=np.float64)
+    if values.ndim != 1 or not np.all(np.diff(values) > 0.0):
+        raise ValueError("sweep: found values that do not ascend")
+    return values
+
+
+SAME = 1e-9  # relative: values of a list that ranges of different steps have in common
+MOST_JOINED = 10**5
 POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
 SPACING = Leaf("spacing", "choice", "linear", choices=("linear", "log"))
 

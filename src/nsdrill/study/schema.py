@@ -14,6 +14,7 @@ from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.study.continuation import Continue
 from nsdrill.study.forms import (
     Axis,
+    Either,
     Form,
     Listed,
     Member,
@@ -174,7 +175,9 @@ def _axis(name: str, value: Leaf) -> Member:
         return Member(Axis(one, Listed(one)), f"{meaning}: a list of words.")
     units = f", in {value.units}" if value.units else ""
     span = Span(f"Range_{name.replace('.', '_')}", one, spacing=True)
-    return Member(Axis(one, Listed(one), span), f"{meaning}{units}: {{from, to, points}}, a list, or one value.")
+    listed = Listed(Either(one, mapping=span))
+    meaning = f"{meaning}{units}: {{from, to, points}}, a list of these or of values, or one value."
+    return Member(Axis(one, listed, span), meaning)
 
 
 def _uncertain(keys: Keys) -> Section:

@@ -20,7 +20,7 @@ from nsdrill.data import Resolved
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import marked, place_of, value_of, without, words_of
+from nsdrill.models.leaves import marked, value_of, without, words_of
 from nsdrill.models.operation import Operation, Ramp
 from nsdrill.models.registry import described
 from nsdrill.models.responses import Thresholds
@@ -28,7 +28,8 @@ from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
-from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, Value, keys_named
+from nsdrill.study.forms import axis_values
+from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
 
@@ -275,34 +276,6 @@ def refined_axes(sweep: Resolved) -> tuple[str, ...]:
     if not sweep["refine"]:
         return ()
     return tuple(axis for axis, values in sweep.items() if isinstance(values, dict) and axis != sweep["along"])
-
-
-def size(axis: Resolved | Sequence[Value], refine: int = 0) -> int:
-    """The number of values of a resolved axis."""
-    return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)
-
-
-def axis_values(axis: Resolved | Sequence[Value], refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
-    """The values of a resolved axis: a list, or {from, to, points} with the spacing
-    halved ``refine`` times. The values that the axis has without refinement keep their
-    bits: halving is exact. Of an axis over the words of a ``choice``, by its key, their
-    places among these. ValueError for more than ``most``."""
-    if choice:
-        axis = [place_of(choice, word) for word in axis]
-    if isinstance(axis, dict):
-        points = size(axis, refine)
-        if points > most or not axis["from"] < axis["to"]:
-            raise ValueError(f"sweep: found {axis}, allowed: ascending values, at most {most}")
-        if axis.get("spacing") == "log":
-            # a point halfway up a refinement keeps its quotient, and so its bits
-            ratio = axis["to"] / axis["from"]
-            inner = [axis["from"] * ratio ** (i / (points - 1)) for i in range(1, points - 1)]
-            return np.array([axis["from"], *inner, axis["to"]])
-        return np.linspace(axis["from"], axis["to"], points)
-    values = np.array(axis, dtype=np.float64)
-    if values.ndim != 1 or not np.all(np.diff(values) > 0.0):
-        raise ValueError("sweep: found values that do not ascend")
-    return values
 
 
 def digest(resolved: Resolved) -> str:

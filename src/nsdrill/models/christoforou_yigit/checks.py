@@ -4,12 +4,13 @@ and warnings."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from operator import attrgetter, itemgetter
 from typing import Any
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, derive, law_of_bit
+from nsdrill.models.christoforou_yigit.critical_speeds import CRITICAL_SPEEDS, Corner, critical, jumped, passed_over
+from nsdrill.models.christoforou_yigit.critical_speeds import lasting_motions as lasting_motions  # for the window
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     derived_quantities,
     lateral_stiffness,
@@ -55,34 +56,6 @@ def every_derived_quantity(parameters: Parameters, operation: Operation) -> dict
     return {**derived_quantities(parameters, operation), **further_quantities(parameters, operation)}
 
 
-@dataclass(frozen=True)
-class Corner:
-    """An operating point at the ends of all axes and ramps of a study."""
-
-    values: Values[Parameters]
-
-    @property
-    def parameters(self) -> Parameters:
-        return self.values.parameters
-
-    @cached_property
-    def operation(self) -> Operation:
-        return self.values.point
-
-    @cached_property
-    def k(self) -> Coefficients:
-        return derive(self.parameters, *self.values.operation)
-
-    @property
-    def point(self) -> tuple[Parameters, Operation, Coefficients]:
-        """What the derived quantities are functions of."""
-        return self.parameters, self.operation, self.k
-
-    @property
-    def speed(self) -> float:
-        return float(self.operation.rotary_speed)
-
-
 def warnings(study: Any, values: list[Values], format_value: FormatValue) -> list[str | None]:
     """Warnings of a study, each None where it does not apply. ``values`` are those of
     its corners."""
@@ -96,7 +69,8 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         _eccentric(corners, format_value),
         swinging(study, values, _growth, format_value),
         _brought_to_wall(corners, format_value),
-        _passed_over(study, values, format_value),
+        passed_over(study, values, format_value),
+        jumped(study, values, format_value),
         _sensitive(study, corners, format_value),
         few_periods(study, max(periods)),
     ]
@@ -208,90 +182,6 @@ def _brought_to_wall(corners: list[Corner], format_value: FormatValue) -> str | 
     )
 
 
-def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
-    """The critical speeds above which a motion may last that begins there. A string that is
-    brought up to speed passes through them; a sweep that begins above one passes over
-    it. Empty for many starts, which find such motions. Each is a dict:
-
-    ==============  =================================================================
-    ``axis``        ``rotary_speed``
-    ``name``        name of the derived quantity
-    ``words``       its description
-    ``safe_while``  the condition under which a point above it stays safe
-    ``min``,        least and greatest value [rad/s] over the corners; of one that is
-    ``max``         passed over, over those where it is
-    ``from``        first speed of the sweep [rad/s], where that is above it: it is passed
-                    over; else None
-    ``everywhere``  whether it is passed over at all corners of that speed
-    ``each``        whether every chain begins at a speed of its own, as the state is
-                    carried along another axis; ``from`` is then the greatest
-    ==============  =================================================================
-    """
-    if study.initial.starts:
-        return []
-    each = study.along != "rotary_speed"
-    carried = study.procedure != "same"
-    start = (max if each or study.procedure == "down" else min)(float(corner.operation[2]) for corner in corners)
-    found: list[dict[str, Any]] = []
-    for name, (_, safe_while) in LASTING_MOTIONS.items():
-        speeds = [(speed, corner.speed) for corner in map(Corner, corners) if (speed := _begins(name, corner))]
-        over = [speed for speed, at in speeds if carried and speed < start == at]
-        if not speeds:
-            continue
-        values = over or [speed for speed, _ in speeds]
-        found.append(
-            {
-                "axis": "rotary_speed",
-                "name": name,
-                "words": CRITICAL_SPEEDS[name],
-                "safe_while": safe_while,
-                "min": min(values),
-                "max": max(values),
-                "from": start if over else None,
-                "everywhere": len(over) == sum(float(corner.operation[2]) == start for corner in corners),
-                "each": each,
-            }
-        )
-    return found
-
-
-def _begins(name: str, corner: Corner) -> float | None:
-    """The critical speed [rad/s] of this name; None where its motion cannot occur, or is
-    there from the initial state on."""
-    speed = _critical(corner.parameters, corner.operation).get(name)
-    if not speed:
-        return None
-    if name == "lobe_resonance":
-        is_possible = float(corner.parameters.bit.surface_amplitude) != 0.0
-    else:
-        start: Any = corner.values.initial
-        is_possible = math.hypot(float(start.x), float(start.y)) < float(corner.k.gap)
-    return float(speed) if is_possible else None
-
-
-def _passed_over(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
-    passed = [critical for critical in lasting_motions(study, corners) if critical["from"] is not None]
-    if not passed:
-        return None
-    descriptions = []
-    for critical in passed:
-        low, high = (format_value(critical[end], "rad/s", "rad/s") for end in ("min", "max"))
-        descriptions.append(f"{critical['words']} ({low if low == high else f'{low} to {high}'})")
-    least = format_value(min(critical["min"] for critical in passed), "rad/s", "rad/s")
-    first = format_value(passed[0]["from"], "rad/s", "rad/s")
-    part = "" if all(critical["everywhere"] for critical in passed) else ", in a part of the study,"
-    consequences = " or ".join(LASTING_MOTIONS[critical["name"]][0] for critical in passed)
-    begins, remedy = f"the sweep begins at {first}, which lies{part}", f"Begin the sweep below {least}"
-    if passed[0]["each"]:
-        begins = f"the state is carried along {study.along}, each speed by itself, up to {first}, which lies{part}"
-        remedy = f"Carry it along rotary_speed, from below {least}"
-    return (
-        f"Start: {begins} above {' and '.join(descriptions)}. A string that is brought up to speed "
-        f"passes through that, and may {consequences} from there on; this sweep does not, so a "
-        f"point may look safe that is not. {remedy}, even if the bit never drills there."
-    )
-
-
 def _greatest_eccentricity(corner: Corner) -> float:
     """The greatest eccentricity [m], at most that of the study, with which the collar
     stays off the wall at this point."""
@@ -311,7 +201,7 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
     columns = zip(*(corner.values.operation for corner in corners), strict=True)
     middle = Operation(*(float(sum(column)) / len(corners) for column in columns))
     parameters = corners[0].parameters
-    before = _critical(parameters, middle)
+    before = critical(parameters, middle)
     keys = [key for key in POORLY_KNOWN if key not in study.axes and key not in study.drawn]
     effects = []
     for key in keys:
@@ -322,7 +212,7 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
             law = changed.bit.friction
             if law.dynamic > law.static:
                 continue
-            for name, speed in _critical(changed, middle).items():
+            for name, speed in critical(changed, middle).items():
                 shift = abs(
                     _critical_fraction(name, speed, slowest, fastest)
                     - _critical_fraction(name, before[name], slowest, fastest)
@@ -348,27 +238,6 @@ def _sensitive(study: Any, corners: list[Corner], format_value: FormatValue) -> 
         f"Sensitive to uncertain inputs: at {speeds} the answer depends on numbers that are rarely known well: "
         f"{'; '.join(effects)}. Give them distributions in the section uncertain, or run the study with both values."
     )
-
-
-CRITICAL_SPEEDS = {
-    "wall_speed": "the speed at which the collar reaches the wall",
-    "stick_slip_onset": "the speed below which the bit sticks and slips",
-    "lobe_resonance": "the speed at which the lobes make the bit bounce",
-}
-
-# What a string may do that passes through them, and what a point above them is safe from.
-LASTING_MOTIONS = {
-    "wall_speed": ("stay on the wall", "nothing brings the collar to the wall, where it may stay"),
-    "lobe_resonance": ("go on bouncing", "nothing sets the bit bouncing, which may last"),
-}
-
-
-def _critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
-    """The critical speeds of the motions that are free."""
-    modes = parameters.modes
-    free = {"wall_speed": modes.lateral, "stick_slip_onset": modes.torsional, "lobe_resonance": modes.axial}
-    quantities = derived_quantities(parameters, operation, averaged=False)
-    return {name: quantities[name].value for name, mode in free.items() if mode == "free"}
 
 
 def _critical_fraction(name: str, critical: float | None, slowest: float, fastest: float) -> float:

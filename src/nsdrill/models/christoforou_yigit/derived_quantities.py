@@ -150,13 +150,22 @@ def lateral_stiffness(parameters: Parameters, operation: Operation, k: Coefficie
 
 
 def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
-    """Least speed W [rad/s] at which drag-limited forward synchronous whirl has the
-    radius of the gap; None if there is none, 0 if the span is buckled. It solves
+    """Least speed [rad/s] at which drag-limited forward synchronous whirl has the radius
+    of the gap; None if there is none, 0 if the span is buckled."""
+    speeds = wall_speeds(parameters, operation, k)
+    return None if speeds is None else speeds[0]
+
+
+def wall_speeds(parameters: Parameters, operation: Operation, k: Coefficients) -> tuple[float, float] | None:
+    """The speeds W [rad/s] between which drag-limited forward synchronous whirl would be
+    wider than the gap; None if there are none, from 0 on if the span is buckled. They
+    solve
 
         (k_r (c0 - s0) - m W^2 c0)^2 + (c W^2 c0^2)^2 = (m_e e0 W^2)^2
 
     which is quadratic in W^2, with s0 the clearance of the stabilisers, m = m_c + m_f
-    (1 - swirl)^2 and c = c_h (1 - swirl)^2.
+    (1 - swirl)^2 and c = c_h (1 - swirl)^2. The second is infinite where an
+    eccentricity above the gap keeps it there.
     """
     stiffness = lateral_stiffness(parameters, operation, k)
     unbalance = k.m_e * parameters.drillstring.eccentricity
@@ -166,17 +175,16 @@ def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) ->
     b = -2 * stiffness * (k.gap - clearance) * mass * k.gap
     c = (stiffness * (k.gap - clearance)) ** 2
     if stiffness <= 0:
-        return 0.0
+        return 0.0, math.inf
     if a == 0:
-        return math.sqrt(-c / b)
+        return math.sqrt(-c / b), math.inf
     discriminant = b * b - 4 * a * c
     if discriminant < 0:
         return None
-    # The numerically stable form of the roots; the gap is first reached at the smaller
-    # positive one.
+    # The numerically stable form of the roots.
     half = -0.5 * (b - math.sqrt(discriminant))
-    roots = [root for root in (half / a, c / half) if root > 0]
-    return math.sqrt(min(roots)) if roots else None
+    roots = sorted(math.sqrt(root) for root in (half / a, c / half) if root > 0)
+    return (roots[0], roots[1] if len(roots) > 1 else math.inf) if roots else None
 
 
 def lift_off_wob(parameters: Parameters, operation: Operation, k: Coefficients) -> float:

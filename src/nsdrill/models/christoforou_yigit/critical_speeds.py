@@ -1,0 +1,193 @@
+"""The critical speeds of a study, and what they mean for a sweep: a motion that begins at
+one may last above it, so that it matters whether a sweep passes through them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, wall_speeds
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import FormatValue
+from nsdrill.models.operation import Operation
+
+CRITICAL_SPEEDS = {
+    "wall_speed": "the speed at which the collar reaches the wall",
+    "stick_slip_onset": "the speed below which the bit sticks and slips",
+    "lobe_resonance": "the speed at which the lobes make the bit bounce",
+}
+
+FINE = 0.01  # of a speed: a step that is always fine enough
+
+# What a string may do that passes through them, and what a point above them is safe from.
+LASTING_MOTIONS = {
+    "wall_speed": ("stay on the wall", "nothing brings the collar to the wall, where it may stay"),
+    "lobe_resonance": ("go on bouncing", "nothing sets the bit bouncing, which may last"),
+}
+
+
+@dataclass(frozen=True)
+class Corner:
+    """An operating point at the ends of all axes and ramps of a study."""
+
+    values: Values[Parameters]
+
+    @property
+    def parameters(self) -> Parameters:
+        return self.values.parameters
+
+    @cached_property
+    def operation(self) -> Operation:
+        return self.values.point
+
+    @cached_property
+    def k(self) -> Coefficients:
+        return derive(self.parameters, *self.values.operation)
+
+    @property
+    def point(self) -> tuple[Parameters, Operation, Coefficients]:
+        """What the derived quantities are functions of."""
+        return self.parameters, self.operation, self.k
+
+    @property
+    def speed(self) -> float:
+        return float(self.operation.rotary_speed)
+
+
+def critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
+    """The critical speeds of the motions that are free."""
+    modes = parameters.modes
+    free = {"wall_speed": modes.lateral, "stick_slip_onset": modes.torsional, "lobe_resonance": modes.axial}
+    quantities = derived_quantities(parameters, operation, averaged=False)
+    return {name: quantities[name].value for name, mode in free.items() if mode == "free"}
+
+
+def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
+    """The critical speeds above which a motion may last that begins there. A string that is
+    brought up to speed passes through them; a sweep that begins above one passes over
+    it. Empty for many starts, which find such motions. Each is a dict:
+
+    ==============  =================================================================
+    ``axis``        ``rotary_speed``
+    ``name``        name of the derived quantity
+    ``words``       its description
+    ``safe_while``  the condition under which a point above it stays safe
+    ``min``,        least and greatest value [rad/s] over the corners; of one that is
+    ``max``         passed over, over those where it is
+    ``from``        first speed of the sweep [rad/s], where that is above it: it is passed
+                    over; else None
+    ``everywhere``  whether it is passed over at all corners of that speed
+    ``each``        whether every chain begins at a speed of its own, as the state is
+                    carried along another axis; ``from`` is then the greatest
+    ``jumped``      where steps may jump across the speeds at which the motion begins:
+                    these, ``from`` and ``to``, the ``step`` and that which would do,
+                    ``enough`` [rad/s]; else None
+    ==============  =================================================================
+    """
+    if study.initial.starts:
+        return []
+    each = study.along != "rotary_speed"
+    carried = study.procedure != "same"
+    start = (max if each or study.procedure == "down" else min)(float(corner.operation[2]) for corner in corners)
+    found: list[dict[str, Any]] = []
+    for name, (_, safe_while) in LASTING_MOTIONS.items():
+        speeds = [(speed, corner.speed) for corner in map(Corner, corners) if (speed := _begins(name, corner))]
+        over = [speed for speed, at in speeds if carried and speed < start == at]
+        if not speeds:
+            continue
+        values = over or [speed for speed, _ in speeds]
+        found.append(
+            {
+                "axis": "rotary_speed",
+                "name": name,
+                "words": CRITICAL_SPEEDS[name],
+                "safe_while": safe_while,
+                "min": min(values),
+                "max": max(values),
+                "from": start if over else None,
+                "everywhere": len(over) == sum(float(corner.operation[2]) == start for corner in corners),
+                "each": each,
+                "jumped": _jumped(study, corners) if name == "wall_speed" else None,
+            }
+        )
+    return found
+
+
+def _jumped(study: Any, corners: list[Values]) -> dict[str, float] | None:
+    """The steps of a sweep up that are wider than the least range of speeds at which the
+    imbalance brings the collar to the wall. Between them the sweep may jump over it."""
+    if study.along != "rotary_speed" or study.procedure not in ("up", "up-down"):
+        return None
+    speeds = np.asarray(study.axes["rotary_speed"], float)
+    ranges = [
+        found
+        for corner in map(Corner, corners)
+        if _begins("wall_speed", corner) and (found := wall_speeds(*corner.point)) and found[0] > speeds[0]
+    ]
+    if not ranges:
+        return None
+    low, high = min(first for first, _ in ranges), max(last for _, last in ranges)
+    enough = max(min(last - first for first, last in ranges), FINE * low)
+    steps = np.diff(speeds)[(speeds[1:] > low) & (speeds[:-1] < high)]
+    if not (steps > enough * (1 + FINE)).any():
+        return None
+    return {"from": low, "to": min(high, float(speeds[-1])), "step": float(steps.max()), "enough": enough}
+
+
+def _begins(name: str, corner: Corner) -> float | None:
+    """The critical speed [rad/s] of this name; None where its motion cannot occur, or is
+    there from the initial state on."""
+    speed = critical(corner.parameters, corner.operation).get(name)
+    if not speed:
+        return None
+    if name == "lobe_resonance":
+        is_possible = float(corner.parameters.bit.surface_amplitude) != 0.0
+    else:
+        start: Any = corner.values.initial
+        is_possible = math.hypot(float(start.x), float(start.y)) < float(corner.k.gap)
+    return float(speed) if is_possible else None
+
+
+def passed_over(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
+    """The warning of a sweep that begins above a critical speed."""
+    passed = [one for one in lasting_motions(study, corners) if one["from"] is not None]
+    if not passed:
+        return None
+    descriptions = []
+    for one in passed:
+        low, high = (format_value(one[end], "rad/s", "rad/s") for end in ("min", "max"))
+        descriptions.append(f"{one['words']} ({low if low == high else f'{low} to {high}'})")
+    least = format_value(min(one["min"] for one in passed), "rad/s", "rad/s")
+    first = format_value(passed[0]["from"], "rad/s", "rad/s")
+    part = "" if all(one["everywhere"] for one in passed) else ", in a part of the study,"
+    consequences = " or ".join(LASTING_MOTIONS[one["name"]][0] for one in passed)
+    begins, remedy = f"the sweep begins at {first}, which lies{part}", f"Begin the sweep below {least}"
+    if passed[0]["each"]:
+        begins = f"the state is carried along {study.along}, each speed by itself, up to {first}, which lies{part}"
+        remedy = f"Carry it along rotary_speed, from below {least}"
+    return (
+        f"Start: {begins} above {' and '.join(descriptions)}. A string that is brought up to speed "
+        f"passes through that, and may {consequences} from there on; this sweep does not, so a "
+        f"point may look safe that is not. {remedy}, even if the bit never drills there."
+    )
+
+
+def jumped(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
+    """The warning of steps that may jump across the speeds at which a motion begins."""
+    found = next((one["jumped"] for one in lasting_motions(study, corners) if one["jumped"]), None)
+    if found is None:
+        return None
+    low, high, step, enough = (format_value(found[name], "rad/s", "rad/s") for name in ("from", "to", "step", "enough"))
+    points = math.ceil((found["to"] - found["from"]) / found["enough"]) + 1
+    return (
+        f"Step: in steps of {step} the sweep may jump across the speeds at which the imbalance brings the collar to "
+        f"the wall, {low} to {high} over the study, {enough} wide at the narrowest. A string that is brought up to "
+        "speed passes through all of them and may stay on the wall, so a point may look safe that is not. Make "
+        f"rotary_speed a list of ranges, one of them {{from: {low}, to: {high}, points: {points}}}."
+    )
