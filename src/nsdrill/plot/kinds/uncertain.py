@@ -1,8 +1,8 @@
 """Pictures of samples of uncertain numbers: the probability of a safe run and of each
 response, which unknown moves what how far, and what safety costs.
 
-All maps of probability have one colour scale, from bad to good: 100 % of a safe run is
-as good as 0 % of a response. Its lightness rises all the way, so that it is read in
+All maps of probability have one colour scale, from bad to good: that of a safe run, and
+of a run without each response. Its lightness rises all the way, so that it is read in
 grey and by colour-blind readers. A line surrounds the operating window at the
 confidence."""
 
@@ -73,26 +73,26 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
     planes, outcomes = Planes.of(results, units), probabilities.outcomes
     columns = COLUMNS_OF_PANELS.get(len(outcomes), 4)
     figure = new_figure(page_width(), 1.3 + -(-len(outcomes) // columns) * 2.4)
-    panels = planes.panels(figure, [_style(outcome)[0] for outcome in outcomes], columns, pad=3)
+    headings = [f"{'' if outcome == SAFE else 'no '}{_style(outcome)[0]}" for outcome in outcomes]
+    panels = planes.panels(figure, headings, columns, pad=3)
     inside, _ = window_state(probabilities, confidence)
-    meshes = {}
     for axes, outcome in zip(panels, outcomes, strict=True):
-        share = 100.0 * planes.arranged(probabilities.of(outcome)[0][np.newaxis])[0, 0]
-        meshes[outcome] = axes.pcolormesh(
+        share = probabilities.of(outcome)[0]
+        good = planes.arranged((share if outcome == SAFE else 1.0 - share)[np.newaxis])[0, 0]
+        mesh = axes.pcolormesh(
             *planes.cells,
-            share,
-            cmap=GOODNESS if outcome == SAFE else GOODNESS.reversed(),
+            100.0 * good,
+            cmap=GOODNESS,
             norm=Normalize(0.0, 100.0),
             gid=f"probability:{outcome}",
-            **cell_style(share.size),
+            **cell_style(good.size),
         )
         draw_outline(axes, planes.cells, planes.arranged(inside[np.newaxis])[0, 0])
-    bar = figure.colorbar(meshes[SAFE], ax=panels, aspect=30, pad=0.01, ticks=range(0, 101, 20))
-    bar.set_label("Probability of a safe run / of a response [%]")
-    bar.set_ticklabels([f"{tick} / {100 - tick}" for tick in range(0, 101, 20)])
+    bar = figure.colorbar(mesh, ax=panels, aspect=30, pad=0.01, ticks=range(0, 101, 20))
+    bar.set_label("Probability [%]")
     safe_share = 100.0 * np.count_nonzero(inside) / inside.size
     label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
-    return finish(figure, title, [outline_entry(label)], 1)
+    return finish(figure, title, [outline_entry(label)] if inside.any() else [], 1)
 
 
 def _draw_lines(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
