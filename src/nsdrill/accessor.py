@@ -94,7 +94,7 @@ class Accessor:
         else:
             trusted = trusted | True
         if severity is None:
-            return self._shows(None, "the run is safe") & trusted
+            return _named(self._shows(None, "") & trusted, "the run is safe")
         if severity not in range(5) or isinstance(severity, bool):
             raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
         safe = trusted & (self._variable("status") == OK)
@@ -144,4 +144,5 @@ class Accessor:
 
 
 def _named(found: DataArray, words: str) -> DataArray:
-    return found.rename(None).assign_attrs(long_name=f"whether {words}")
+    # of the variables from which it was found, not of this one
+    return found.rename(None).drop_attrs(deep=False).assign_attrs(long_name=f"whether {words}")

@@ -18,7 +18,7 @@ from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.plot import look_of
-from nsdrill.plot.kinds.starts import distinct_colours
+from nsdrill.plot.kinds.basin import distinct_colours
 from nsdrill.plot.look import value_of
 from nsdrill.plot.page import panels_of
 from nsdrill.plot.style import MOTIONS, REFERENCE, RESPONSES, contrast, lightness_and_hue, luminance
@@ -73,8 +73,18 @@ def test_height_and_size_of_type(speeds):
     assert sorted(size * 10 / 8 for size in sizes[1]) == pytest.approx(sorted(sizes[0]))
 
 
+def test_a_line_at_zero_is_like_no_curve(speeds):
+    axes = next(axes for axes in plot.draw(speeds, "summary").axes if axes.get_label() == "whirl_ratio")
+    styles = {str(line.get_gid()): line.get_linestyle() for line in axes.lines}
+    assert styles == {"whirl_ratio:up": "-", "whirl_ratio:down": "--", "zero": ":"}
+
+
 def test_titles(trace):
     assert plot.draw(trace, "orbit", look=look_of(title=False)).get_suptitle() == ""
+    ways = make_results(depth=(1e3, 2e3), rotary_speed=(1.0, 2.0), procedures=("up", "down"))
+    maps = plot.draw(ways, "map", look=look_of(title=False))
+    assert maps.get_suptitle() == ""
+    assert [axes.get_title() for axes in maps.axes] == ["carried up", "carried down", "up and down compared"]
     assert plot.draw(trace, "phase", look=look_of(title="Rolling $x_1$")).get_suptitle() == "Rolling $x_1$"
 
 

@@ -2,6 +2,7 @@
 their places."""
 
 import json
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, WHIRL
 from nsdrill.plot.kinds.bifurcation import with_greatest
+from nsdrill.plot.kinds.starts import LARGEST_MARKER
 from nsdrill.plot.kinds.starts import marker_diameter as size
 from nsdrill.plot.style import RESPONSES
 from nsdrill.variables import OK, STEP_LIMIT
@@ -152,13 +154,62 @@ def test_one_attractor_is_one_band(ensemble):
     flat = [line for line in white if line.get_xdata()[0] != line.get_xdata()[1]]
     risers = [line for line in white if line.get_xdata()[0] == line.get_xdata()[1]]
     assert len(flat) == len(SPEEDS)
-    assert len(risers) == 5, "between the columns of one response, and none where it changes"
+    # between the columns of one response, and none where it changes or the border goes on
+    edges = [(left.get_ydata()[0], right.get_ydata()[0]) for left, right in pairwise(flat)]
+    assert len(risers) == sum(left != right for left, right in [*edges[:4], edges[5]])
     for line in risers:
         left, right = (
             next(f.get_ydata()[0] for f in flat if f.get_xdata()[end] == pytest.approx(line.get_xdata()[0]))
             for end in (1, 0)
         )
-        assert line.get_ydata() == pytest.approx([left, right])
+        assert sorted(line.get_ydata()) == pytest.approx(sorted([left, right]))
+
+
+def regrouped(results: Results, numbers: dict[int, int], column: int) -> Results:
+    """The results with other numbers of the attractors at one operating point."""
+    variables = {name: values.copy() for name, values in results.variables.items()}
+    of_point = variables["attractor"][0, 0, 0, column]
+    of_point[:] = [numbers.get(number, number) for number in of_point.tolist()]
+    return Results(results.coords, variables, results.attrs)
+
+
+def test_attractors_of_one_response_are_divided_where_one_follows_another(ensemble):
+    """Neither has a neighbour of its response in its column: the calm one of the first
+    speed is another one."""
+    (axes,) = plot.draw(regrouped(ensemble, {1: 8}, 0), "shares").axes
+    calm = [100 * float(np.mean(ensemble["response"][0, 0, 0, column] == 0)) for column in (0, 1)]
+    first = [line for line in axes.get_lines() if list(line.get_xdata()) == [2.5, 2.5] and min(line.get_ydata()) == 0]
+    assert [line.get_ydata() for line in first] == [pytest.approx([0.0, min(calm)])]
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_no_number_lies_under_a_bar(ensemble):
+    (axes,) = plot.draw(ensemble, "shares").axes
+    bars = [line.get_window_extent() for line in axes.get_lines() if str(line.get_gid()).startswith("interval")]
+    assert len(bars) == len(SPEEDS), "one in the middle of each column"
+    for box in (text.get_window_extent() for text in axes.texts):
+        assert not any(box.x0 < bar.x1 and bar.x0 < box.x1 for bar in bars)
+
+
+@pytest.mark.usefixtures("laid_out")
+def test_every_attractor_can_be_seen_and_has_a_number(ensemble):
+    """One without a line too, and two in the same place: side by side."""
+    results = regrouped(ensemble, {5: 8}, 3)
+    for name in ("radius_max", "axial_max", "axial_min", "stick_slip_index"):
+        results.variables[name][0, 0, 0, 0] = results.variables[name][0, 0, 0, 0, 0]
+    panels = plot.draw(results, "attractors").axes
+    for axes in panels:
+        words = [number for text in axes.texts for number in text.get_text().split(", ")]
+        assert sorted(words) == ["1", "2", "5", "8"]
+        boxes = [text.get_window_extent() for text in axes.texts]
+        assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+    name = "radius_max:"
+    marks = [line for line in panels[0].get_lines() if str(line.get_gid()).startswith(name)]
+    first = sorted(
+        panels[0].transData.transform((line.get_xdata()[0], 0))[0] for line in marks if line.get_xdata()[0] < 2.4
+    )
+    assert len(first) == 3
+    assert np.diff(first).min() > 72 / panels[0].figure.dpi * LARGEST_MARKER / 2
 
 
 def test_numbers_of_an_older_version_are_not_joined(ensemble):

@@ -403,7 +403,11 @@ Begin = Annotated["str | None", Argument("With a trace: first time to draw.", op
 End = Annotated["str | None", Argument("With a trace: last time to draw.", option="--to", metavar="Q")]
 NoTitle = Annotated[
     bool,
-    Argument("No title, and no headings of panels: for a picture with a caption.", option="--no-title", kind=Flag()),
+    Argument(
+        "No title: for a picture with a caption. Headings that tell panels apart, and notes, stay.",
+        option="--no-title",
+        kind=Flag(),
+    ),
 ]
 
 # --- answers

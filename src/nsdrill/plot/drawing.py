@@ -287,7 +287,9 @@ class _StandIn:
         drawn = names | {name.partition(":")[0] for name in names}
         handles = [handle for handle in handles if handle.get_gid() is None or handle.get_gid() in drawn]
         if self._own:
-            legend = panel.figure.legend(handles=handles, ncols=ncols, loc=loc)
+            # outside it takes room even where it is empty
+            legend = panel.figure.legend(handles=handles, ncols=ncols, loc=loc if handles else "center")
+            legend.set_visible(bool(handles))
         else:
             below = ScaledTranslation(0.0, -self._below() / self.dpi, panel.figure.dpi_scale_trans)
             page = panel.figure.bbox

@@ -151,14 +151,18 @@ def put_title(figure: Figure, text: str) -> None:
     title.set_text("\n".join(lines))
 
 
-def set_panel_title(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
-    """Give a panel a title, broken after semicolons and commas where it is wider than
-    its figure or subfigure; no title where the user wants none."""
-    parent = axes.figure
-    if not has_title():  # the user wants no titles
+def set_panel_title(
+    axes: Axes, text: str, loc: Literal["left", "center"] = "center", notes: Sequence[str] = ()
+) -> None:
+    """Give a panel a title and ``notes`` on what is drawn, broken after semicolons and
+    commas where they are wider than its part of the figure or subfigure. Where the user
+    wants no titles, the notes alone."""
+    if not (text := "; ".join(filter(None, (text if has_title() else "", *notes)))):
         return
+    parent, place = axes.figure, axes.get_subplotspec()
+    columns = place.get_gridspec().ncols if place else 1
     title = axes.set_title(text, loc=loc)
-    width, available = (title.get_window_extent().width, parent.bbox.width - PANEL_MARGINS * parent.dpi)
+    width, available = title.get_window_extent().width, parent.bbox.width / columns - PANEL_MARGINS * parent.dpi
     if width > available:
         unbroken = re.sub(r"(?<![;,]) ", "\u00a0", text)
         lines = textwrap.fill(unbroken, max(SHORTEST_LINE, int(len(text) * available / width)), break_long_words=False)

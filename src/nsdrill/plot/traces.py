@@ -4,6 +4,7 @@ and the schedule, which operating values moved."""
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from math import pi
 
 import numpy as np
@@ -151,6 +152,19 @@ def shown_part(trace: Trace, revolutions: float = LAST_REVOLUTIONS) -> tuple[sli
 
 
 PARTS = 50  # of a history, each with a mean of its own, as its level may drift
+# oscillations per inch up to which the two lines of each, 0.5 points wide, leave a pixel
+# in print (300 dpi) white on either side
+SOLID_DENSITY = 50
+BAND_BINS = 100  # bins of a band per inch, at most
+
+
+def bands_of(trace: Trace, names: Sequence[str], width: float) -> tuple[list[str], int]:
+    """Which of the histories ``names`` are bands in panels ``width`` inches wide, as
+    their lines would merge, and the number of bins of the bands."""
+    counts = {name: count_upcrossings(trace[name]) for name in names}
+    solid = [name for name, count in counts.items() if count > SOLID_DENSITY * width]
+    # a bin holds two oscillations: in a shorter one the extremes depend on the phase
+    return solid, int(min([BAND_BINS * width, *(counts[name] / 2 for name in solid)]))
 
 
 def envelope(time: Array, values: Array, bins: int) -> tuple[Array, Array]:
@@ -176,22 +190,29 @@ def envelope(time: Array, values: Array, bins: int) -> tuple[Array, Array]:
 
 
 def binned_statistics(time: Array, values: Array, count: int) -> tuple[Array, Array, Array, Array]:
-    """The middle time, the least and the greatest sample of each of ``count`` bins, and
-    the running mean over three bins with the weights 1, 2, 1, as the mean of a single
-    bin beats with the oscillation. NaN is left out; a bin of nothing else is NaN."""
+    """Of each of ``count`` bins the middle time, the least and the greatest sample in it
+    and its two neighbours, and the mean; all but the time as running means over three
+    bins with the weights 1, 2, 1, as the values of a single bin beat with the
+    oscillation. No sample of the bin lies outside. NaN is left out; a bin of nothing
+    else is NaN."""
     starts = np.linspace(0, len(time), min(count, len(time)), endpoint=False).astype(int)
     finite = np.isfinite(values)
-    least = np.minimum.reduceat(np.where(finite, values, np.inf), starts)
-    greatest = np.maximum.reduceat(np.where(finite, values, -np.inf), starts)
+    ends = np.append(starts[1:], len(time)) - 1
+    edges = [
+        extreme.reduce(_with_neighbours(extreme.reduceat(np.where(finite, values, none), starts)), axis=1)
+        for extreme, none in ((np.minimum, np.inf), (np.maximum, -np.inf))
+    ]
     counts = np.add.reduceat(finite.astype(float), starts)
     total = np.add.reduceat(np.where(finite, values, 0.0), starts)
-    total, weights = (np.convolve(np.pad(sums, 1, mode="edge"), (1, 2, 1), "valid") for sums in (total, counts))
+    least, greatest, sums, weights = (_with_neighbours(one) @ (0.25, 0.5, 0.25) for one in (*edges, total, counts))
     with np.errstate(invalid="ignore"):
-        mean = np.where(counts > 0, total / weights, np.nan)
-    empty = counts == 0
-    least[empty] = greatest[empty] = np.nan
-    ends = np.append(starts[1:], len(time)) - 1
-    return 0.5 * (time[starts] + time[ends]), least, greatest, mean
+        found = np.where(counts > 0, (least, greatest, sums / weights), np.nan)
+    return 0.5 * (time[starts] + time[ends]), found[0], found[1], found[2]
+
+
+def _with_neighbours(values: Array) -> Array:
+    """Each value between the one before and the one after it [value, 3]."""
+    return np.lib.stride_tricks.sliding_window_view(np.pad(values, 1, mode="edge"), 3)
 
 
 def count_upcrossings(values: Array) -> int:

@@ -1,19 +1,12 @@
-"""Pictures of several starts: the share of them that reaches each response, the
-attractors along an axis, and the basins of attraction.
-
-A basin shows which start leads to which attractor, over two states of the start, at one
-operating point. A slice fills a plane with cells. The starts of an ensemble differ in
-all states; over two of them they are dots, and basins that are disjoint in the whole
-state space may overlap.
-"""
+"""Pictures of several starts along an axis: the share of them that reaches each response,
+and the attractors."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
+from itertools import chain, pairwise, product
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -23,10 +16,9 @@ from matplotlib.patheffects import Normal, Stroke
 
 from nsdrill.analysis.attractors import Attractor, describe, wilson
 from nsdrill.data import Array, Results, resolved_study
-from nsdrill.errors import InputError, Refusal, option
-from nsdrill.models.registry import BY_NAME, drawn_in, model_in
+from nsdrill.errors import InputError
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.models.starts import Starts, slice_values
 from nsdrill.plot.labels import Shown, quantity, sweep_title
 from nsdrill.plot.page import (
     area_entry,
@@ -41,11 +33,9 @@ from nsdrill.plot.page import (
     style_areas,
     write,
 )
-from nsdrill.plot.panels import draw_codes
 from nsdrill.plot.registry import STARTS, Kind, has_starts, needs_starts
 from nsdrill.plot.slices import edges, lay_along, positions, robust_limits
-from nsdrill.plot.style import REFERENCE, RESPONSES, Properties, font_size, further_colour, ink_on, page_width
-from nsdrill.variables import OK, has_failed
+from nsdrill.plot.style import REFERENCE, RESPONSES, Properties, font_size, halo, ink_on, page_width
 
 ATTRACTOR_VARIABLES = ("attractor", *RESPONSE_KINDS, "settled")  # variables that describe an attractor
 UNGROUPED = "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
@@ -95,7 +85,13 @@ SHARES_HEIGHT = 3.6
 # column
 MIN_DIVIDED_SHARE = 0.02
 MIN_NUMBERED_HEIGHT = 8.0  # per cent of the height, for the number of an attractor
-BORDER_STYLE: Properties = {"color": "white", "linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
+BORDER_STYLE: Properties = {
+    "color": "white",
+    "linewidth": 0.6,
+    "solid_capstyle": "butt",
+    "zorder": 2.5,
+    "gid": "border",
+}
 MAX_INTERVALS = 80  # with more operating points only every second, third ... has an interval
 
 
@@ -107,14 +103,15 @@ def draw_shares(results: Results, units: str = "si") -> Figure:
         draw_column(axes, attractors, left, right)
         for attractors, (left, right) in zip(along.points, pairwise(borders), strict=True)
     ]
-    if along.is_matched:
-        draw_bands(axes, columns, borders)
     is_sample = not results.slice
+    if along.is_matched:
+        draw_bands(axes, columns, borders, beside=is_sample)
+    is_divided = any(line.get_gid() == "border" for line in axes.lines)
     if is_sample:
         draw_intervals(axes, along)
     axes.set(ylim=(0, 100), ylabel=f"Share of the {'starts' if is_sample else 'slice'} [%]")
     handles = style_areas(RESPONSES, along.present)
-    if any(share.is_divided for column in columns for share in column):
+    if is_divided:
         outline = [Stroke(linewidth=2.2, foreground="#808080"), Normal()]
         handles.append(line_entry(color="white", linewidth=1, label="between attractors", path_effects=outline))
     if is_sample and len(along.present) > 1:
@@ -127,13 +124,17 @@ def draw_shares(results: Results, units: str = "si") -> Figure:
 
 @dataclass(frozen=True)
 class Share:
-    """The share of an attractor in a column: from ``bottom`` over ``height`` [%], and
-    whether the border below it was drawn."""
+    """The share of an attractor in a column: from ``bottom`` over ``height`` [%]."""
 
     attractor: Attractor
     bottom: float
     height: float
-    is_divided: bool
+
+    def is_divided_from(self, other: Share) -> bool:
+        """Whether there is a border to this one."""
+        one, two = self.attractor, other.attractor
+        differ = one.response == two.response and one.number != two.number
+        return differ and max(one.share, two.share) >= MIN_DIVIDED_SHARE
 
 
 def draw_column(axes: Axes, attractors: list[Attractor], left: float, right: float) -> list[Share]:
@@ -145,37 +146,37 @@ def draw_column(axes: Axes, attractors: list[Attractor], left: float, right: flo
         gid = f"attractor:{attractor.number}:{attractor.response}"
         area: Properties = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.2, "gid": gid}
         axes.fill_between([left, right], bottom, bottom + height, **area)
-        below = shares[-1].attractor if shares else None
-        is_divided = (
-            below is not None
-            and below.response == attractor.response
-            and max(below.share, attractor.share) >= MIN_DIVIDED_SHARE
-        )
-        if is_divided:
-            axes.plot([left, right], [bottom, bottom], **BORDER_STYLE)
-        shares.append(Share(attractor, bottom, height, is_divided))
+        shares.append(Share(attractor, bottom, height))
         bottom += height
+    for below, share in pairwise(shares):
+        if share.is_divided_from(below):
+            axes.plot([left, right], [share.bottom] * 2, **BORDER_STYLE)
     return shares
 
 
-def draw_bands(axes: Axes, columns: list[list[Share]], borders: Array) -> None:
-    """Connect the attractors along the axis: draw the steps of their lower borders, and
-    their numbers where their bands are widest."""
+def draw_bands(axes: Axes, columns: list[list[Share]], borders: Array, *, beside: bool) -> None:
+    """Divide the attractors of neighbouring columns, and write their numbers where their
+    bands are widest, ``beside`` the middle of a column or in it."""
+    for border, (left, right) in zip(borders[1:], pairwise(columns), strict=False):
+        for one, other in product(left, right):
+            low = max(one.bottom, other.bottom)
+            high = min(one.bottom + one.height, other.bottom + other.height)
+            if low < high and one.is_divided_from(other):
+                axes.plot([border, border], [low, high], **BORDER_STYLE)
     bands: dict[tuple[int, int], dict[int, Share]] = {}
     for place, column in enumerate(columns):
         for share in column:
             bands.setdefault((share.attractor.number, share.attractor.response), {})[place] = share
-    centred: Properties = {"ha": "center", "va": "center", "clip_on": True, "fontsize": font_size(6)}
+    centred: Properties = {"ha": "center", "va": "center", "clip_on": True, "fontsize": font_size(6), "zorder": 4}
+    part = 0.25 if beside else 0.5
     for (number, response), shares in bands.items():
-        for place, share in shares.items():
-            if share.is_divided and (following := shares.get(place + 1)) and following.is_divided:
-                axes.plot([borders[place + 1]] * 2, [share.bottom, following.bottom], **BORDER_STYLE)
         for consecutive in np.split(list(shares), 1 + np.flatnonzero(np.diff(list(shares)) > 1)):
             place = max(consecutive.tolist(), key=lambda i: shares[i].height)
             if (widest := shares[place]).height >= MIN_NUMBERED_HEIGHT:
-                middle = (borders[place] + borders[place + 1]) / 2, widest.bottom + widest.height / 2
-                colour, gid = ink_on(RESPONSES[response].colour), f"number:{number}:{response}"
-                axes.text(*middle, str(number), color=colour, gid=gid, **centred)
+                x = borders[place] + part * (borders[place + 1] - borders[place])
+                ground, gid = RESPONSES[response].colour, f"number:{number}:{response}"
+                style: Properties = {"color": ink_on(ground), "path_effects": halo(1.5, ground), "gid": gid}
+                axes.text(x, widest.bottom + widest.height / 2, str(number), **style, **centred)
 
 
 def draw_intervals(axes: Axes, along: Along) -> None:
@@ -194,6 +195,17 @@ ATTRACTORS_HEIGHT = 6.0
 # diameters in points, of the share 1 and of a single start among many
 LARGEST_MARKER, SMALLEST_MARKER = 8.0, 2.6
 MIN_NUMBERED = 0.05  # of attractors with a number in the picture
+NUMBER_ROOM = 14.0  # points between two markers with a number between them
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """An attractor of the operating point at ``centre``, drawn at ``x`` and ``y``."""
+
+    centre: float
+    x: float
+    y: float
+    attractor: Attractor
 
 
 def draw_attractors(results: Results, units: str = "si") -> Figure:
@@ -202,23 +214,20 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     panels = stack(figure, len(shown))
     for axes, (lower_name, name, label) in zip(panels, shown, strict=True):
         y = quantity(name, units)
-        points = [
+        marks = [
             # a range is taken between the medians of the extremes
-            (centre, (attractor.features[name] - attractor.features.get(lower_name or "", 0.0)) / y.scale, attractor)
-            for attractors, centre in zip(along.points, along.centres, strict=True)
-            for attractor in attractors
+            Mark(x, x, (one.features[name] - one.features.get(lower_name or "", 0.0)) / y.scale, one)
+            for attractors, x in zip(along.points, along.centres, strict=True)
+            for one in attractors
         ]
-        for centre, height, attractor in sorted(points, key=lambda point: -point[2].share):
-            response, size = RESPONSES[attractor.response], marker_diameter(attractor.share)
-            own: Properties = {"color": response.colour, "gid": f"{name}:{attractor.response}", "markeredgewidth": 0.0}
-            if _is_unsettled(attractor):
-                own |= {"markerfacecolor": "none", "markeredgewidth": 0.7}
-            axes.plot([centre], [height], response.marker, markersize=size, zorder=3, **own)
-        if along.is_matched:
-            join_attractors(axes, points, along.centres)
-        low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
+        low, high = robust_limits(np.array([mark.y for mark in marks]), 6.0)
         low = min(low, 0.0)
-        axes.set_ylim(low - 0.03 * (high - low), high + 0.12 * (high - low))  # room for a number above
+        axes.set_ylim(low - 0.03 * (high - low), high + 0.15 * (high - low))  # room for a number above
+        groups = set_apart(axes, marks, along.centres)
+        for mark in sorted(chain.from_iterable(groups), key=lambda mark: -mark.attractor.share):
+            draw_mark(axes, mark, name)
+        if along.is_matched:
+            join_attractors(axes, groups, along.centres)
         name_panel(axes, name, name, Shown(label, y.unit, y.scale).label)
     figure.align_ylabels(panels)
     handles = response_entries(along.present)
@@ -231,154 +240,66 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     return along.finish(figure, panels[-1], handles)
 
 
+def draw_mark(axes: Axes, mark: Mark, name: str) -> None:
+    """The marker of an attractor in the panel of a variable."""
+    attractor = mark.attractor
+    response, size = RESPONSES[attractor.response], marker_diameter(attractor.share)
+    own: Properties = {"color": response.colour, "gid": f"{name}:{attractor.response}", "markeredgewidth": 0.0}
+    if _is_unsettled(attractor):
+        own |= {"markerfacecolor": "none", "markeredgewidth": 0.7}
+    axes.plot([mark.x], [mark.y], response.marker, markersize=size, zorder=3, **own)
+
+
 def _is_unsettled(attractor: Attractor) -> bool:
     """Whether most of the starts that lead to it had not settled."""
     return attractor.unsettled > attractor.members / 2
 
 
-def join_attractors(axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array) -> None:
-    """Draw a line along each attractor, under the markers, and the numbers of those
-    with a share of ``MIN_NUMBERED`` or more."""
-    lines: dict[int, list[tuple[float, float, Attractor]]] = {}
-    for point in points:
-        lines.setdefault(point[2].number, []).append(point)
+def set_apart(axes: Axes, marks: list[Mark], centres: Array) -> list[list[Mark]]:
+    """The marks in groups, along the axis, of those of one operating point that would
+    cover each other or a number above one of them, as the limits of ``axes`` along y
+    are: those of a group stand side by side, the highest first."""
+    to_points = 72 / axes.figure.dpi
+    close = NUMBER_ROOM * float(np.ptp(axes.get_ylim())) / (axes.bbox.height * to_points)
+    width = LARGEST_MARKER * float(np.ptp(edges(centres))) / (axes.bbox.width * to_points)
+    groups: list[list[Mark]] = []
+    for mark in sorted(marks, key=lambda mark: (mark.centre, -mark.y)):
+        above = groups[-1][-1] if groups else None
+        if above and above.centre == mark.centre and above.y - mark.y < close:
+            groups[-1].append(mark)
+        else:
+            groups.append([mark])
+    steps = [min(width, float(np.abs(np.diff(centres)).min()) / (2 * len(group))) for group in groups]
+    return [
+        [replace(mark, x=mark.x + step * (place - 0.5 * (len(group) - 1))) for place, mark in enumerate(group)]
+        for group, step in zip(groups, steps, strict=True)
+    ]
+
+
+def join_attractors(axes: Axes, groups: list[list[Mark]], centres: Array) -> None:
+    """Draw a line along each attractor, under the markers, and where it begins the
+    number of one with a share of ``MIN_NUMBERED`` or more."""
+    lines: dict[int, list[Mark]] = {}
+    for mark in chain.from_iterable(groups):
+        lines.setdefault(mark.attractor.number, []).append(mark)
     style: Properties = {"color": REFERENCE, "linewidth": 0.5, "zorder": 2}
-    for number, members in lines.items():
-        for (x, y, _), (next_x, next_y, _) in pairwise(members):
-            between = np.any((centres > min(x, next_x)) & (centres < max(x, next_x)))
-            axes.plot([x, next_x], [y, next_y], linestyle=":" if between else "-", gid=f"branch:{number}", **style)
-        if len(members) > 1 and max(attractor.share for _, _, attractor in members) >= MIN_NUMBERED:
-            write(axes, str(number), members[0][:2], (0, 4), ha="center", va="bottom", gid=f"number:{number}")
+    for number, marks in lines.items():
+        for one, following in pairwise(marks):
+            low, high = sorted((one.centre, following.centre))
+            line = ":" if np.any((centres > low) & (centres < high)) else "-"
+            axes.plot([one.x, following.x], [one.y, following.y], linestyle=line, gid=f"branch:{number}", **style)
+    first = {marks[0] for marks in lines.values() if max(mark.attractor.share for mark in marks) >= MIN_NUMBERED}
+    for group in groups:
+        if named := [mark for mark in group if mark in first]:
+            words = ", ".join(str(mark.attractor.number) for mark in named)
+            place = float(np.mean([mark.x for mark in named])), named[0].y
+            write(axes, words, place, (0, 4), ha="center", va="bottom", gid="numbers", path_effects=halo(1.5))
 
 
 def marker_diameter(share: float) -> float:
     """The diameter of a marker [points]: it grows with the root of the share, from the
     smallest that can be distinguished."""
     return SMALLEST_MARKER + (LARGEST_MARKER - SMALLEST_MARKER) * math.sqrt(share)
-
-
-BASIN_HEIGHT = 4.4
-# attractors with an entry of their own in the legend: their greatest number, and their
-# least share
-MAX_NAMED, MIN_SHARE = 8, 0.005
-OTHER_CELLS, FAILED_CELLS, OTHER_DOTS = "#F2F2F2", "#FFFFFF", "#808080"
-MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
-
-
-def draw_basin(results: Results, units: str = "si", states: Sequence[str] | None = None) -> Figure:
-    if results.swept:
-        options = " and ".join(option(name) for name in results.swept)
-        found_values = ", ".join(f"{len(results.coords[name])} values of {name}" for name in results.swept)
-        raise InputError(
-            f"plot kind 'basin': found {found_values}; allowed: one operating point. Select it with {options}."
-        )
-    variables, known_states = by_operating_point(results), results["state"].tolist()
-    ((attractors, counts),) = describe(variables, model_in(results.attrs).distinguishing)
-    if counts["ungrouped"]:
-        raise InputError(UNGROUPED)
-    names, as_cells = _states(results, known_states, states), bool(results.slice)
-    starts = _Starts(variables["attractor"][0].astype(int), variables["status"][0], attractors)
-    if as_cells:
-        by_name = slice_values(Starts(slice=results.slice), tuple(known_states))
-    else:
-        initial = np.asarray(results["initial_state"]).reshape(len(starts.status), len(known_states))
-        by_name = dict(zip(known_states, initial.T, strict=True))
-    shown = [quantity(name, units) for name in names]
-    x, y = (by_name[name] / state.scale for name, state in zip(names, shown, strict=True))
-    figure, axes = single_panel(page_width(), BASIN_HEIGHT)
-    if as_cells:
-        _draw_cells(axes, x, y, starts, transposed=tuple(by_name) == names)
-    else:
-        _draw_dots(axes, x, y, starts)
-    axes.set(xlabel=shown[0].label, ylabel=shown[1].label)
-    title = sweep_title(results, units, f"{counts['starts']} starts")
-    return finish(figure, title, _handles(starts, counts["failed"], as_cells=as_cells), 2)
-
-
-def _states(results: Results, known: list[str], states: Sequence[str] | None) -> tuple[str, ...]:
-    """The states along x and y, of those ``known``."""
-    if of_slice := tuple(name for name in known if name in results.slice):
-        if states and set(states) != set(of_slice):
-            raise Refusal("states", ",".join(states), f"those of the slice, {','.join(of_slice)}")
-        return tuple(states or of_slice)
-    default = drawn_in(results.attrs).planes[0]
-    pair = tuple(states or default)
-    if len(pair) != 2 or len(set(pair)) != 2 or not set(pair) <= set(known):
-        raise Refusal("states", ",".join(pair), f"two of {', '.join(known)}, as in {','.join(default)}")
-    return pair
-
-
-def distinct_colours(attractors: list[Attractor]) -> list[str]:
-    """The colours of the attractors with an entry of their own: the largest of each
-    response has that of the response, the others differ as much as possible."""
-    named = [one for one in attractors[:MAX_NAMED] if one.share >= MIN_SHARE]
-    largest = {one.response: one.number for one in reversed(named)}
-    colours = {number: RESPONSES[response].colour for response, number in largest.items()}
-    for one in named:
-        if one.number not in colours:
-            colours[one.number] = further_colour(colours.values())
-    return [colours[one.number] for one in named]
-
-
-class _Starts:
-    """The starts and their attractors: of each start the ``number`` of its attractor
-    and its ``status`` [start]; of the ``named`` attractors, the largest first, their
-    colours and markers; and the ``others``."""
-
-    def __init__(self, number: Array, status: Array, attractors: list[Attractor]) -> None:
-        self.number, self.status = number, status
-        colours = distinct_colours(attractors)
-        self.named = list(zip(attractors, colours, MARKERS, strict=False))
-        self.others = attractors[len(colours) :]
-
-
-def _draw_cells(axes: Axes, x: Array, y: Array, starts: _Starts, *, transposed: bool) -> None:
-    """Draw a cell for each start, at the values ``x`` and ``y``. The second state of the
-    slice varies faster over the starts: ``transposed`` where that lies along y."""
-    # 0: others; 1 ...: those with colours; then: failed, and not run yet.
-    codes = np.zeros_like(starts.number)
-    for code, (attractor, _, _) in enumerate(starts.named, 1):
-        codes[starts.number == attractor.number] = code
-    codes = np.where(starts.status == OK, codes, len(starts.named) + 1)
-    codes = codes.reshape(len(x), len(y)).T if transposed else codes.reshape(len(y), len(x))
-    x, y = edges(x), edges(y)
-    colours = [OTHER_CELLS, *(colour for _, colour, _ in starts.named), FAILED_CELLS]
-    draw_codes(axes, (x, y), codes, colours, "basins", "basins")
-    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-
-
-def _draw_dots(axes: Axes, x: Array, y: Array, starts: _Starts) -> None:
-    """Draw a dot for each start, at ``x`` and ``y`` [start]."""
-    size = float(np.clip(140 / np.sqrt(len(x)), 1.5, 5.0))
-    outlined: Properties = {"linestyle": "none", "markersize": size, "markeredgecolor": "black", "markeredgewidth": 0.2}
-    for attractor, colour, marker in starts.named:
-        of_it, gid = starts.number == attractor.number, f"attractor:{attractor.number}"
-        axes.plot(x[of_it], y[of_it], gid=gid, marker=marker, color=colour, **outlined)
-    rest = np.isin(starts.number, [attractor.number for attractor in starts.others])
-    axes.plot(x[rest], y[rest], "o", color=OTHER_DOTS, markersize=0.5 * size, markeredgewidth=0, gid="others")
-    failed = has_failed(starts.status)
-    axes.plot(x[failed], y[failed], "kx", markersize=size, markeredgewidth=0.7, gid="failed")
-
-
-def _handles(starts: _Starts, failed: int, *, as_cells: bool) -> list[Artist]:
-    """Entries for the named attractors with their shares, of dots with their intervals;
-    for the others, and for failed starts."""
-    entries: list[tuple[str, str, str]] = []
-    for attractor, colour, marker in starts.named:
-        kinds = (BY_NAME[name].words(value).replace("_", " ") for name, value in attractor.kinds.items() if value)
-        words = RESPONSES[attractor.response].name + "".join(f" ({kind})" for kind in kinds)
-        interval = "" if as_cells else f" ({100 * attractor.low:.0f} to {100 * attractor.high:.0f})"
-        entries.append((f"{attractor.number}: {words}, {100 * attractor.share:.3g} %{interval}", marker, colour))
-    if count := len(starts.others):
-        members = sum(attractor.members for attractor in starts.others)
-        label = f"{count} smaller group{'s' * (count > 1)}, {members} starts"
-        entries.append((label, "o", OTHER_CELLS if as_cells else OTHER_DOTS))
-    if failed:
-        entries.append((f"failed ({failed})", "x", FAILED_CELLS if as_cells else "black"))
-    if as_cells:
-        border: Properties = {"edgecolor": "#808080", "linewidth": 0.3}
-        return [area_entry(facecolor=colour, label=label, **border) for label, _, colour in entries]
-    return [marker_entry(label, marker, colour, edge=0.2) for label, marker, colour in entries]
 
 
 KINDS = (
@@ -403,17 +324,6 @@ KINDS = (
             *(name for panel in model.drawn.attractors for name in panel[:2] if name),
         ),
         across=lambda data: str(data.swept[0]),
-        advice=needs_starts,
-    ),
-    Kind(
-        "basin",
-        "which start goes to which attractor, over two states; of one operating point",
-        of=STARTS,
-        # the default of a slice
-        place=lambda data: (52 if len(data.swept) > 1 else 5 if data.slice else 12) if has_starts(data) else None,
-        draw=draw_basin,
-        uses=lambda model: (*ATTRACTOR_VARIABLES, "initial_state"),
-        takes=("states",),
         advice=needs_starts,
     ),
 )

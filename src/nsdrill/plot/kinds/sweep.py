@@ -63,6 +63,8 @@ from nsdrill.variables import MODEL, OK, PERIODIC, POINT
 # colours and markers of curves, one curve for each word
 WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
 WORD_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+# dotted, which no curve is
+ZERO: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": ":", "zorder": 1, "gid": "zero"}
 
 
 def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
@@ -75,7 +77,7 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
         for axes in panels:
             shade_severity(axes, results.attrs, name, units, with_names=axes is panels[-1])
             if name in drawn_in(results.attrs).signed:
-                axes.axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
+                axes.axhline(0.0, **ZERO)
     if len(names) == 1:
         page.columns[0][1].set_ylabel(quantity(names[0], units).in_lines())
     one = page.lines[0]
@@ -235,7 +237,7 @@ def _draw_motion_values(axes: Axes, line: Line, name: str) -> None:
         errors = STANDARD_ERRORS * line["lyapunov_error"][row] if name == "lyapunov_exponent" else None
         axes.errorbar(line.across, values, errors, color=colour, markerfacecolor=face, elinewidth=0.4, **style)
     if name == "lyapunov_exponent":
-        axes.axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
+        axes.axhline(0.0, **ZERO)
     else:
         axes.set_ylim(*((-0.15, 1.1) if name == "zero_one" else (0, None)))
 

@@ -2,14 +2,15 @@
 on one page.
 
 Where the lines of a long run would merge into a solid block, its last seconds are
-shown; where the user asks for all of it, each history is a band from its least to its
-greatest sample, with its mean in it."""
+shown; where the user asks for more of it, a history whose lines would merge is a band
+from its least to its greatest sample, with its mean in it."""
 
 from __future__ import annotations
 
 from typing import Any, cast
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.markers import MarkerStyle
@@ -23,7 +24,21 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.hole import ORBIT_REVOLUTIONS, cross_section, draw_circle, has_orbit, square_page
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import BESIDE, between
-from nsdrill.plot.page import name_panel, new_figure, panels_per_row, put_title, set_panel_title, stack, tiles, write
+from nsdrill.plot.page import (
+    area_entry,
+    finish,
+    legend_below,
+    line_entry,
+    marker_entry,
+    name_panel,
+    new_figure,
+    panels_per_row,
+    put_title,
+    set_panel_title,
+    stack,
+    tiles,
+    write,
+)
 from nsdrill.plot.panels import BINS, WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.style import (
@@ -41,9 +56,9 @@ from nsdrill.plot.style import (
 from nsdrill.plot.traces import (
     CONSTANT_TOLERANCE,
     LAST_SAMPLES,
+    bands_of,
     binned_statistics,
     check_length,
-    count_upcrossings,
     envelope,
     is_chosen,
     moving_values,
@@ -54,37 +69,37 @@ from nsdrill.plot.traces import (
     varies,
 )
 
-HISTORY_HEIGHT = 1.2  # inches
+HISTORY_HEIGHT, LOW_HISTORY_HEIGHT = 1.2, 0.7  # inches, the latter on a narrow page with everything
+LETTERS = 17  # per inch of height, of the words beside a panel
 SCHEDULE_HEIGHT = 0.7  # inches, for each value that moves
-SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
-LAST_SECONDS = 20.0  # of a run whose histories would be bands
-BAND_BINS = 100  # bins of a band per inch
+LAST_SECONDS = (20.0, 10.0, 5.0)  # of a run whose histories would be bands: the first that gives none
 STANDS_OUT = 1.25  # times the greatest later value: a start that is cut
 PANEL_MARGINS = 1.1  # inches of axis and margin beside a panel
 
 
 def draw_histories_page(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    figure = new_figure(page_width(), 7.2 + extra_height(trace))
-    draw_histories(figure, trace, units)
-    put_title(figure, title_of(trace, units))
-    return figure
+    figure = new_figure(page_width(), histories_height(trace))
+    handles = draw_histories(figure, trace, units)
+    return finish(figure, title_of(trace, units), handles, 4)
 
 
-def extra_height(trace: Trace) -> float:
-    """The height [inches] that the histories need beyond those of six motions at one
-    operating point."""
-    left_out = 6 - len(drawn_in(trace.attrs).histories) + len(constant_histories(trace))
-    return SCHEDULE_HEIGHT * len(moving_values(trace)) - HISTORY_HEIGHT * left_out
+def histories_height(trace: Trace, of_one: float = HISTORY_HEIGHT) -> float:
+    """The height [inches] of the histories, of which each takes this much."""
+    count = len(drawn_in(trace.attrs).histories) - len(constant_histories(trace))
+    return of_one * count + SCHEDULE_HEIGHT * len(moving_values(trace))
 
 
-def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None:
+def draw_histories(
+    figure: Figure | SubFigure, trace: Trace, units: str, of_one: float = HISTORY_HEIGHT
+) -> list[Artist]:
     """Draw the motions and the contact forces against time, and the operating values
-    that move, one below the other."""
+    that move, one below the other, in panels that are ``of_one`` inches high; returns
+    the entries of the legend."""
     run, width = float(trace.time[-1]), figure.bbox.width / figure.dpi - PANEL_MARGINS
     trace, notes = last_seconds(trace, width), []
-    if trace.time[-1] - trace.time[0] < 0.999 * run:
-        notes.append(f"last {LAST_SECONDS:g} s of {run:.4g} s")
+    duration = float(trace.time[-1] - trace.time[0])
+    part = f"last {duration:.3g} s of {run:.4g} s" if duration < 0.999 * run else ""
     constants, scheduled = constant_histories(trace), [SCHEDULED[name] for name in moving_values(trace)]
     if constants:
         shown = {quantity(name, units): value for name, value in constants.items()}
@@ -93,28 +108,29 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     names = [name for name in (*drawn_in(trace.attrs).histories, *scheduled) if name not in constants]
     panels = dict(zip(names, stack(figure, len(names)), strict=True))
     time = quantity("time", units)
-    bins = band_bins([trace[name] for name in names], width)
+    solid, bins = bands_of(trace, names, width)
     for name, axes in panels.items():
         shown_value = quantity(name, units)
         values = trace[name] / shown_value.scale
-        if bins:
+        if name in solid:
             _draw_band(axes, trace.time / time.scale, values, bins, name)
         else:
             kept_time, kept_values = envelope(trace.time, values, BINS)
             axes.plot(kept_time / time.scale, kept_values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
-        name_panel(axes, name, name, shown_value.label)
+        name_panel(axes, name, name, shown_value.in_lines(int(LETTERS * of_one)))
         axes.margins(x=0)
         if name.endswith("_force") and (after_start := greatest_after_start(values)) is not None:
             axes.set_ylim(top=after_start * 1.06)
             notes.append(f"{shown_value.words.lower()} begins at {shown_value.value(trace[name][0])}, cut")
-    if bins:
-        bin_width = float(trace.time[-1] - trace.time[0]) / bins
-        notes += [f"bands: least to greatest in each {bin_width:.2g} s", "lines: the mean"]
     notes += _draw_references(panels, trace, units, moves=SCHEDULED["rotary_speed"] in scheduled)
     column = list(panels.values())
-    set_panel_title(column[0], "; ".join(notes), "left")
+    set_panel_title(column[0], part, "left", notes)
     column[-1].set_xlabel(time.label)
     figure.align_ylabels(column)
+    if not solid:
+        return []
+    words = f"least to greatest in each {3 * duration / bins:.2g} s"  # a bin and its neighbours
+    return [area_entry(words, gid="band", **BAND), line_entry("running mean", gid="mean", **MEAN)]
 
 
 def _draw_references(panels: dict[str, Axes], trace: Trace, units: str, *, moves: bool) -> list[str]:
@@ -158,39 +174,27 @@ def constant_histories(trace: Trace) -> dict[str, float]:
 
 
 def last_seconds(trace: Trace, width: float) -> Trace:
-    """The last :data:`LAST_SECONDS` of a run whose histories would be bands in panels
-    ``width`` inches wide; all of it where the user chooses the part, where an operating
-    value moves, or where the drive is switched on during the run."""
+    """The last of the :data:`LAST_SECONDS` of a run whose histories would be bands in
+    panels ``width`` inches wide; all of it where the user chooses the part, where an
+    operating value moves, or where the drive is switched on during the run."""
     drive = resolved_study(trace.attrs).get("drive") or {}
     names = drawn_in(trace.attrs).histories
-    if (
-        is_chosen()
-        or trace.time[-1] - trace.time[0] <= LAST_SECONDS
-        or moving_values(trace)
-        or (drive.get("on_at") or 0.0) > 0.0
-        or not band_bins([trace[name] for name in names], width)
-    ):
+    if is_chosen() or moving_values(trace) or (drive.get("on_at") or 0.0) > 0.0 or not bands_of(trace, names, width)[0]:
         return trace
-    return between(trace, (float(trace.time[-1]) - LAST_SECONDS, None))
+    run = float(trace.time[-1] - trace.time[0])
+    parts = [between(trace, (float(trace.time[-1]) - last, None)) for last in LAST_SECONDS if last < run]
+    return next((part for part in parts if not bands_of(part, names, width)[0]), (parts or [trace])[0])
 
 
-def band_bins(histories: list[Array], width: float) -> int:
-    """The number of bins of bands in panels ``width`` inches wide; 0 where lines are
-    legible."""
-    crossings = max(count_upcrossings(values) for values in histories)
-    if crossings <= SOLID_DENSITY * width:
-        return 0
-    # a bin holds two oscillations: in a shorter one the extremes depend on the phase
-    return int(min(crossings / 2, BAND_BINS * width))
+BAND: Properties = {"facecolor": SKY, "edgecolor": SKY, "linewidth": 0.5, "alpha": 0.75}
+MEAN: Properties = {"color": BLUE, "linewidth": 0.8}
 
 
 def _draw_band(axes: Axes, time: Array, values: Array, bins: int, name: str) -> None:
     middle, least, greatest, mean = binned_statistics(time, values, bins)
     middle[[0, -1]] = time[[0, -1]]
-    axes.fill_between(
-        middle, least, greatest, gid=f"history:{name}:band", facecolor=SKY, edgecolor=SKY, linewidth=0.5, alpha=0.75
-    )
-    axes.plot(middle, mean, color=BLUE, linewidth=0.8, gid=f"history:{name}")
+    axes.fill_between(middle, least, greatest, gid=f"band:{name}", **BAND)
+    axes.plot(middle, mean, gid=f"mean:{name}", **MEAN)
 
 
 def _draw_reference(axes: Axes, height: float, label: str) -> None:
@@ -201,7 +205,7 @@ def _draw_reference(axes: Axes, height: float, label: str) -> None:
 
 
 PLANE_WIDTH = 2.2  # least width of a plane in inches
-PLANE_TICKS = 4  # intervals at most, so that numbers like -5.725 do not overlap
+PLANE_TICKS, SMALL_PLANE_TICKS = 4, 2  # intervals at most, so that numbers like -5.725 do not overlap
 
 
 def draw_phase_page(trace: Trace, units: str = "si") -> Figure:
@@ -214,8 +218,9 @@ def draw_phase_page(trace: Trace, units: str = "si") -> Figure:
     return figure
 
 
-def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
-    """Draw velocity over position for each motion."""
+def draw_planes(panels: list[Axes], trace: Trace, units: str, ticks: int = PLANE_TICKS) -> None:
+    """Draw velocity over position for each motion, with so many intervals between
+    ``ticks`` at most."""
     part, part_text = shown_part(trace)
     rasterised, gap = len(trace.time[part]) > MANY_MARKERS, trace.attrs.get("gap")
     for axes, (across, up) in zip(panels, planes_of(trace), strict=True):
@@ -226,7 +231,7 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
         name_panel(axes, f"phase_{across}", up, y.label)
         if part_text:
             set_panel_title(axes, part_text)
-        axes.xaxis.set_major_locator(MaxNLocator(PLANE_TICKS, steps=(1, 2, 2.5, 5, 10)))
+        axes.xaxis.set_major_locator(MaxNLocator(ticks, steps=(1, 2, 2.5, 5, 10)))
         if across == "radius" and gap is not None:
             low, high = axes.get_xlim()
             if low < float(gap) / x.scale < high:
@@ -244,23 +249,26 @@ ARROWS, ARROW_DISTANCE = 2, 0.12  # most arrowheads, and their least distance as
 
 def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
     figure, axes = square_page(trace, units, 0.5)
-    draw_orbit(axes, trace, units)
+    legend_below(figure, draw_orbit(axes, trace, units), 2)
     return figure
 
 
-def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
+def draw_orbit(axes: Axes, trace: Trace, units: str) -> list[Artist]:
     """Draw the path of the collar centre in the cross-section of the hole, in a
-    different colour where the collar is on the wall."""
+    different colour where the collar is on the wall; returns the entries of the
+    legend."""
     part, part_text = shown_part(trace, ORBIT_REVOLUTIONS)
     across, up = quantity("x", units), quantity("y", units)
     gap = trace.attrs.get("gap")
     x, y, force = smoothed_path(trace, part, None if gap is None else float(gap))
     x, y, on_wall = x / across.scale, y / up.scale, force > 0
-    rasterised = len(x) > MANY_MARKERS
+    rasterised, handles = len(x) > MANY_MARKERS, [marker_entry("end of the orbit", colour=BLACK, size=3, gid="end")]
     axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=rasterised, gid="orbit")
     if on_wall.any():
         path = np.where(on_wall, (x, y), np.nan)
-        axes.plot(*path, color=VERMILLION, linewidth=0.7, rasterized=rasterised, gid="orbit:wall")
+        style: Properties = {"color": VERMILLION, "linewidth": 0.7, "gid": "orbit:wall"}
+        axes.plot(*path, rasterized=rasterised, **style)
+        handles.insert(0, line_entry("collar on the wall", **style))
     extent, wall_text = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
     if gap is not None:
         wall = float(gap) / across.scale
@@ -272,8 +280,8 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     cross_section(axes, (1.2 if wall_text else 1.06) * (extent or 1.0), across.label, up.label, gid="axis")
     draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * extent)
     name_panel(axes, "orbit", "y")
-    notes = [part_text or "orbit", "orange: on the wall" if on_wall.any() else "", wall_text, "dot: the end"]
-    set_panel_title(axes, "; ".join(filter(None, notes)))
+    set_panel_title(axes, part_text or "orbit", notes=[wall_text])
+    return handles
 
 
 def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, Array]:
@@ -324,31 +332,35 @@ def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
 
 PLANE_HEIGHT, MAX_PLANE_HEIGHT = 1.6, 2.4  # inches, with labels
 TWO_COLUMNS_FROM = 5.0  # inches of width, from which on the planes stand beside the histories
+SMALL_PLANE_WIDTH = 1.5  # inches, of a plane below the histories
 
 
 def draw_page(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    planes, shows_orbit = len(planes_of(trace)), has_orbit(trace)
-    heights = [*[1.55] * shows_orbit, *[1.0] * planes]
-    below = 0.0
-    height = max(8.6 + extra_height(trace), 0.7 + sum(heights) * PLANE_HEIGHT)
+    shows_orbit = has_orbit(trace)
+    count = len(planes_of(trace)) + shows_orbit
+    ticks = PLANE_TICKS
     if page_width() >= TWO_COLUMNS_FROM:
+        heights = [1.55, *[1.0] * (count - 1)] if shows_orbit else [1.0] * count
+        height = max(1.6 + histories_height(trace), 0.7 + sum(heights) * PLANE_HEIGHT)
         figure = new_figure(page_width(), height)
         left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
+        handles = draw_histories(left, trace, units)
         # few planes are not taller than wide: below them the page stays empty
         below = max(0.0, (height - 0.7) / MAX_PLANE_HEIGHT - sum(heights))
+        panels = stack(right, count, shared=False, heights=heights, below=below)
     else:
-        height_below = sum(heights) * 0.55 * page_width()
-        figure = new_figure(page_width(), height + height_below)
-        left, right = cast("Any", figure.subfigures(2, 1, height_ratios=(height, height_below)))
-    draw_histories(left, trace, units)
-    panels = stack(right, len(heights), shared=False, heights=heights, below=below)
+        across = panels_per_row(count, SMALL_PLANE_WIDTH)
+        heights = [1.0 + histories_height(trace, LOW_HISTORY_HEIGHT), PLANE_HEIGHT * -(-count // across)]
+        figure = new_figure(page_width(), sum(heights))
+        left, right = cast("Any", figure.subfigures(2, 1, height_ratios=heights))
+        handles = draw_histories(left, trace, units, LOW_HISTORY_HEIGHT)
+        panels, ticks = tiles(right, count, across), SMALL_PLANE_TICKS
     if shows_orbit:
-        draw_orbit(panels[0], trace, units)
-    draw_planes(panels[shows_orbit:], trace, units)
+        handles += draw_orbit(panels[0], trace, units)
+    draw_planes(panels[shows_orbit:], trace, units, ticks)
     right.align_ylabels(panels[shows_orbit:])
-    put_title(figure, title_of(trace, units))
-    return figure
+    return finish(figure, title_of(trace, units), handles, 4)
 
 
 KINDS = (

@@ -1,0 +1,38 @@
+"""``data.nsdrill`` of a Dataset: what its arrays say of themselves."""
+
+import pytest
+from xarray import Dataset
+
+import nsdrill.accessor  # noqa: F401, by which xarray knows the name
+from nsdrill.models.responses import BIT_BOUNCE, WHIRL
+from nsdrill.variables import OK
+
+
+@pytest.fixture
+def results():
+    flags = {"long_name": "a code", "flag_masks": [1, 2, 4], "flag_values": [0, 1], "flag_meanings": "one other"}
+    return Dataset(
+        {
+            "status": ("rotary_speed", [OK] * 3, flags),
+            "response": ("rotary_speed", [0, BIT_BOUNCE, WHIRL], flags),
+            "stick_slip_severity": ("rotary_speed", [0, 1, 3], flags),
+            "bounce_severity": ("rotary_speed", [0, 3, 1], flags),
+        },
+        {"rotary_speed": ("rotary_speed", [1.0, 2.0, 3.0], {"units": "rad/s"})},
+    )
+
+
+@pytest.mark.parametrize(
+    ("ask", "words", "expected"),
+    [
+        (lambda data: data.bouncing, "whether the bit bounces", [False, True, False]),
+        (lambda data: data.whirling, "whether the collar whirls", [False, False, True]),
+        (lambda data: data.safe(), "whether the run is safe", [True, False, False]),
+        (lambda data: data.safe(1), "whether no severity of the run exceeds 1", [True, False, False]),
+    ],
+)
+def test_an_array_of_bool_says_what_it_is(results, ask, words, expected):
+    found = ask(results.nsdrill)
+    assert found.values.tolist() == expected
+    assert found.attrs == {"long_name": words}, "no flags of the variables from which it was found"
+    assert found.rotary_speed.attrs == {"units": "rad/s"}
