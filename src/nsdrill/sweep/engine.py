@@ -219,7 +219,7 @@ class Engine:
             cause = None if future.cancelled() else future.exception()
             raise NsdrillError(
                 f"A part of the sweep was lost {worker.losses} times with its worker ({cause or 'cancelled'}). "
-                f"Finished points are safe: look after the cluster, then run {again('resume')}."
+                f"Finished points are kept: look after the cluster, then run {again('resume')}."
             ) from cause
         return True
 
