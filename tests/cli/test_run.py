@@ -192,3 +192,4 @@ def test_pace():
     assert pace(600, 600, 2.0) == "300/s, 0:02 left"
     assert pace(5, 15, 2.5) == "2.0/s, 0:08 left"
     assert pace(10, 350, 120.0) == "5.0/min, 1 h 10 min left"
+    assert pace(600, 600, 2.0, carried=True) == "300/s, at least 0:02 left"
