@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -321,9 +322,18 @@ def test_round_values_stay_round_in_another_unit():
 
 
 @given(st.floats(-1e9, 1e9))
-def test_rounded_values_give_back_the_same_bits_or_are_those_of_from_si(value):
+def test_rounded_values_are_the_same_to_fifteen_digits(value):
+    """Half a unit of the fifteenth digit of 1.00000000000000 is 5e-15 of it."""
     number = units.rounded_from_si(value, "klbf")
-    assert to_si(f"{number!r} klbf", "N") == value or number == from_si(value, "klbf")
+    assert len(f"{number!r}".partition("e")[0].strip("-0.").replace(".", "").strip("0")) <= 15
+    assert to_si(f"{number!r} klbf", "N") == pytest.approx(value, rel=5.01e-15, abs=1e-300)
+
+
+def test_round_values_between_the_ends_of_an_axis_stay_round():
+    """numpy divides 10 to 40 klbf in newtons: 35 klbf are then 34.99999999999999."""
+    newtons = np.linspace(to_si("10 klbf", "N"), to_si("40 klbf", "N"), 7)
+    assert from_si(newtons[5], "klbf") != 35.0
+    assert [units.rounded_from_si(float(one), "klbf") for one in newtons] == [10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0]
 
 
 def test_a_dimension_has_its_usual_name():

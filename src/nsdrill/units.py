@@ -140,15 +140,9 @@ def from_si(value: float, units: str) -> float:
 
 
 def rounded_from_si(value: float, units: str) -> float:
-    """As :func:`from_si`, to 15 digits where :func:`to_si` makes the same ``value`` of
-    that: 8 klbf stay 8 klbf, and are not the 7.999999999999999 that the nearest float
-    in newtons is."""
-    exact = from_si(value, units)
-    if not math.isfinite(exact):
-        return exact
-    text = f"{exact:.15g}"
-    factor, _ = _factor_and_dimensions(units, units, units)
-    return float(text) if float(Fraction(text) * factor) == value else exact
+    """As :func:`from_si`, to the 15 digits of which a float is sure: 8 klbf stay 8 klbf,
+    and are not the 7.999999999999999 that the nearest float in newtons is."""
+    return float(f"{from_si(value, units):.15g}")
 
 
 def format_quantity(value: float, units: str, digits: int = 6) -> str:
