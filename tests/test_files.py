@@ -260,7 +260,7 @@ def test_a_log_that_is_gone_is_not_called_safe(tmp_path):
     with RunLog.create(part, header(), POINTS, Contents(0)) as log:
         log.write([0, 1], made(2, 0))
         log.sync()
-        assert log.recovery_text().startswith(f"2 of {POINTS} points are safe in {part}. Go on")
+        assert log.recovery_text().startswith(f"2 of {POINTS} points are kept in {part}. Go on")
         folder.rename(tmp_path / "moved")
         with pytest.raises(NsdrillError, match=r"its folder was moved.* 2 of 120 points are in that file"):
             log.sync()

@@ -44,6 +44,18 @@ def test_lines_name_failures_and_the_pass(capsys, monkeypatch):
     assert second.endswith(" left (check: tight)")
 
 
+@pytest.mark.parametrize(("procedure", "words"), [("same", "/s, 0:00 left"), ("up", "/s, at least 0:00 left")])
+def test_where_the_state_is_carried_the_time_left_is_the_least(small, capsys, monkeypatch, procedure, words):
+    """The rate falls as the chains end: measured, half to four fifths of the time in the
+    first half of a run. The checks of the points are no chains."""
+    monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
+    nsdrill.run(small, set={"sweep.procedure": procedure, "simulation.verify": True})
+    lines = [line for line in capsys.readouterr().err.splitlines() if " points; " in line]
+    assert [line.endswith(words) for line in lines if line.startswith("8 of 8 ")] == [True]
+    assert lines[-1].startswith("24 of 24 ")
+    assert lines[-1].endswith("/s, 0:00 left (check: long)")
+
+
 def test_compiling_is_told_and_is_no_part_of_an_estimate(capsys, monkeypatch):
     """A second of compiling before 10 points in no time: the other 30 take no second."""
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)

@@ -44,7 +44,7 @@ def test_there_is_no_quantity_of_another_name():
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [
-        (5000.0, "ft", "16404.2 ft"),
+        (5000.0, "ft", "16404 ft"),
         (500000.0, "ft", "1640420 ft"),
         (2000.0, "ft", "6561.68 ft"),
         (22241.1080763025, "klbf", "5 klbf"),

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -119,6 +120,15 @@ def test_quantities_as_people_write_them(text, si, value):
         ("11,482.5 ft", "m", "Write no thousands separators: 11482.5 ft."),
         ("1,234,567 N", "N", "Write no thousands separators: 1234567 N."),
         ("20 rpm, 30 rpm", "rad/s", "A list of values stands in brackets: [20 rpm, 30 rpm]."),
+        ("20,000 lbs", "N", "Write 20000 lbf without a thousands separator, or 20.000 lbf"),
+        ("20,000.5 klb", "N", "Write no thousands separators: 20000.5 klbf."),
+        ("60-180 rpm", "rad/s", "A range stands under sweep: {from: 60 rpm, to: 180 rpm, points: 13}."),
+        ("60 rpm to 180 rpm", "rad/s", "{from: 60 rpm, to: 180 rpm, points: 13}"),
+        ("60–180 rpm", "rad/s", "{from: 60 rpm, to: 180 rpm, points: 13}"),
+        ("10..40 klbf", "N", "{from: 10 klbf, to: 40 klbf, points: 13}"),
+        ("10,000 - 40,000 lbs", "N", "{from: 10000 lbf, to: 40000 lbf, points: 13}"),
+        ("8 1/2 - 9 1/2 in", "m", "{from: 8 1/2 in, to: 9 1/2 in, points: 13}"),
+        ("60-180", "rad/s", "{from: 60 UNIT, to: 180 UNIT, points: 13}"),
         ("1/0 in", "m", "a fraction over zero"),
         ("8 1/2", "m", "a number without a unit"),
         ("8 3/2 in", "m", "a fraction that is not below one"),
@@ -312,9 +322,18 @@ def test_round_values_stay_round_in_another_unit():
 
 
 @given(st.floats(-1e9, 1e9))
-def test_rounded_values_give_back_the_same_bits_or_are_those_of_from_si(value):
+def test_rounded_values_are_the_same_to_fifteen_digits(value):
+    """Half a unit of the fifteenth digit of 1.00000000000000 is 5e-15 of it."""
     number = units.rounded_from_si(value, "klbf")
-    assert to_si(f"{number!r} klbf", "N") == value or number == from_si(value, "klbf")
+    assert len(f"{number!r}".partition("e")[0].strip("-0.").replace(".", "").strip("0")) <= 15
+    assert to_si(f"{number!r} klbf", "N") == pytest.approx(value, rel=5.01e-15, abs=1e-300)
+
+
+def test_round_values_between_the_ends_of_an_axis_stay_round():
+    """numpy divides 10 to 40 klbf in newtons: 35 klbf are then 34.99999999999999."""
+    newtons = np.linspace(to_si("10 klbf", "N"), to_si("40 klbf", "N"), 7)
+    assert from_si(newtons[5], "klbf") != 35.0
+    assert [units.rounded_from_si(float(one), "klbf") for one in newtons] == [10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0]
 
 
 def test_a_dimension_has_its_usual_name():

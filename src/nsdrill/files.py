@@ -256,7 +256,7 @@ def sync_folder(folder: Path) -> None:
     try:
         os.fsync(fd)
     except OSError:
-        pass  # some network file systems refuse this; the file itself is safe
+        pass  # some network file systems refuse this; the file itself is synced
     finally:
         os.close(fd)
 

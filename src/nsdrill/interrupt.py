@@ -6,7 +6,7 @@ callbacks of libraries, where it is lost. So the handlers do nothing, and a thre
 receives the signals. Work with unsaved results checks the flag where it can be
 interrupted (:func:`interruptible`, :func:`check`). All other work is ended at once,
 also inside a library call that does not return for a long time: the files of nsdrill
-are safe at any moment.
+are whole at any moment.
 
 Only the command line calls :func:`listen`. In use from Python the flag is never set,
 and KeyboardInterrupt works as usual.

@@ -35,7 +35,8 @@ class Progress:
         Points, including those of earlier sessions; ``total`` grows if a map is refined
         or points are checked.
     seconds_left : float or None
-        At the rate of this session [s]; None before the first point.
+        At the rate of this session [s]; None before the first point. It takes at least
+        so long where the state is carried, as ever fewer chains fill the processor.
     note : str
         The present stage, if the run has several.
 
@@ -137,16 +138,18 @@ def telling_compiling(say: Callable[[str], object]) -> Iterator[Callable[[], Non
         end()
 
 
-def pace(done: int, left: int, seconds: float) -> str:
+def pace(done: int, left: int, seconds: float, carried: bool = False) -> str:
     """The rate, and the time for the remaining points, as text; from the points
-    ``done`` in ``seconds`` of this session and the points ``left``."""
+    ``done`` in ``seconds`` of this session and the points ``left``. Where the state is
+    ``carried`` it is the least time."""
     if done == 0 or seconds <= 0:
         return "starting"
     rate = done / seconds
     per_second = f"{rate:.0f}/s" if rate >= 10 else f"{rate:.1f}/s" if rate >= 1 else f"{60 * rate:.1f}/min"
     minutes, rest = divmod(round(left / rate), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{per_second}, {f'{hours} h {minutes:02d} min' if hours else f'{minutes}:{rest:02d}'} left"
+    time_left = f"{hours} h {minutes:02d} min" if hours else f"{minutes}:{rest:02d}"
+    return f"{per_second}, {'at least ' if carried else ''}{time_left} left"
 
 
 def _record(counts: Counts, seconds: float) -> Progress:
@@ -157,7 +160,7 @@ def _record(counts: Counts, seconds: float) -> Progress:
 
 def _pace(counts: Counts, seconds: float) -> str:
     left = counts.total - counts.before - counts.done
-    return "" if counts.note == "compiling" else pace(counts.done, left, seconds)
+    return "" if counts.note == "compiling" else pace(counts.done, left, seconds, counts.carried)
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from functools import lru_cache
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, further_axes, words_of
 from nsdrill.models.registry import of_all
-from nsdrill.units import from_si, plain_units, readable, to_si
+from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
 SYSTEMS = ("si", "field")
@@ -111,13 +111,13 @@ class Quantity:
 
 
 def amount(value: float, unit: str, digits: int = 6) -> str:
-    """An SI ``value`` in ``unit``, with so many digits or all before the point:
-    ``16404.2 ft``."""
+    """An SI ``value`` in ``unit``, with so many digits or all before the point, and no
+    more where these are five: ``11483 ft``."""
     if unit in ("", "percent"):
         return f"{value:.{digits}g} {sign(unit)}".strip()
     number = from_si(value, unit)
     text = f"{number:.{digits}g}"
-    if "e+" in text and abs(number) < 1e9:
+    if ("e+" in text or abs(number) >= 1e4) and abs(number) < 1e9:
         text = f"{number:.0f}"
     return f"{text} {sign(unit)}"
 
@@ -132,7 +132,7 @@ def in_system(value: float, units: str, system: str) -> tuple[float, str]:
     that of display. ``units`` are SI, as in a study or in the attributes of a
     file."""
     unit = unit_in(units, system)
-    return (value, units) if unit is None else (from_si(value, unit), unit)
+    return (value, units) if unit is None else (rounded_from_si(value, unit), unit)
 
 
 def unit_in(units: str, system: str) -> str | None:

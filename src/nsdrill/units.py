@@ -25,6 +25,11 @@ _PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
 _LONGEST = 80  # characters: bounds the work on hostile input
 _NUMBER = r"[-+]?(?:(?:\d+[ -])?\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([^\s,].*)?", re.ASCII)
+# 60-180 rpm, 60 rpm to 180 rpm, 10..40 klbf
+_RANGE = re.compile(
+    rf"(?P<low>{_NUMBER})\s*(?P<first>[^\s\d]*?)\s*(?:to|\.\.+|[-–—…])\s*(?P<high>{_NUMBER})\s*(?P<last>[A-Za-zµμ°%].*)?",
+    re.ASCII,
+)
 _TOKEN = re.compile(
     r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<operator>[*/()])|(?P<end>$))", re.ASCII
 )
@@ -86,7 +91,7 @@ def to_si(text: str, units: str) -> float:
     """
     match = _QUANTITY.fullmatch(_tidy(text)) if len(text) <= _LONGEST else None
     if match is None:
-        raise QuantityError(quoted(text), allowed_units(units), comma_hint(text) or _odd_hint(text))
+        raise QuantityError(quoted(text), allowed_units(units), form_hint(text, units) or _odd_hint(text))
     number, unit = match.groups()
     if unit is None:
         raise QuantityError(f"{quoted(text)}, a number without a unit", allowed_units(units))
@@ -135,15 +140,9 @@ def from_si(value: float, units: str) -> float:
 
 
 def rounded_from_si(value: float, units: str) -> float:
-    """As :func:`from_si`, to 15 digits where :func:`to_si` makes the same ``value`` of
-    that: 8 klbf stay 8 klbf, and are not the 7.999999999999999 that the nearest float
-    in newtons is."""
-    exact = from_si(value, units)
-    if not math.isfinite(exact):
-        return exact
-    text = f"{exact:.15g}"
-    factor, _ = _factor_and_dimensions(units, units, units)
-    return float(text) if float(Fraction(text) * factor) == value else exact
+    """As :func:`from_si`, to the 15 digits of which a float is sure: 8 klbf stay 8 klbf,
+    and are not the 7.999999999999999 that the nearest float in newtons is."""
+    return float(f"{from_si(value, units):.15g}")
 
 
 def format_quantity(value: float, units: str, digits: int = 6) -> str:
@@ -200,7 +199,19 @@ def quoted(text: str) -> str:
     return repr(text)
 
 
-def comma_hint(text: str) -> str | None:
+def form_hint(text: str, units: str) -> str | None:
+    """What to write, for a quantity in SI ``units``, in place of a range or of numbers
+    with commas."""
+    found = _RANGE.fullmatch(re.sub(r"(?<=\d),(?=\d{3}(?!\d))", "", _tidy(text[:_LONGEST])))
+    if found is None:
+        return _comma_hint(text, units)
+    last = _as_force(found["last"] or found["first"] or ("UNIT" if units else ""), units)
+    first = _as_force(found["first"], units) or last
+    ends = f"from: {found['low']} {first}".rstrip(), f"to: {found['high']} {last}".rstrip()
+    return f"A range stands under sweep: {{{', '.join(ends)}, points: 13}}."
+
+
+def _comma_hint(text: str, units: str) -> str | None:
     """What to write in place of a number with commas, or of several: 5.5 klbf, 11482 ft,
     0.5, or a list."""
     if text.rstrip()[-1:] in (",", ";"):
@@ -215,7 +226,7 @@ def comma_hint(text: str) -> str | None:
     found = re.fullmatch(r"\s*([-+]?\d+(?:,\d+)+)(\.\d+)?\s*([^\s\d,].*)?", text[:_LONGEST])
     if found is None:
         return "Write a decimal point, no thousands separators, and a list of values in brackets."
-    number, decimals, unit = found[1], found[2] or "", f" {found[3] or ''}".rstrip()
+    number, decimals, unit = found[1], found[2] or "", f" {_as_force(found[3] or '', units)}".rstrip()
     joined, pointed = number.replace(",", ""), number.replace(",", ".")
     if not re.fullmatch(r"[-+]?[1-9]\d{0,2}(,\d{3})+", number):  # 5,5 are no thousands
         return f"Write a decimal point: {pointed}{unit}." if number.count(",") == 1 else None
@@ -244,8 +255,8 @@ def _tidy(text: str) -> str:
 
 def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -> QuantityError:
     if units == "N" and dimensions == {"[mass]": 1}:
-        meant = next((force for masses, force in _FORCES.items() if unit in masses.split()), None)
-        hint = f" Did you mean {meant}?" if meant else ""
+        meant = _as_force(unit, units)
+        hint = f" Did you mean {meant}?" if meant != unit else ""
         return QuantityError(
             f"{quoted(text)}, a mass",
             allowed_units(units),
@@ -266,6 +277,12 @@ def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -
         allowed_units(units),
         _pounds(units, unit, dimensions) or _other_capitals(units, unit),
     )
+
+
+def _as_force(unit: str, units: str) -> str:
+    """The unit of force that is meant by a ``unit`` of mass where newtons are needed; any
+    other unit as it is."""
+    return next((force for masses, force in _FORCES.items() if units == "N" and unit in masses.split()), unit)
 
 
 def _other_capitals(units: str, unit: str) -> str | None:
@@ -324,7 +341,7 @@ def _factor_and_dimensions(unit: str, text: str, wanted: str) -> tuple[Fraction,
         raise QuantityError(found, allowed_units(wanted), hint) from None
     except SyntaxError:
         found = f"{quoted(text)}, whose unit cannot be read"
-        raise QuantityError(found, allowed_units(wanted), comma_hint(text) or _odd_hint(text)) from None
+        raise QuantityError(found, allowed_units(wanted), form_hint(text, wanted) or _odd_hint(text)) from None
 
 
 @lru_cache(maxsize=1024)

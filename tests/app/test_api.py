@@ -207,7 +207,7 @@ def test_resume_after_an_interrupt(shared, tmp_path, small):
         if now.note != "compiling":  # the first stage, without points
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt, match=r"points are safe in .*\. Go on with the same call and resume=True"):
+    with pytest.raises(KeyboardInterrupt, match=r"points are kept in .*\. Go on with the same call and resume=True"):
         nsdrill.run(shared / "small.yaml", out, workers=1, progress=stop)
     assert isinstance(seen[0], nsdrill.Progress)
     assert 0 < seen[-1].done <= seen[-1].total == 16

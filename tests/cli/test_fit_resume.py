@@ -51,7 +51,7 @@ def fit_until(runs: int, path: str = "adjusted.yaml", **more: object) -> int:
         if progress.done >= runs:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt, match=r"runs are safe in adjusted.yaml.part.*resume=True"):
+    with pytest.raises(KeyboardInterrupt, match=r"runs are kept in adjusted.yaml.part.*resume=True"):
         nsdrill.fit("study.yaml", "rig.csv", path, progress=tell, **{**HOW, **more})
     return made
 
@@ -99,7 +99,7 @@ def test_only_the_runs_that_are_missing_are_made():
             return [remembered(z).tolist() for z in samples]
 
     remembered = kept.recording(model)
-    with pytest.raises(KeyboardInterrupt, match="27 runs are safe"):
+    with pytest.raises(KeyboardInterrupt, match="27 runs are kept"):
         fit()
     kept = Rounds.beside("new.yaml", study, measured, 16, resume=True)
     remembered = kept.recording(model)
@@ -208,7 +208,7 @@ def test_a_signal_ends_the_command_with_130_and_it_goes_on(call):
     process.send_signal(signal.SIGCONT)
     answer = finish(process)
     assert answer.code == 130, answer.err
-    assert "runs are safe in adjusted.yaml.part. Go on with the same command and --resume." in answer.err
+    assert "runs are kept in adjusted.yaml.part. Go on with the same command and --resume." in answer.err
     assert not Path("adjusted.yaml").exists()
     call(*words, "--resume", "--rounds", 2, "--quiet")
     assert nsdrill.load_study("adjusted.yaml").samples == 128

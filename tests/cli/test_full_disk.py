@@ -148,14 +148,14 @@ def test_what_is_kept_of_unfinished_work_stays(disk, kind, call, monkeypatch):
     assert last > 1
     kept.clear()
     monkeypatch.setattr(Part, "write", write)
-    for option, file, safe in (
-        ("--overwrite", part, "What it held before is safe: "),
-        ("--resume", output, f"are safe in {part}"),
+    for option, file, told in (
+        ("--overwrite", part, "What it held before is kept: "),
+        ("--resume", output, f"are kept in {part}"),
     ):
         answer = call(*words, "-o", output, option, code=1)
         filling.pop().__exit__(None, None, None)
         assert f"{file}: could not be written: {why}" in answer.err
-        assert safe in answer.err
+        assert told in answer.err
         assert part.read_bytes() == kept[-1]
         assert os.listdir(folder) == [part.name]
         assert "which nsdrill show describes" in call("show", output, code=2).err

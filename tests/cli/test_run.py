@@ -106,7 +106,7 @@ def test_interrupted_and_resumed_is_as_undisturbed(tmp_path, call):
     answer = finish(process)
     assert time.monotonic() - asked < 2.0
     assert answer.code == 130, answer
-    assert "points are safe in out.h5.part. Go on with the same command and --resume." in answer.err
+    assert "points are kept in out.h5.part. Go on with the same command and --resume." in answer.err
     assert not (tmp_path / "out.h5").exists()
     assert "--resume" in call("run", "long.yaml", "-o", "out.h5", code=2).err
     unfinished = call("show", "out.h5.part")
@@ -150,11 +150,11 @@ def test_full_disk(call, small, kilobytes):
     assert answer.code == 1
     assert "file too large" in answer.err
     assert not (folder / "out.h5").exists()
-    # 20 KiB hold the log, so that the points are safe, but not the results.
-    safe = kilobytes == 20
-    assert ("safe in out.h5.part" in answer.err) == safe
+    # 20 KiB hold the log, so that the points are kept, but not the results.
+    kept = kilobytes == 20
+    assert ("kept in out.h5.part" in answer.err) == kept
     resumed = call("run", "small.yaml", "-o", "out.h5", "--resume")
-    assert ("16 were there already" in resumed.err) == safe
+    assert ("16 were there already" in resumed.err) == kept
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to root")
@@ -183,7 +183,7 @@ def test_bar_on_a_terminal(tmp_path):
             sent = True
     assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 130
     assert b"/400" in seen
-    assert b"points are safe in out.h5.part" in seen
+    assert b"points are kept in out.h5.part" in seen
     assert b"Traceback" not in seen
 
 
@@ -192,3 +192,4 @@ def test_pace():
     assert pace(600, 600, 2.0) == "300/s, 0:02 left"
     assert pace(5, 15, 2.5) == "2.0/s, 0:08 left"
     assert pace(10, 350, 120.0) == "5.0/min, 1 h 10 min left"
+    assert pace(600, 600, 2.0, carried=True) == "300/s, at least 0:02 left"

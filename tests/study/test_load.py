@@ -272,6 +272,13 @@ def test_overrides():
     [
         ("operation.wbo=30 kN", "operation.wbo", "Did you mean operation.wob?"),
         ("operatoin.wob=30 kN", "operatoin", "Did you mean operation?"),
+        ("bit.type=PDC", "bit.type", "Did you mean bit.lobes (1 for a PDC bit, 3 for a roller cone)?"),
+        ("drillstring.pipe.weight=19.5 lb/ft", "drillstring.pipe.weight", "outer_diameter (and inner_diameter: the"),
+        ("mud.weight=10 ppg", "mud.weight", "Did you mean mud.density?"),
+        ("drive.type=stiff", "drive.type", "Did you mean drive.kind?"),
+        ("operation.RPM=60 rpm", "operation.RPM", "Did you mean operation.rotary_speed?"),
+        ("sweep.wob=10-40 klbf", "sweep.wob", "under sweep: {from: 10 klbf, to: 40 klbf, points: 13}."),
+        ("sweep.bit.friction.static=0.3-0.5", "sweep.bit.friction.static", "{from: 0.3, to: 0.5, points: 13}."),
         ("operation.wob=30", "operation.wob", "without a unit"),
         ("operation.wob=", "operation.wob", "nothing"),
         ("operation.wob=[", "operation.wob", "a value in YAML"),

@@ -91,7 +91,7 @@ def test_a_scheduler_that_is_gone_ends_the_run(tmp_path, monkeypatch):
         study, out = parse_study(GRID, "s.yaml"), tmp_path / "out.h5"
         with (
             library.config.set({"distributed.comm.timeouts.connect": "1s"}),
-            pytest.raises(NsdrillError, match=r"scheduler is gone.*are safe.*resume=True"),
+            pytest.raises(NsdrillError, match=r"scheduler is gone.*are kept.*resume=True"),
             dask_executor(where) as (executor, workers),
         ):
             run_study(study, out, workers=workers, executor=executor, watch=kill)
@@ -109,7 +109,7 @@ def test_a_scheduler_that_is_gone_takes_no_task():
     pytest.importorskip("distributed")
     with dask_executor(workers=1) as (executor, _):
         assert executor.submit(abs, -1).result(60) == 1
-    with pytest.raises(NsdrillError, match=r"scheduler is gone.*are safe.*resume=True"):
+    with pytest.raises(NsdrillError, match=r"scheduler is gone.*are kept.*resume=True"):
         executor.submit(abs, -1)
 
 
@@ -153,7 +153,7 @@ def test_a_cluster_that_only_dies_is_given_up(tmp_path, monkeypatch):
     small = GRID.replace("points: 24", "points: 4").replace("points: 60", "points: 20")
     study, out = parse_study(small, "s.yaml"), tmp_path / "out.h5"
     mortal = Mortal(range(8, 10**6))
-    with pytest.raises(NsdrillError, match=r"lost 11 times with its worker .*are safe.*resume=True"):
+    with pytest.raises(NsdrillError, match=r"lost 11 times with its worker .*are kept.*resume=True"):
         run_study(study, out, workers=1, lanes=8, executor=mortal)
     assert mortal.count == 7 + MAX_LOSSES + 1
     with RunLog.open(part_path(out)) as log:

@@ -118,7 +118,7 @@ class _Cluster(Executor):
         result has arrived for a while."""
         if self._client.status == "closed":
             raise NsdrillError(
-                "The Dask scheduler is gone. Finished points are safe: look after the cluster, then give the same "
+                "The Dask scheduler is gone. Finished points are kept: look after the cluster, then give the same "
                 f"command with {option('resume')}."
             )
 

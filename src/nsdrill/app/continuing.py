@@ -102,7 +102,7 @@ def continue_study(
         except KeyboardInterrupt:
             raise KeyboardInterrupt(_interrupted(part)) from None
         if path is not None and part is not None:
-            remedy = f"{part.kept} are safe in {part.path}. Go on with {option('resume')}."
+            remedy = f"{part.kept} are kept in {part.path}. Go on with {option('resume')}."
             write_branches(path, data, lambda: remedy, overwrite=overwrite or is_resumed)
             part.discard()
         return ContinuationResult(data, dict(Counter(found.seeds)), time.perf_counter() - begun)
@@ -170,7 +170,7 @@ def _interrupted(part: Part | None) -> str:
         return interrupt.NOTHING
     if not part.kept:
         return "Interrupted before the first branches had ended: nothing is kept. The same command begins anew."
-    return f"Interrupted: {part.kept} are safe in {part.path}. Go on with {option('resume')}."
+    return f"Interrupted: {part.kept} are kept in {part.path}. Go on with {option('resume')}."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:

@@ -66,7 +66,7 @@ class RunResult:
 
 
 class Interrupted(KeyboardInterrupt):
-    """An interrupted run. All finished points are safe in ``part``; the text says
+    """An interrupted run. All finished points are kept in ``part``; the text says
     so."""
 
     def __init__(self, log: RunLog) -> None:

@@ -25,7 +25,7 @@ from nsdrill.store import MemoryLog, claim_file, write_results, write_trace
 from nsdrill.store.arrays import trace_variables
 from nsdrill.store.layout import in_words
 from nsdrill.unit_table import CF
-from nsdrill.units import from_si, plain_units, rounded_from_si
+from nsdrill.units import plain_units, rounded_from_si
 from nsdrill.variables import CHECKS, COORDINATES, COUNTED, INFERRED, OK, POINT, Variable
 
 if TYPE_CHECKING:
@@ -45,10 +45,10 @@ def table(
     for each sample.
 
     ``peaks``, ``section`` and ``states`` add a column per peak, return to the section
-    and state: ``final_state_lag [rad]``. Numbers are written with
-    enough digits to restore the same bits, in SI; in field units, which are in the
-    headings, where ``units`` is "field". A missing one is ``nan``. Rows are made one at a
-    time, so memory does not grow with the table.
+    and state: ``final_state_lag [rad]``. Numbers are in SI, with enough digits to restore
+    the same bits, or, where ``units`` is "field", in the field units of the headings, with
+    15 digits. A missing one is ``nan``. Rows are made one at a time, so memory does not
+    grow with the table.
     """
     if isinstance(data, Trace):
         rows = _trace_rows(data)
@@ -163,7 +163,9 @@ def branches_table(data: Dataset, units: str) -> str:
             if values.dtype.kind == "f" and si not in ("", "1"):
                 unit = field_unit(name, plain_units(si)) if units == "field" else si
                 headings.append(f"{name}{entry} [{sign(unit)}]")
-                columns.append([repr(from_si(float(v), unit) if unit != si else float(v)) for v in values[:, column]])
+                columns.append(
+                    [repr(rounded_from_si(float(v), unit) if unit != si else float(v)) for v in values[:, column]]
+                )
             else:
                 headings.append(f"{name}{entry}")
                 columns.append(values[:, column].tolist())

@@ -53,7 +53,7 @@ class RunStages:
         the engine. ``deliver`` takes the columns of finished points; ``note`` names the
         stage in the progress."""
         base, progress = replace(self.progress), self.progress
-        progress.note = note
+        progress.note, progress.carried = note, work.plan.chain_length > 1
 
         def add(now: Progress) -> None:
             progress.done, progress.failed = base.done + now.done, base.failed + now.failed
@@ -73,7 +73,7 @@ class RunStages:
                     compiled_parts(lanes, one.program)
             return Engine(one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more)
 
-        if work.plan.chain_length > 1:
+        if progress.carried:
             assert starts is not None
             for part, own in _parts_of(work, starts):
                 for one, chain_starts, reach, handed in _carried(part, own):

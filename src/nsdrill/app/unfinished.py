@@ -151,7 +151,7 @@ class Part:
         except (OSError, zipfile.BadZipFile) as error:
             remedy = f"Nothing is kept. Make room or choose another folder with {option('path')}."
             if self.kept:
-                remedy = f"What it held before is safe: {self.kept}. Free some space, and run {again('resume')}."
+                remedy = f"What it held before is kept: {self.kept}. Free some space, and run {again('resume')}."
             raise NsdrillError(f"{self.path}: could not be written: {reason(error)}. {remedy}") from error
         if self._lock is not None:
             self._lock.close()
@@ -322,7 +322,7 @@ class Rounds:
     def recovery_text(self) -> str:
         """What is saved and how to resume, in a sentence or two."""
         assert self.part is not None
-        return f"{self.part.kept} are safe in {self.part.path}. Go on with {again('resume')}."
+        return f"{self.part.kept} are kept in {self.part.path}. Go on with {again('resume')}."
 
     def _end_message(self) -> str:
         if self.part is None or not self.part.kept:

@@ -95,7 +95,7 @@ def run(
 ) -> RunResult | Results:
     """Run a study and return its results; with ``path`` they are written there.
 
-    With a path, finished points are safe in ``path.part`` at all times: after a
+    With a path, finished points are kept in ``path.part`` at all times: after a
     KeyboardInterrupt the same call with ``resume=True`` runs what is missing. The numbers do
     not depend on the workers, the engine, or an interruption.
 

@@ -170,8 +170,8 @@ class RunLog(Sink):
             os.unlink(path)
 
     def write(self, indices: ArrayLike, records: Array) -> None:
-        """Store ``records`` [n] of the points ``indices`` [n]; they are safe after the
-        next :meth:`sync`.
+        """Store ``records`` [n] of the points ``indices`` [n]; they are on the disk after
+        the next :meth:`sync`.
 
         NsdrillError if the disk rejects the write; this leaves the other points
         unchanged, and the call may be repeated.
@@ -254,7 +254,7 @@ class RunLog(Sink):
         """Where the points are and how to resume, in a sentence or two."""
         done = f"{np.count_nonzero(self._status)} of {count(self.n_points, 'point')}"
         if self.is_in_place:
-            return f"{done} are safe in {self.path}. Go on with {again('resume')}."
+            return f"{done} are kept in {self.path}. Go on with {again('resume')}."
         if os.fstat(self._fd).st_nlink == 0:
             return f"{self.path} was deleted while the run wrote it, and its {done} are lost."
         return (
@@ -293,7 +293,7 @@ class RunLog(Sink):
         )
         raise NsdrillError(
             f"{self.path}: a result could not be written: {reason(error)}. {self._synced_count} of {self.n_points} "
-            f"points are safe there. {remedy} and run {again('resume')}; only the missing points will run."
+            f"points are kept there. {remedy} and run {again('resume')}; only the missing points will run."
         ) from error
 
 

@@ -232,7 +232,7 @@ class Leaf:
             bare = "Write it bare, without quotes or unit."
             if isinstance(raw, str) and self.units == "" and (percent := re.fullmatch(r"(\d+\.?\d*) ?%", raw)):
                 bare = f"Write {float(percent[1]) / 100:g}."
-            hint = si.comma_hint(raw) or bare if isinstance(raw, str) and self.kind != "switch" else None
+            hint = si.form_hint(raw, self.units) or bare if isinstance(raw, str) and self.kind != "switch" else None
             remark = "without a unit" if self.kind == "quantity" else ""
             raise QuantityError(shown(raw, remark), self.allowed(), hint)
         if not self.low <= value <= self.high:
@@ -450,15 +450,24 @@ def shown(raw: Plain, remark: str = "") -> str:
     return f"the number {number} {remark}".rstrip()
 
 
-# What a key may be called elsewhere.
-OTHER_WORDS = {"speed": "rotary_speed", "rpm": "rotary_speed", "lyapunov": "exponent"}
+# What a key may be called elsewhere, and the key here.
+OTHER_WORDS = (
+    ("speed", "rotary_speed"),
+    ("rpm", "rotary_speed"),
+    ("lyapunov", "exponent"),
+    ("weight", "wob"),
+    ("weight", "density"),
+    ("weight", "outer_diameter (and inner_diameter: the sheet has both)"),
+    ("type", "kind"),
+    ("type", "lobes (1 for a PDC bit, 3 for a roller cone)"),
+)
 
 
 def did_you_mean(name: str, candidates: typing.Iterable[str], section: str = "") -> str | None:
     """ "Did you mean ...?" for the nearest candidate in ``section``, None where nothing is
     near."""
     known = list(candidates)
-    usual = [key for key in known if key == OTHER_WORDS.get(name)]
+    usual = [key for word, key in OTHER_WORDS if word == name.lower() and key.partition(" ")[0] in known]
     capitals = [key for key in known if key.lower() == name.lower()]
     near = usual or capitals or difflib.get_close_matches(name[:80], known, n=1)
     return f"Did you mean {section}{'.' if section else ''}{near[0]}?" if near else None

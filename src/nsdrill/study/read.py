@@ -183,7 +183,7 @@ def _parsed(text: str, source: str) -> Document:
     try:
         return builder.build()
     except yaml.error.MarkedYAMLError as error:
-        raise StudyError(source, [_syntax_fault(error, builder.open[-1] if builder.open else None)]) from None
+        raise StudyError(source, [_syntax_fault(error, builder.open, text.splitlines())]) from None
     except yaml.error.YAMLError as error:  # the reader: characters that YAML forbids
         line = text.count("\n", 0, getattr(error, "position", None) or 0) + 1
         raise StudyError(source, [Fault("", str(error).splitlines()[0][:200], YAML, line)]) from None
@@ -197,13 +197,14 @@ def _parsed(text: str, source: str) -> Document:
 # What the parser says, in words that say what to write: the beginning of its problem, what
 # was found, what is allowed.
 YAML = "one plain YAML document"
+_NO_COLON = "could not find expected ':'"
 _SYNTAX = (
     ("mapping values are", "a colon where no key can be", "one key: value in a line, or the text in quotes"),
     (r"character '\\t'", "a tab", "an indentation with spaces, not tabs"),
     (r"character ('.')", "a value that begins with {}", "it in quotes"),
     (r"expected .* '([]}])'$", "a closing {} for which there is no opening one", "brackets in pairs"),
     (r"expected .* '<block \w+ start>'$", "another indentation than above", "keys of one section in one column"),
-    ("could not find expected ':'", "a line without a colon", "key: value, or - value, in each line"),
+    (_NO_COLON, "a line without a colon", "key: value, or - value, in each line"),
     (r"expected <block end>, .* '(?:<scalar>|,)'$", "text behind a value", "a key: value in each line, or quotes"),
     (r"expected .* ','$", "a comma without a value before it", "values between commas"),
     (r"expected '<document start>'", "text behind the end of the document", YAML),
@@ -211,25 +212,45 @@ _SYNTAX = (
 )
 
 
-def _syntax_fault(error: MarkedYAMLError, opened: Event | None) -> Fault:
-    """The fault of a text that is no YAML. ``opened`` is the last bracket that is not
-    closed before it."""
+def _syntax_fault(error: MarkedYAMLError, opened: list[Event], lines: list[str]) -> Fault:
+    """The fault of a text with these ``lines`` that is no YAML. ``opened`` are the
+    brackets that are not closed before it."""
     problem, mark = (error.problem or error.context or "a syntax error").removeprefix("found "), error.problem_mark
     line = mark.line + 1 if mark else None
     if problem == "unexpected end of stream" and error.context_mark:  # of a text in quotes
         return Fault("", "a quote that is not closed", "a quote at both ends of a text", error.context_mark.line + 1)
     if opened and (problem.startswith("expected ',' or") or "<stream end>" in problem):
-        kind, place = type(opened).__name__, _place(opened)
+        kind, place = type(opened[-1]).__name__, _place(opened[-1])
         bracket, end = ("[", "]") if kind == "SequenceStartEvent" else ("{", "}")
         before = f" before line {line}" if line and line != place.line else ""
         found = f"a bracket {bracket} that is not closed{before}"
         return Fault("", found, f"commas between values, and {end} behind the last", place.line, place.column)
+    if mark and re.match(_AFTER_PROSE, problem) and (first := _prose_above(lines, mark)):
+        problem, line = _NO_COLON, first
     for pattern, found, allowed in _SYNTAX:
         if match := re.match(pattern, problem):
             return Fault("", found.format(*match.groups()), allowed, line)
     expected = re.fullmatch("expected (.*), but (?:found|got) (.*)", problem)
     allowed, found = expected.groups() if expected else (YAML, problem)
     return Fault("", found[:200], allowed, line)
+
+
+# What the parser says of a key below lines that are prose, as a comment without its #.
+_AFTER_PROSE = f"mapping values are|{_NO_COLON}|expected '<document start>'"
+
+
+def _prose_above(lines: list[str], mark: FileMark) -> int | None:
+    """The first of the lines without a key or a dash that end above the first key of the
+    line of ``mark``; None where there is none."""
+    first = None
+    if ":" in "".join(lines[mark.line : mark.line + 1])[: mark.column]:
+        return None
+    for number, line in reversed([*enumerate(map(str.strip, lines[: mark.line]), start=1)]):
+        if line and not line.startswith("#"):
+            if re.search(r":(\s|$)|^(-|\.\.\.)", line):
+                break
+            first = number
+    return first
 
 
 class Event(Protocol):

@@ -37,8 +37,9 @@ MAX_LOSSES = 10  # times that the task of one batch may be lost with its worker
 @dataclass
 class Progress:
     """The progress of a sweep: numbers of points, ``done`` and ``failed`` in this
-    session and done ``before`` it, of ``total``; steps tried so far; and, if the run
-    has several stages, the present one in ``note``."""
+    session and done ``before`` it, of ``total``; steps tried so far; if the run has
+    several stages, the present one in ``note``; and whether the state is ``carried``, by
+    chains that end one after the other, so that the rate falls."""
 
     total: int
     before: int = 0
@@ -47,6 +48,7 @@ class Progress:
     lane_steps: int = 0
     lanes_in_use: float = 1.0
     note: str = ""
+    carried: bool = False
 
 
 @dataclass
@@ -219,7 +221,7 @@ class Engine:
             cause = None if future.cancelled() else future.exception()
             raise NsdrillError(
                 f"A part of the sweep was lost {worker.losses} times with its worker ({cause or 'cancelled'}). "
-                f"Finished points are safe: look after the cluster, then run {again('resume')}."
+                f"Finished points are kept: look after the cluster, then run {again('resume')}."
             ) from cause
         return True
 
