@@ -7,16 +7,18 @@ import numpy as np
 import pytest
 from made_up import GAP, make_results
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from seen import artists, legend_words
 
 from nsdrill import plot
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.plot.kinds.bifurcation import with_greatest
+from nsdrill.plot.look import look_of
 from nsdrill.plot.slices import edges, robust_limits
-from nsdrill.plot.style import MANY_MARKERS, RESPONSES
+from nsdrill.plot.style import MANY_MARKERS, RESPONSES, contrast
 from nsdrill.variables import DIVERGED, OK
 
 PEAKS = ("axial_peaks", "bit_speed_peaks", "radius_peaks")
@@ -62,6 +64,28 @@ def test_shading_is_where_up_and_down_differ(speeds):
         found = sorted((patch.get_x(), patch.get_x() + patch.get_width()) for patch in spans)
         np.testing.assert_allclose(found, expected)
     assert "up and down differ in response" in legend_words(figure)
+
+
+@pytest.mark.parametrize("width", ["3.3 in", "7 in"])
+def test_letters_name_the_responses_of_the_strip(width):
+    """Below 4 rad/s stick-slip, above bit-bounce with whirl, but for one narrow cell; in
+    grey their colours are those of other responses."""
+
+    def rule(way, depth, wob, speed):
+        return STICK_SLIP if speed < 4.0 else 0 if speed > 7.9 else BIT_BOUNCE | WHIRL
+
+    data = make_results(rotary_speed=np.linspace(1, 8, 141), procedures=("up", "down"), rule=rule)
+    data["response"][1, 0, 0, 100] = BIT_BOUNCE
+    figure = plot.draw(data, look=look_of(width=width))
+    strip = figure.axes[0]
+    assert [text.get_text() for text in strip.texts] == ["S", "BW", "S", "BW", "BW"]
+    assert [text.get_position()[1] for text in strip.texts] == [0, 0, 1, 1, 1]
+    first = strip.texts[0]
+    assert first.get_position()[0] == pytest.approx((0.975 + 3.975) / 2), "the middle of the cells"
+    for text in strip.texts:
+        ground = RESPONSES[int(text.get_gid().removeprefix("area:"))].colour
+        assert contrast(np.array(to_rgb(text.get_color())), np.array(to_rgb(ground))) > 4.5, "WCAG 2.1"
+    assert {"S stick-slip", "BW bit-bounce + whirl", "no critical response"} <= set(legend_words(figure))
 
 
 def test_failed_points_are_crossed_and_counted(speeds):

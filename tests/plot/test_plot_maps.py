@@ -20,8 +20,8 @@ from nsdrill.analysis.bifurcations import DOUBLING, FOLD
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.plot import draw, look_of
-from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_equal_rates
-from nsdrill.plot.style import KIND_COLOURS, MOTIONS, RESPONSES
+from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_equal_rates, write_name
+from nsdrill.plot.style import KIND_COLOURS, LETTERED, MOTIONS, RESPONSES
 from nsdrill.store.dataset import to_dataset
 from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, POINT, STEP_LIMIT
 
@@ -38,7 +38,7 @@ def test_cells_have_the_colour_of_their_response(plane):
     for code in np.unique(plane["response"]):
         assert to_hex(mesh.cmap(mesh.norm(code))) == RESPONSES[code].colour.lower()
     words = legend_words(figure)
-    assert words == [RESPONSES[code].name for code in np.unique(plane["response"])]
+    assert words == [LETTERED[code].name for code in np.unique(plane["response"])]
 
 
 def test_cells_reach_half_way_to_unequal_neighbours(plane):
@@ -344,6 +344,20 @@ def curves_of(results, labels):
     return Dataset(curves, attrs={**results.attrs, "along": "rotary_speed", "over": "wob"})
 
 
+def test_every_area_is_named_as_in_the_window(plane):
+    """By its response or by letters, which the legend has; no critical response has no
+    name."""
+    figure = draw(plane, "map")
+    codes = {text.get_gid(): text.get_text() for text in maps(figure)[0].texts}
+    assert codes
+    for gid, text in codes.items():
+        style = RESPONSES[int(gid.removeprefix("area:"))]
+        assert text in {style.name, style.letters}
+        assert f"{style.letters} {style.name}" in legend_words(figure)
+    assert "area:0" not in codes
+    assert not maps(draw(plane, "whirl_kind"))[0].texts, "these have no letters"
+
+
 @pytest.mark.parametrize("panel", [None, "up"])
 def test_curves_over_a_map_differ_from_lines_of_equal_rate(rated, panel):
     curves = curves_of(rated, (FOLD, DOUBLING, 101, 102))
@@ -356,6 +370,11 @@ def test_curves_over_a_map_differ_from_lines_of_equal_rate(rated, panel):
     drawn = artists(figure, "curve 1")
     assert len(drawn) == (1 if panel else 3), "up, down, and where these differ"
     assert str(drawn[0]._unscaled_dash_pattern) == dashes[2]
+    assert len({entries[name].get_marker() for name in names}) == 5, "to be told apart in grey"
+    assert drawn[0].get_marker() == entries["doubling"].get_marker()
+    words = [text for axes in figure.axes for text in axes.texts]
+    assert {text.get_gid() for text in words} >= {"equal:label"}
+    assert min(text.get_zorder() for text in words) > max(curve.get_zorder() for curve in artists(figure, "curve 1"))
     assert all(axes.get_legend() is None for axes in figure.axes), "no legend over the map"
 
 
@@ -427,11 +446,15 @@ def test_no_label_covers_the_name_of_an_area_where_there_is_another_place():
     def labels(names):
         axes = Figure().add_subplot()
         axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-        assert draw_equal_rates(axes, (x, y), values, "si", names=names)
-        return {text.get_text(): np.array(text.get_position()) for text in axes.texts}
+        for place in names:
+            write_name(axes, place, "bit-bounce", "#FFFFFF", "area:1")
+        assert draw_equal_rates(axes, (x, y), values, "si")
+        return {text.get_text(): np.array(text.get_position()) for text in artists(axes, "equal:label")}
 
     usual = labels(())
     for text, place in usual.items():
         moved = labels([tuple(place)])
         assert moved.keys() == usual.keys()
-        assert np.hypot(*((moved[text] - place) / [np.ptp(x), np.ptp(y)])) > 0.05 or text == max(usual, key=float)
+        along, above = np.abs((moved[text] - place) / [np.ptp(x), np.ptp(y)])
+        # the name is about 0.11 of the panel long (10 letters of 7 points), half of it at either side
+        assert np.hypot(max(along - 0.05, 0.0), above) > 0.05 or text == max(usual, key=float)

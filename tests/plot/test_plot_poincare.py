@@ -195,6 +195,73 @@ def test_special_points_that_lie_on_each_other_share_a_marker(crowd):
     assert "several special points" in legend_words(figure)
 
 
+def two_branches(labels, motions=("periodic", "periodic")):
+    """Two branches side by side, 0.1 mm apart, which is less than a marker; each with
+    special points of these ``labels`` at 5.995, 6 and 6.005 rad/s."""
+    speed = np.tile(np.linspace(2.0, 8.0, 1201), 2)
+    label, unstable = np.zeros((2, 1201), dtype=int), np.zeros((2, 1201), dtype=int)
+    label[:, 799:802] = labels
+    unstable[:, :400] = 1
+    return Dataset(
+        {
+            "rotary_speed": ("point", speed),
+            "radius_max": ("point", np.repeat([0.05, 0.0501], 1201) + 1e-3 * speed),
+            "unstable": ("point", unstable.ravel()),
+            "label": ("point", label.ravel()),
+            "row_size": ("branch", np.array([1201, 1201])),
+            "motion": ("branch", np.array(motions)),
+        },
+        attrs={"along": "rotary_speed", "continue_from": 2.0, "continue_to": 8.0},
+    )
+
+
+def test_special_points_of_other_branches_have_markers_of_their_own():
+    """The heights are 56 mm and 56.1 mm at 6 rad/s."""
+    for labels, names in (
+        ([[0, FOLD, 0], [0, TORUS, 0]], {"special:fold": 56.0, "special:torus": 56.1}),
+        ([[FOLD, TORUS, FOLD], [0, TORUS, 0]], {"special:several special points": 55.995, "special:torus": 56.1}),
+    ):
+        _, axes = plot.draw(two_branches(labels)).axes
+        marked = {line.get_gid(): float(line.get_ydata()[0]) for line in artists(axes, "special:")}
+        assert marked == pytest.approx(names)
+
+
+def test_motions_differ_in_more_than_colour():
+    """Solid and dashed are for the stability."""
+    figure = plot.draw(two_branches(np.zeros((2, 3)), ("periodic", "invariant_circle")))
+    (axes,) = figure.axes
+    for stability in ("stable", "unstable"):
+        plain, cored = (artists(axes, f"branch {number} {stability}")[0] for number in (0, 1))
+        assert plain.is_dashed() == cored.is_dashed() == (stability == "unstable")
+        assert cored.get_linewidth() > plain.get_linewidth()
+        assert cored.get_path_effects()
+        assert not plain.get_path_effects()
+    (legend,) = figure.legends
+    entries = dict(zip(legend_words(figure), legend.legend_handles, strict=True))
+    assert entries["invariant circles (whirl)"].get_path_effects()
+    assert not entries["periodic motions"].get_path_effects()
+
+
+def test_a_sweep_below_branches_shows_up_and_down_and_where_they_differ(speeds, crowd):
+    """The peaks are those within the limits, 2 to 8 rad/s, of both ways."""
+    figure = plot.draw(crowd, over=speeds)
+    axes = figure.axes[1]
+    for row, way in enumerate(("up", "down")):
+        lines = artists(axes, f"sweep:{way}:")
+        assert {line.get_markerfacecolor() == "none" for line in lines} == {way == "down"}
+        peaks = np.isfinite(speeds["radius_peaks"][row, 0, 0]) & (speeds["rotary_speed"] >= 2.0)[:, None]
+        dots = np.concatenate([line.get_xydata() for line in lines])
+        assert set(dots[:, 0]) == set(speeds["rotary_speed"][peaks.any(axis=-1)])
+        assert len(dots) > 3 * len(set(dots[:, 0])), "all peaks, but for those of one pixel"
+    shades, whole = (
+        {patch.get_x() for patch in artists(drawn, "hysteresis")} for drawn in (axes, plot.draw(speeds).axes[-1])
+    )
+    assert shades
+    assert shades < whole
+    words = ("all peaks of the sweep, up", "all peaks of the sweep, down", "up and down differ in response")
+    assert set(words) <= set(legend_words(figure))
+
+
 def test_every_special_point_in_sight_has_a_tick_in_the_row_of_its_kind(crowd):
     label, speed = crowd["label"].values, crowd["rotary_speed"].values
     for ends in ((2.0, 8.0), (5.9, 6.2)):

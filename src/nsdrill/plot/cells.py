@@ -1,10 +1,10 @@
-"""What lies on the cells of maps and strips: patterns, veils, outlines, the verdicts of the
-checks, values filled in from the cells around, and lines of equal rate of penetration,
-which show the yield of a setting beside its safety."""
+"""What lies on the cells of maps and strips: patterns, veils, outlines, names of areas, the
+verdicts of the checks, values filled in from the cells around, and lines of equal rate of
+penetration, which show the yield of a setting beside its safety."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,13 +17,14 @@ from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
+from nsdrill.analysis.maps import stretches
 from nsdrill.data import Array
 from nsdrill.models.description import Description
 from nsdrill.observe.motion import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.page import LABEL_OF_LINE, area_entry, line_entry
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import BLACK, GREY, Properties, Property, font_size, halo
+from nsdrill.plot.style import BLACK, GREY, Properties, Property, font_size, halo, ink_on
 
 VEIL = 0.18  # share of white over cells that were not run
 red, green, blue = ((1 - VEIL) * part + VEIL for part in to_rgb(GREY))
@@ -94,6 +95,64 @@ def draw_outline(axes: Axes, cells: Cells, inside: Array) -> None:
     axes.add_collection(outline)
 
 
+CHARACTER, LINE = 0.075, 0.16  # inches of a letter of an area, and of its line
+SMALLEST_AREA = 0.004  # of the map, from which an area has a letter
+
+
+def name_areas(
+    axes: Axes,
+    cells: Cells,
+    chosen: Array,
+    words: tuple[str, str],
+    ground: str,
+    gid: str,
+    bounding: Collection[tuple[int, int]] = (),
+) -> None:
+    """Write into every area of the ``chosen`` cells [y, x] the first of the ``words``
+    or, where that has no room, the second. Small areas have none but where they contain
+    one of the cells ``bounding``."""
+    from scipy import ndimage
+
+    box = axes.get_window_extent()
+    # inches for one unit of the axes
+    width, height = (
+        size / axes.figure.dpi / abs(ends[-1] - ends[0])
+        for size, ends in zip((box.width, box.height), cells, strict=True)
+    )
+    labels, count = ndimage.label(chosen)
+    for inside in (labels == area for area in range(1, count + 1)):
+        is_bound = any(inside[cell] for cell in bounding)
+        if not is_bound and inside.mean() < SMALLEST_AREA:
+            continue
+        row, begin, end = _widest(inside)
+        rows = np.flatnonzero(inside[:, (begin + end) // 2])
+        room = (cells[0][end] - cells[0][begin]) * width
+        tall = abs(cells[1][rows[-1] + 1] - cells[1][rows[0]]) * height
+        text = words[0] if room > CHARACTER * (len(words[0]) + 1) else words[1]
+        if not is_bound and (room < CHARACTER * len(text) or tall < LINE):
+            continue
+        middle = (cells[0][begin] + cells[0][end]) / 2, (cells[1][row] + cells[1][row + 1]) / 2
+        if len(inside) == 1 and room <= 2 * CHARACTER * len(text):
+            middle = middle[0], float(np.interp(0.82, (0.0, 1.0), cells[1]))
+        write_name(axes, middle, text, ground, gid)
+
+
+def write_name(axes: Axes, place: tuple[float, float], text: str, ground: str, gid: str) -> None:
+    """Write the name of an area of the colour ``ground`` at this place."""
+    centred: Properties = {"ha": "center", "va": "center", "zorder": 4.5, "clip_on": True}
+    style: Properties = {"color": ink_on(ground), "fontsize": font_size(7), "path_effects": halo(2.5, ground)}
+    axes.text(place[0], place[1], text, gid=gid, **style, **centred)
+
+
+def _widest(inside: Array) -> tuple[int, int, int]:
+    """The row of an area, and the ends of its longest run of cells in it: the longest
+    of all, of equal ones the middle one."""
+    runs = [(row, first, last + 1) for row, cells in enumerate(inside) for first, last in stretches(cells)]
+    longest_run = max(end - begin for _, begin, end in runs)
+    chosen = [run for run in runs if run[2] - run[1] == longest_run]
+    return chosen[len(chosen) // 2]
+
+
 DOUBT_HATCH = "///"
 LARGEST_DOT, SMALLEST_DOT = 4.5, 1.6  # points of diameter of a dot
 DOT: Properties = {"marker": "o", "color": "black", "markeredgecolor": "white", "linestyle": "none"}
@@ -162,7 +221,7 @@ RATE_OF_PENETRATION = "rate_of_penetration"
 MAX_LINES = 6
 MIN_RELATIVE_RANGE = 0.02  # range relative to the greatest value: below it no lines are drawn
 LABEL_CLEARANCE = 0.12  # between a label and a point kept clear, as a part of the axes
-NAME_CLEARANCE = 0.07  # between a label and the middle of the name of an area
+NAME_CLEARANCE = 0.07  # between a label and the name of an area
 LABEL_ROOM = 1.1  # of the size of a label: the room that it needs inside the axes
 ALONG_A_LINE = (0.5, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9)  # where a label that is moved may stand
 
@@ -173,18 +232,13 @@ def line_variables(model: Description) -> tuple[str, ...]:
 
 
 def draw_equal_rates(
-    axes: Axes,
-    centres: Cells,
-    values: Array,
-    units: str,
-    keep_clear: Sequence[tuple[float, float]] = (),
-    names: Sequence[tuple[float, float]] = (),
+    axes: Axes, centres: Cells, values: Array, units: str, keep_clear: Sequence[tuple[float, float]] = ()
 ) -> list[Artist]:
     """Draw labelled lines of equal rate of penetration, ``values`` [y, x] in SI at the
     ``centres`` of cells in shown units. Values of NaN, as of points that were not run,
     are left out and the lines follow from the others. No label stands over the points
-    ``keep_clear``, in units of the axes, and none over ``names`` at such points where
-    there is another place.
+    ``keep_clear``, in units of the axes, and none over a text where there is another
+    place.
 
     Returns the legend entry; none where there are no lines: with fewer than two values
     along an axis, or values that hardly vary.
@@ -210,9 +264,9 @@ def draw_equal_rates(
         lines = axes.tricontour(x[known], y[known], values[known], zorder=4, **style)
     lines.set(gid="equal", path_effects=halo(1.8))
     label_style: Properties = {"fontsize": font_size(6), "inline_spacing": 2}
-    positions = _label_positions(axes, lines, keep_clear, names, label_style)
+    positions = _label_positions(axes, lines, keep_clear, label_style)
     for label in axes.clabel(lines, inline=True, manual=positions, **label_style):
-        label.set(path_effects=halo(1.8), gid=f"equal{LABEL_OF_LINE}")
+        label.set(path_effects=halo(2.5), gid=f"equal{LABEL_OF_LINE}")
     return [line_entry(color="black", linewidth=0.7, linestyle="dashed", label=shown.label)]
 
 
@@ -231,15 +285,14 @@ def _to_the_edges(centres: Cells, values: Array) -> tuple[Cells, Array]:
 
 
 def _label_positions(
-    axes: Axes,
-    lines: Any,
-    keep_clear: Sequence[tuple[float, float]],
-    names: Sequence[tuple[float, float]],
-    label_style: Properties,
+    axes: Axes, lines: Any, keep_clear: Sequence[tuple[float, float]], label_style: Properties
 ) -> list[tuple[float, float]]:
     """The positions of the labels of the lines: matplotlib's own where these lie inside
-    the axes and leave the points ``keep_clear`` and if possible the ``names`` free, else
-    others along the same line. A line without such a place gets no label."""
+    the axes and leave the points ``keep_clear`` and if possible the names of areas free,
+    else others along the same line. A line without such a place gets no label."""
+    boxes = [text.get_window_extent() for text in axes.texts]
+    corners = [(x, 0.5 * (box.y0 + box.y1)) for box in boxes for x in np.linspace(box.x0, box.x1, 5)]
+    names = axes.transData.inverted().transform(corners) if corners else ()
     default_labels = axes.clabel(lines, inline=False, **label_style)
     positions = [label.get_position() for label in default_labels]
     sizes = [label.get_window_extent() for label in default_labels]
@@ -248,8 +301,8 @@ def _label_positions(
     box = axes.get_window_extent()
     parts = axes.transData - axes.transAxes  # from the units of the axes to parts of them
 
-    def clearance(place: Array, of: Sequence[tuple[float, float]]) -> float:
-        places = parts.transform(of) if of else np.empty((0, 2))
+    def clearance(place: Array, of: Array | Sequence[tuple[float, float]]) -> float:
+        places = parts.transform(of) if len(of) else np.empty((0, 2))
         return float(np.min(np.hypot(*(places - place).T), initial=np.inf))
 
     found = []

@@ -32,6 +32,7 @@ from nsdrill.plot.cells import (
     draw_equal_rates,
     fill_inferred,
     hatch,
+    name_areas,
     overlay_verdicts,
     veil,
     verdict_handles,
@@ -44,6 +45,7 @@ from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spa
 from nsdrill.plot.style import (
     GREY,
     KIND_STYLES,
+    LETTERED,
     MOTIONS,
     RESPONSES,
     SHADE,
@@ -305,6 +307,10 @@ def draw_map(results: Results, units: str = "si", variable: str = "response") ->
     for axes, place in maps.panels():
         draw_codes(axes, planes.cells, shown[place], colours, variable, "cells")
         veil(axes, planes.cells, maps.inferred[place])
+        for code, style in enumerate(categories):
+            if style.letters:
+                chosen = shown[place].filled(-1) == code
+                name_areas(axes, planes.cells, chosen, (style.name, style.letters), style.colour, f"area:{code}")
     maps.draw_marks(figure)
     lines: list[Artist] = []
     if variable == "response" and RATE_OF_PENETRATION in results.variables and not planes.has_words:
@@ -315,7 +321,7 @@ def draw_map(results: Results, units: str = "si", variable: str = "response") ->
         for panels, differs in zip(maps.grid, difference, strict=True):
             hatch(panels[-1], planes.cells, differs == 0, "", "none", "same", face="#EDEDED")
             hatch(panels[-1], planes.cells, differs == 1, "//////", "#404040", "differs", face=SHADE)
-    handles = style_areas(categories, np.unique(shown.compressed()).tolist())
+    handles = style_areas(LETTERED if variable == "response" else categories, np.unique(shown.compressed()).tolist())
     return maps.finish(figure, [*handles, *maps.entries("paler: inferred", PALE_GREY, difference), *lines])
 
 

@@ -223,9 +223,9 @@ def marker_entry(
     return line_entry(label, linestyle="none", **style)
 
 
-def response_entries(codes: Iterable[int]) -> list[Artist]:
+def response_entries(codes: Iterable[int], styles: Sequence[ResponseStyle] = RESPONSES) -> list[Artist]:
     """An entry for each response, by colour and marker."""
-    return [marker_entry(style.name, style.marker, style.colour) for style in (RESPONSES[code] for code in codes)]
+    return [marker_entry(style.name, style.marker, style.colour) for style in (styles[code] for code in codes)]
 
 
 def style_areas(styles: Sequence[ResponseStyle], codes: Iterable[int]) -> list[Artist]:

@@ -18,15 +18,17 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
 from nsdrill.analysis.hysteresis import differences, spans
+from nsdrill.analysis.maps import stretches
 from nsdrill.analysis.probability import FAILED_POINT
 from nsdrill.data import Array, Attributes, Results, resolved_study
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
 from nsdrill.models.responses import Response, Thresholds
-from nsdrill.plot.cells import overlay_verdicts, verdict_handles
-from nsdrill.plot.labels import quantity, sweep_title, way_word
+from nsdrill.plot.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
+from nsdrill.plot.labels import both_ways, quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
 from nsdrill.plot.page import (
+    area_entry,
     finish,
     line_entry,
     marker_entry,
@@ -41,9 +43,11 @@ from nsdrill.plot.slices import Line, lay_along, robust_limits
 from nsdrill.plot.style import (
     DASHED,
     DIRECTION_COLOURS,
+    LETTERED,
     REFERENCE,
     RESPONSES,
     SHADE,
+    SHADE_EDGE,
     Properties,
     ResponseStyle,
     cell_style,
@@ -112,6 +116,19 @@ class Columns:
             for name, axes in zip(self.names, column[1:], strict=True):
                 yield one, name, axes
 
+    def outcome_handles(self, *, markers: bool) -> list[Artist]:
+        """Legend entries for the responses that occur, with the letters that a strip of
+        this figure has, and for failed and doubtful points, with their numbers."""
+        outcomes = np.concatenate([line.outcome.ravel() for line in self.lines])
+        present = [code for code in range(len(RESPONSES)) if (outcomes == code).any()]
+        has_letters = any(column[0].texts and column[0] in self.figure.axes for column in self.columns)
+        styles = LETTERED if has_letters else RESPONSES
+        handles = response_entries(present, styles) if markers else style_areas(styles, present)
+        if failed := int((outcomes == FAILED_POINT).sum()):
+            handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0))
+        verdicts = [line.verdicts.ravel() for line in self.lines if line.verdicts is not None]
+        return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
+
     def finish(self, handles: Sequence[Artist]) -> Figure:
         """The figure with its title and its legend."""
         return finish(self.figure, sweep_title(self.results, self.units), handles, 4)
@@ -126,9 +143,11 @@ def lines_of(results: Results, units: str = "si") -> list[Line]:
 
 
 def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
-    """The response of every point as coloured cells, a row for each procedure; a cross
-    where the run failed, and dots or hatching where the checks of a point disagree."""
+    """The response of every point as coloured cells with letters, a row for each
+    procedure; a cross where the run failed, and dots or hatching where the checks of a
+    point disagree."""
     rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), RESPONSES, "strip", name_rows=name_rows)
+    _write_letters(axes, line)
     if (verdicts := line.verdicts) is not None:
         cell_size = 72 * min(STRIP_ROW_HEIGHT, page_width() / len(line.x))
         overlay_verdicts(axes, (line.edges, rows), verdicts, cell_size)
@@ -139,6 +158,18 @@ def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
     axes.grid(visible=False)  # a grid of the user's style would look like borders of cells
     for spine in axes.spines.values():
         spine.set_visible(False)
+
+
+def _write_letters(axes: Axes, line: Line) -> None:
+    """The letters of the response in every stretch of cells that has room for them."""
+    borders = axes.transData.transform([(edge, 0.0) for edge in line.edges])
+    for row, codes in enumerate(line.outcome):
+        for code, style in enumerate(RESPONSES):
+            for first, last in stretches(codes == code) if style.letters else ():
+                room = (borders[last + 1] - borders[first])[0] / axes.figure.dpi
+                if room >= CHARACTER * len(style.letters):
+                    middle = axes.transData.inverted().transform((borders[first] + borders[last + 1]) / 2)[0]
+                    write_name(axes, (middle, row), style.letters, style.colour, f"area:{code}")
 
 
 def draw_rows(
@@ -162,32 +193,23 @@ def draw_codes(
     axes.pcolormesh(*cells, codes, cmap=scale, norm=norm, gid=gid, **cell_style(codes.size))
 
 
-def shade_hysteresis(axes: Axes, line: Line) -> int:
-    """Shade where up and down differ in response, cell by cell; returns the number of
-    shaded intervals."""
+def shade_hysteresis(axes: Axes, line: Line) -> list[Artist]:
+    """Shade where up and down differ in response, cell by cell; returns the entry of
+    the legend, none where they differ nowhere."""
     shaded, borders = spans(differences(line.procedures, line.outcome)), line.edges
     style: Properties = {"facecolor": SHADE, "edgecolor": "none", "linewidth": 0, "zorder": 0}
     for first, last in shaded:
         axes.axvspan(borders[first], borders[last + 1], gid="hysteresis", **style)
-    return len(shaded)
+    if not shaded:
+        return []
+    words = f"{both_ways(line.results.attrs)} differ in response"
+    return [area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=words)]
 
 
 def is_open(procedure: str, procedures: Sequence[str]) -> bool:
     """Whether the markers of a procedure are open. Those of the way down are, so that
     those of the way up show through; not if there is no way up."""
     return procedure == "down" and len(procedures) > 1
-
-
-def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
-    """Legend entries for the responses that occur, and for failed and doubtful points,
-    with their numbers."""
-    outcomes = np.concatenate([line.outcome.ravel() for line in lines])
-    present = [code for code in range(len(RESPONSES)) if (outcomes == code).any()]
-    handles = response_entries(present) if markers else style_areas(RESPONSES, present)
-    if failed := int((outcomes == FAILED_POINT).sum()):
-        handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0))
-    verdicts = [line.verdicts.ravel() for line in lines if line.verdicts is not None]
-    return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
 
 
 # the wall is drawn where the motion reaches this part of the gap

@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, cast
 
@@ -127,6 +127,8 @@ def _styled(bits: int, look: tuple[str, str]) -> ResponseStyle:
 
 
 RESPONSES: tuple[ResponseStyle, ...] = tuple(_styled(bits, look) for bits, look in enumerate(_LOOKS))
+# With their letters before the names, for the legends of pictures that have letters.
+LETTERED = tuple(replace(style, name=f"{style.letters} {style.name}".lstrip()) for style in RESPONSES)
 # Of the kinds of a response, the first for none. Paul Tol's light colours: none of them
 # stands for a response or a kind of motion.
 KIND_COLOURS = ("#DDDDDD", "#77AADD", "#EEDD88", "#EE8866", "#FFAABB", "#BBCC33")

@@ -20,26 +20,9 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.returns import draw_point
-from nsdrill.plot.labels import both_ways, heading, operating_point, quantity, way_word
-from nsdrill.plot.page import (
-    area_entry,
-    direction_entries,
-    finish,
-    line_entry,
-    marker_entry,
-    name_panel,
-    new_figure,
-    stack,
-)
-from nsdrill.plot.panels import (
-    TEXT_HEIGHT,
-    Columns,
-    draw_dots,
-    draw_rotary_speed,
-    draw_wall,
-    outcome_handles,
-    shade_hysteresis,
-)
+from nsdrill.plot.labels import heading, operating_point, quantity, way_word
+from nsdrill.plot.page import direction_entries, finish, line_entry, marker_entry, name_panel, new_figure, stack
+from nsdrill.plot.panels import TEXT_HEIGHT, Columns, draw_dots, draw_rotary_speed, draw_wall, shade_hysteresis
 from nsdrill.plot.registry import LINE, RAMP, RETURNS, Kind, fits_columns, longest, needs_one_axis, needs_returns
 from nsdrill.plot.slices import Line, ordered
 from nsdrill.plot.style import (
@@ -50,8 +33,6 @@ from nsdrill.plot.style import (
     MOTIONS,
     REFERENCE,
     RESPONSES,
-    SHADE,
-    SHADE_EDGE,
     VERMILLION,
     Properties,
     page_width,
@@ -67,20 +48,19 @@ BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
 def draw_bifurcation(results: Results, units: str = "si") -> Figure:
     panels = {panel.peaks: panel for panel in drawn_in(results.attrs).panels}
     page = Columns(results, units, list(panels), TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3)
-    shaded = steady = 0
+    shaded: list[Artist] = []
+    steady = 0
     rasterise = sum(int(np.isfinite(results[name]).sum()) for name in panels) > MANY_MARKERS
     for line, name, axes in page.each():
-        shaded += shade_hysteresis(axes, line)
+        shaded = shade_hysteresis(axes, line) or shaded
         codes, peaks, greatest = line.outcome, line[name], line[panels[name].greatest]
         draw_dots(axes, line, name, codes, RESPONSES, with_greatest(peaks, greatest), rasterise=rasterise)
         constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
         draw_dots(axes, line, panels[name].greatest, codes, RESPONSES, constant, marker="_", gid=NO_PEAKS)
         steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (codes >= 0)))
     by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
-    handles = outcome_handles(page.lines, markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
-    if shaded:
-        words = f"{both_ways(results.attrs)} differ in response"
-        handles.append(area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=words))
+    handles = page.outcome_handles(markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
+    handles += shaded
     if steady:
         handles.append(marker_entry(f"{NO_PEAKS}: greatest value", "_", size=5, edge=1.0, gid=NO_PEAKS))
     handles += draw_rotary_speed(page.lines, by_mode.get("torsional", []))
@@ -129,7 +109,7 @@ def draw_along(results: Results, units: str = "si") -> Figure:
     references = [*draw_rotary_speed(page.lines, page.panels("section_bit_speed")), *wall]
     motions = [marker_entry(MOTIONS[code].name, "o", MOTIONS[code].colour, size=4) for code in sorted(present)]
     directions = direction_entries(page.lines[0].procedures, results.attrs)
-    return page.finish([*motions, *directions, *references, *outcome_handles(page.lines, markers=False)])
+    return page.finish([*motions, *directions, *references, *page.outcome_handles(markers=False)])
 
 
 SWEEP_COLOUR = "#D9D9D9"  # of the sweep below, paler than the peaks of the ramp

@@ -4,13 +4,14 @@ of them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import Normal, Stroke
 from matplotlib.transforms import ScaledTranslation
 
 from nsdrill.analysis.bifurcations import (
@@ -32,24 +33,26 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.description import Panel
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.labels import LETTER, heading, operating_point, quantity, setting
+from nsdrill.plot.labels import LETTER, heading, operating_point, quantity, setting, way_word
 from nsdrill.plot.look import look, value_of
 from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import add_to_legend, area_entry, finish, line_entry, name_panel, new_figure, stack
-from nsdrill.plot.panels import draw_wall
+from nsdrill.plot.page import add_to_legend, finish, line_entry, marker_entry, name_panel, new_figure, stack
+from nsdrill.plot.panels import draw_dots, draw_wall, is_open, shade_hysteresis
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
-from nsdrill.plot.slices import Line
+from nsdrill.plot.slices import Line, taken
 from nsdrill.plot.style import (
     BLACK,
     BLUE,
     FONT_SIZE,
     GREEN,
     ORANGE,
+    REFERENCE,
     SKY,
     VERMILLION,
     WINE,
     Dashes,
     Properties,
+    ResponseStyle,
     font_size,
     page_width,
     target,
@@ -61,8 +64,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 HEIGHT, TEXT_HEIGHT = 5.6, 1.4  # inches
-# The peaks of the sweep: a pale colour, and points wider than the lines above them.
-SWEEP_COLOUR, SWEEP_MARKER_SIZE = "#A9C3DC", 3.2
+SWEEP = ResponseStyle("all peaks of the sweep", "#94B6D6")  # pale: lines lie above them
 # Marker and colour of each label; those of grazing take the rest in order.
 MARKERS: dict[int, tuple[str, str]] = {
     FOLD: ("s", VERMILLION),
@@ -72,6 +74,8 @@ MARKERS: dict[int, tuple[str, str]] = {
     HOPF: ("o", ORANGE),
     FAILED: ("x", BLACK),
 }
+# Rings a little larger and thinner than alone, to stay open beside each other.
+DOTS: Properties = {"scale": 1.3, "edge": 0.3, "rasterise": True}
 STABILITY: dict[str, Properties] = {
     "stable": {"linestyle": "-", "linewidth": 1.3},
     "unstable": {"linestyle": (0, (3, 2)), "linewidth": 0.8},
@@ -79,16 +83,18 @@ STABILITY: dict[str, Properties] = {
 # Of curves over a map: none is a plain dash, which lines of equal rate of penetration are.
 CURVE_DASHES: dict[int, Dashes] = {FOLD: "-", DOUBLING: (0, (7, 1.2, 1, 1.2, 1, 1.2))}
 GRAZING_DASHES = ((0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 1, 2, 3)))
+MARK_EVERY = (0.04, 0.18)  # of the diagonal of a map: the first marker of a curve, and the next ones
 GRAZING_MARKERS = (("v", SKY), ("<", "#7A5195"), (">", "#8C6D31"))
 COLOURS = {PERIODIC: BLACK, EQUILIBRIUM: BLACK, CYCLE: "#7A3B00", CIRCLE: "#00634A"}
+# Motions with a second frequency: wider by so many points, with a core, to be told in grey.
+CORED, WIDER, CORE = (CYCLE, CIRCLE), 0.9, 0.7
 MOTION_NAMES = {
     EQUILIBRIUM: "steady drilling",
     PERIODIC: "periodic motions",
     CYCLE: "limit cycles",
     CIRCLE: "invariant circles (whirl)",
 }
-# inches along x and y: special points that are closer share a marker
-MARKER_DISTANCE = (0.1, 0.08)
+MARKER_SIZE = 4.0  # points in type of the usual size: special points of a branch that are closer share a marker
 SEVERAL = ("several special points", "o", BLACK)  # name, marker, colour
 ROW_HEIGHT = 0.13  # inches, of the ticks of one kind of special points
 MARKER_BESIDE = 5.0  # points from the ticks to the marker of their kind
@@ -110,6 +116,7 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
     ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
     if (xlim := look.get().xlim) is not None:
         ends = [value_of("xlim", end, base_quantity(along).units) / x.scale for end in xlim]
+    line = None if over is None else _between(over, along, units, ends)
     special = _SpecialPoints(data, data[along].values / x.scale, ends)
     panel_height, strip_height = (HEIGHT - TEXT_HEIGHT) * max(2.0 / len(shown), 1.0) / 3, ROW_HEIGHT * len(special.rows)
     heights = [*([strip_height] if special.rows else []), *[panel_height] * len(shown)]
@@ -121,8 +128,8 @@ def draw(data: Dataset, units: str = "si", over: Results | None = None) -> Figur
     handles: dict[str, Artist] = {}
     panels = [_Panel(one, data, along, panel, units, handles) for one, panel in zip(axes, shown, strict=True)]
     for panel in panels:
-        if over is not None:
-            panel.draw_sweep(over, ends)
+        if line is not None:
+            panel.draw_sweep(line)
         panel.draw_branches()
         name_panel(panel.axes, panel.feature, panel.feature, panel.y_shown.in_lines(letters))
     figure.align_ylabels(axes)
@@ -179,19 +186,20 @@ class _Panel:
         self.x = data[along].values / quantity(along, units).scale
         self.y = data[self.feature].values / self.y_shown.scale
 
-    def draw_sweep(self, over: Results, ends: Sequence[float]) -> None:
-        """The peaks of a sweep between these ``ends``, where they are known: others
-        would set the limits of the panel."""
-        low, high = sorted(ends) if np.all(np.isfinite(ends)) else (-np.inf, np.inf)
-        line = Line.along(over, self.along, self.units)
-        style: Properties = {"linestyle": "none", "marker": ".", "color": SWEEP_COLOUR}
-        dots: Properties = {"markersize": SWEEP_MARKER_SIZE, "markeredgewidth": 0, "zorder": 1, "rasterized": True}
-        for name, gid in ((self.peaks, "sweep"), (self.feature, "sweep greatest")):
-            if name in over.variables:
-                across, values = line.points(name)
-                seen = (across >= low) & (across <= high)
-                self.axes.plot(across[seen], values[seen], gid=gid, **style, **dots)
-        self.handles.setdefault("sweep", line_entry(label="peaks of the sweep", **style))
+    def draw_sweep(self, line: Line) -> None:
+        """All peaks of a sweep and its greatest values, open on the way down, and where
+        up and down differ in response."""
+        for name in (self.peaks, self.feature):
+            if name in line.results.variables:
+                values = line[name].reshape(*line.outcome.shape, -1)
+                draw_dots(self.axes, line, name, np.zeros_like(line.outcome), [SWEEP], values, gid="sweep", **DOTS)
+        for procedure in line.procedures:
+            way = "" if procedure == "same" else f", {way_word(procedure, line.results.attrs)}"
+            hollow = is_open(procedure, line.procedures)
+            entry = marker_entry(f"{SWEEP.name}{way}", SWEEP.marker, SWEEP.colour, hollow=hollow)
+            self.handles.setdefault(procedure, entry)
+        for entry in shade_hysteresis(self.axes, line):
+            self.handles.setdefault("hysteresis", entry)
 
     def draw_branches(self) -> None:
         """Every branch, in the colour of its motion, solid or dashed by its
@@ -204,14 +212,34 @@ class _Panel:
             for name, drawn in (("stable", is_stable), ("unstable", ~is_stable)):
                 # Every run of pieces is one line, as the dash pattern restarts after a break.
                 breaks = np.flatnonzero(~drawn) + 1
-                path, style = (np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)), STABILITY[name]
-                colour, order = COLOURS.get(motions[number], BLACK), 3 if name == "stable" else 2.5
-                self.axes.plot(*path, color=colour, zorder=order, gid=f"branch {number} {name}", **style)
+                path = np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
+                order = 3 if name == "stable" else 2.5
+                own = _line_style(motions[number], name)
+                self.axes.plot(*path, zorder=order, gid=f"branch {number} {name}", **own)
                 if drawn.any():
-                    self.handles.setdefault(name, line_entry(color=BLACK, label=name, **style))
+                    self.handles.setdefault(name, line_entry(color=REFERENCE, label=name, **STABILITY[name]))
         for motion in dict.fromkeys(motions):
             words = MOTION_NAMES.get(motion, motion.replace("_", " "))
-            self.handles.setdefault(words, area_entry(facecolor=COLOURS.get(motion, BLACK), label=words))
+            self.handles.setdefault(words, line_entry(label=words, **_line_style(motion, "stable")))
+
+
+def _line_style(motion: str, stability: str) -> Properties:
+    """The line of a branch of this motion, ``stable`` or ``unstable``."""
+    style = {"color": COLOURS.get(motion, BLACK), **STABILITY[stability]}
+    if motion in CORED:
+        style["linewidth"] += WIDER
+        style["path_effects"] = [Normal(), Stroke(linewidth=CORE, foreground="white")]
+    return style
+
+
+def _between(over: Results, along: str, units: str, ends: Sequence[float]) -> Line | None:
+    """The points of a sweep between these ``ends``, where they are known: others would
+    set the limits of the panels. None where it has no such points."""
+    low, high = sorted(ends) if np.all(np.isfinite(ends)) else (-np.inf, np.inf)
+    x = over.coords[along] / quantity(along, units).scale
+    order = np.argsort(x, kind="stable")
+    inside = order[(x[order] >= low) & (x[order] <= high)]
+    return Line.along(taken(over, along, inside), along, units) if inside.size else None
 
 
 class _SpecialPoints:
@@ -221,11 +249,11 @@ class _SpecialPoints:
 
     def __init__(self, data: Dataset, x: Array, ends: Sequence[float]) -> None:
         low, high = sorted(ends) if np.all(np.isfinite(ends)) else (-np.inf, np.inf)
-        self.x, self.labels = x, data["label"].values
+        self.x, self.labels, sizes = x, data["label"].values, data["row_size"].values
+        self.branches = np.repeat(np.arange(len(sizes)), sizes)
         self.numbers = np.flatnonzero((self.labels != 0) & (self.labels != END) & (x >= low) & (x <= high))
         meanings = meanings_of(model_in(data.attrs))
-        grazing = [code for code in meanings if code > 100]
-        looks = {**MARKERS, **{code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}}
+        looks = _looks(meanings)
         codes = sorted((code for code in meanings if code in self.labels[self.numbers]), key=lambda code: code < 0)
         # of each kind: its name, marker and colour, from the row at the top
         self.rows = {code: (meanings[code].name.replace("_", " "), *looks.get(code, ("o", BLACK))) for code in codes}
@@ -253,8 +281,8 @@ class _SpecialPoints:
         name_panel(axes, "strip")
 
     def mark(self, panel: _Panel) -> None:
-        """Markers at the special points of a panel: one where several would lie on each
-        other, a black dot if they are of several kinds."""
+        """Markers at the special points of a panel: one where several of a branch would
+        lie on each other, a black dot if they are of several kinds."""
         for members in self._groups(panel):
             codes = set(self.labels[members].tolist())
             name, marker, colour = self.rows[codes.pop()] if len(codes) == 1 else SEVERAL
@@ -265,24 +293,32 @@ class _SpecialPoints:
                 panel.handles.setdefault(name, line_entry(label=name, gid=f"special:{name}", **style))
 
     def _groups(self, panel: _Panel) -> list[Array]:
-        """The numbers of the special points, those together that would lie on each
-        other; the first of each has the marker."""
+        """The numbers of the special points, those of a branch together that would lie
+        on each other; the first of each has the marker."""
         places = self.numbers[np.isfinite(panel.y[self.numbers])]
-        points = np.column_stack((panel.x, panel.y))[places]
-        steps = panel.axes.transData.transform(points) / panel.axes.figure.dpi / MARKER_DISTANCE
+        branches, points = self.branches[places], np.column_stack((panel.x, panel.y))[places]
+        steps = panel.axes.transData.transform(points) / panel.axes.figure.dpi * 72.0 / font_size(MARKER_SIZE)
         groups: list[list[int]] = []  # of numbers in places
-        for number in range(len(places)):
-            distances = [float(np.hypot(*(steps[group[0]] - steps[number]))) for group in groups]
+        for number, branch in enumerate(branches):
+            own = [group for group in groups if branches[group[0]] == branch]
+            distances = [float(np.hypot(*(steps[group[0]] - steps[number]))) for group in own]
             if distances and min(distances) < 1.0:
-                groups[int(np.argmin(distances))].append(number)
+                own[int(np.argmin(distances))].append(number)
             else:
                 groups.append([number])
         return [places[group] for group in groups]
 
 
+def _looks(meanings: Mapping[int, object]) -> dict[int, tuple[str, str]]:
+    """Marker and colour of each label of a model with these ``meanings``."""
+    grazing = [code for code in meanings if code > 100]
+    return MARKERS | {code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}
+
+
 def _marker_style(marker: str, colour: str) -> Properties:
     is_cross = marker == "x"
-    style: Properties = {"marker": marker, "color": colour, "linestyle": "none", "markersize": 4}
+    style: Properties = {"marker": marker, "color": colour, "linestyle": "none"}
+    style["markersize"] = font_size(MARKER_SIZE)
     return style | {"markeredgecolor": colour if is_cross else "white", "markeredgewidth": 0.9 if is_cross else 0.4}
 
 
@@ -303,18 +339,24 @@ def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
         )
     meanings = meanings_of(model_in(data.attrs))
     codes = data["curve_label"].values.tolist()
-    grazing = [code for code in dict.fromkeys(codes) if code not in CURVE_DASHES]
+    looks, grazing = _looks(meanings), [code for code in dict.fromkeys(codes) if code not in CURVE_DASHES]
     dashes = CURVE_DASHES | {code: GRAZING_DASHES[i % 3] for i, code in enumerate(grazing)}
     handles: dict[str, Artist] = {}
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     paths = [data[f"curve_{name}"].values / quantity(name, plane.units).scale for name in (x, y)]
     for number, (code, part) in enumerate(zip(codes, parts_of(data["curve_row_size"].values), strict=True)):
-        style: Properties = {"linestyle": dashes[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
+        marker: Properties = {
+            "marker": looks[code][0],
+            "markersize": font_size(MARKER_SIZE),
+            "markerfacecolor": "white",
+        }
+        style = {"linestyle": dashes[code], "color": BLACK, "linewidth": 1.3, **marker}
         curve = [path[part] for path in paths]
         for axes in panels:
             limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
-            axes.plot(*curve, color="white", linewidth=2.6, zorder=5.5)
-            axes.plot(*curve, gid=f"curve {number}", **style)
+            # below the names of areas and the labels of lines
+            axes.plot(*curve, color="white", linewidth=2.6, zorder=4.2)
+            axes.plot(*curve, gid=f"curve {number}", markevery=MARK_EVERY, zorder=4.3, **style)
             axes.set(**limits)
         name = meanings[code].title
         handles.setdefault(name, line_entry(label=name, **style))

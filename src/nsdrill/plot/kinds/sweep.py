@@ -26,7 +26,6 @@ from nsdrill.plot.panels import (
     is_open,
     limit_values,
     lines_of,
-    outcome_handles,
     shade_severity,
 )
 from nsdrill.plot.registry import (
@@ -88,7 +87,7 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
         for way in one.procedures
         if one.procedures != ("same",)
     ]
-    return page.finish([*ways, *outcome_handles(page.lines, markers=False)])
+    return page.finish([*ways, *page.outcome_handles(markers=False)])
 
 
 def draw_words(results: Results, name: str, units: str) -> Figure:
@@ -196,7 +195,7 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
     if panels := page.panels("lyapunov_exponent"):
         _scale_exponents(panels[0], lines)
     directions = direction_entries(lines[0].procedures, results.attrs) if names else []
-    return page.finish([*style_areas(MOTIONS, sorted(present)), *directions, *outcome_handles(lines, markers=False)])
+    return page.finish([*style_areas(MOTIONS, sorted(present)), *directions, *page.outcome_handles(markers=False)])
 
 
 def _scale_exponents(axes: Axes, lines: Sequence[Line]) -> None:

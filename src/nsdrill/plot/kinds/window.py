@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
-from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes, stretches
+from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, of_both, warnings
@@ -30,6 +30,7 @@ from nsdrill.plot.cells import (
     draw_outline,
     hatch,
     line_variables,
+    name_areas,
     outline_entry,
 )
 from nsdrill.plot.labels import operating_point, sweep_title, way_word
@@ -53,14 +54,13 @@ from nsdrill.plot.style import (
     BLACK,
     FULL_WIDTH,
     GREY,
+    LETTERED,
     RESPONSES,
     SAFE_COLOUR,
     WARNING,
     Properties,
     font_size,
-    halo,
     house_style,
-    ink_on,
     page_width,
     using_look,
     without_glyph_warnings,
@@ -72,8 +72,6 @@ SAFE_CODE, UNKNOWN_CODE = len(RESPONSES), len(RESPONSES) + 1
 CRITICAL_COLOURS = (BAD_TO_GOOD[0], *(style.colour for style in RESPONSES[1:]))
 RIM_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
 HATCH_WIDTH = 1.8  # points
-CHARACTER, LINE = 0.075, 0.16  # inches of a letter of an area, and of its line
-SMALLEST_AREA = 0.004  # of the map, from which an area has a letter
 BORDER: Properties = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
 
 
@@ -108,8 +106,7 @@ class Window:
         if self.maps.y and RATE_OF_PENETRATION in self.maps.yields:
             rates, centres = self.maps.yields[RATE_OF_PENETRATION][number], self.plane.centres
             clear = [self.plane.shown(one) for one in (point, most_probable) if one]
-            names = [text.get_position() for text in axes.texts]
-            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear, names) or self.lines
+            self.lines = draw_equal_rates(axes, centres, rates, self.units, clear) or self.lines
         if point:
             self._draw_recommended(axes, point)
         if most_probable:
@@ -152,35 +149,14 @@ class Window:
         """The letters, or where there is room the name, of the response of each area;
         with a question mark where the history decides. Small areas have none but where
         they bound the recommended point."""
-        from scipy import ndimage
-
         state, bits = self.maps.state[number], self.maps.bits[number]
-        box = axes.get_window_extent()
-        # inches for one unit of the axes
-        width, height = (
-            size / axes.figure.dpi / abs(ends[-1] - ends[0])
-            for size, ends in zip((box.width, box.height), cells, strict=True)
-        )
         bounding = self._beside(point) if point else set()
         for value, mark in ((CRITICAL, ""), (HISTORY_DEPENDENT, "?")):
             for code in np.unique(bits[state == value]).tolist():
-                labels, count = ndimage.label((state == value) & (bits == code))
-                for inside in (labels == area for area in range(1, count + 1)):
-                    is_bound = any(inside[cell] for cell in bounding)
-                    if not is_bound and inside.mean() < SMALLEST_AREA:
-                        continue
-                    row, begin, end = _widest(inside)
-                    rows = np.flatnonzero(inside[:, (begin + end) // 2])
-                    room = (cells[0][end] - cells[0][begin]) * width
-                    tall = abs(cells[1][rows[-1] + 1] - cells[1][rows[0]]) * height
-                    name = (RESPONSES[code].name if code else "!") + mark
-                    text = name if room > CHARACTER * (len(name) + 1) else (RESPONSES[code].letters or "!") + mark
-                    if not is_bound and (room < CHARACTER * len(text) or tall < LINE):
-                        continue
-                    middle = (cells[0][begin] + cells[0][end]) / 2, (cells[1][row] + cells[1][row + 1]) / 2
-                    if not self.maps.y and room <= 2 * CHARACTER * len(text):
-                        middle = middle[0], 0.82
-                    write_name(axes, middle, text, code, value)
+                name, letters = (RESPONSES[code].name, RESPONSES[code].letters) if code else ("!", "!")
+                ground = CRITICAL_COLOURS[code] if value == CRITICAL else "#FFFFFF"
+                chosen = (state == value) & (bits == code)
+                name_areas(axes, cells, chosen, (name + mark, letters + mark), ground, f"area:{code}", bounding)
 
     def _beside(self, point: Answer) -> set[tuple[int, int]]:
         """The cells (row, column) that bound the recommended point."""
@@ -213,7 +189,7 @@ class Window:
                 for area, words in ((critical, ""), (by_history, " by the history"))
                 if np.any(area & here)
             ]
-            name = f"{RESPONSES[code].letters} {RESPONSES[code].name}" if code else words_of_none
+            name = LETTERED[code].name if code else words_of_none
             yield area_entry(facecolor=CRITICAL_COLOURS[code], label=f"{name} ({', '.join(parts)})", **BORDER)
         if np.any(by_history):
             label = f"hatched, with ?: history-dependent ({100 * share['rim']:.1f} %)"
@@ -250,26 +226,6 @@ class Window:
             yield line_entry(marker="D", linestyle="none", label=label, **style)
         if (count := len(self.maps.state)) > MAX_PANELS:
             yield line_entry(linestyle="none", label=f"{MAX_PANELS} of {count} panels shown")
-
-
-def write_name(axes: Axes, place: tuple[float, float], text: str, code: int, state: int) -> None:
-    """Write the name of an area at a place of its own."""
-    colour, ground = BLACK, "white"
-    if state == CRITICAL:
-        colour, ground = ink_on(CRITICAL_COLOURS[code]), CRITICAL_COLOURS[code]
-    centred: Properties = {"ha": "center", "va": "center", "zorder": 4.5, "clip_on": True}
-    axes.text(
-        *place, text, color=colour, fontsize=font_size(7), path_effects=halo(2.5, ground), gid=f"area:{code}", **centred
-    )
-
-
-def _widest(inside: Array) -> tuple[int, int, int]:
-    """The row of an area, and the ends of its longest run of cells in it: the longest
-    of all, of equal ones the middle one."""
-    runs = [(row, first, last + 1) for row, cells in enumerate(inside) for first, last in stretches(cells)]
-    longest_run = max(end - begin for _, begin, end in runs)
-    chosen = [run for run in runs if run[2] - run[1] == longest_run]
-    return chosen[len(chosen) // 2]
 
 
 def draw(results: Results, units: str = "si", severity: int | None = None, confidence: float | None = None) -> Figure:
