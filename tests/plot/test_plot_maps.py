@@ -353,7 +353,7 @@ def test_curves_over_a_map_differ_from_lines_of_equal_rate(rated, panel):
     names = ("Rate of penetration [m/h]", "fold", "doubling", "lift off", "wall reached")
     dashes = [str(entries[name]._unscaled_dash_pattern) for name in names]
     assert len(set(dashes)) == 5
-    drawn = artists(figure, "curve 1")
+    drawn = artists(figure, "curve 1:")
     assert len(drawn) == (1 if panel else 3), "up, down, and where these differ"
     assert str(drawn[0]._unscaled_dash_pattern) == dashes[2]
     assert all(axes.get_legend() is None for axes in figure.axes), "no legend over the map"

@@ -162,14 +162,12 @@ def draw_codes(
     axes.pcolormesh(*cells, codes, cmap=scale, norm=norm, gid=gid, **cell_style(codes.size))
 
 
-def shade_hysteresis(axes: Axes, line: Line) -> int:
-    """Shade where up and down differ in response, cell by cell; returns the number of
-    shaded intervals."""
+def shade_hysteresis(axes: Axes, line: Line) -> None:
+    """Shade where up and down differ in response, cell by cell."""
     shaded, borders = spans(differences(line.procedures, line.outcome)), line.edges
     style: Properties = {"facecolor": SHADE, "edgecolor": "none", "linewidth": 0, "zorder": 0}
     for first, last in shaded:
         axes.axvspan(borders[first], borders[last + 1], gid="hysteresis", **style)
-    return len(shaded)
 
 
 def is_open(procedure: str, procedures: Sequence[str]) -> bool:
@@ -183,9 +181,9 @@ def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
     with their numbers."""
     outcomes = np.concatenate([line.outcome.ravel() for line in lines])
     present = [code for code in range(len(RESPONSES)) if (outcomes == code).any()]
-    handles = response_entries(present) if markers else style_areas(RESPONSES, present)
+    handles = response_entries(present, "*:*") if markers else style_areas(RESPONSES, present, "strip:*")
     if failed := int((outcomes == FAILED_POINT).sum()):
-        handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0))
+        handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0, gid="failed"))
     verdicts = [line.verdicts.ravel() for line in lines if line.verdicts is not None]
     return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
 

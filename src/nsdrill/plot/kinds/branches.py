@@ -35,7 +35,7 @@ from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import LETTER, heading, operating_point, quantity, setting
 from nsdrill.plot.look import look, value_of
 from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import add_to_legend, area_entry, finish, line_entry, name_panel, new_figure, stack
+from nsdrill.plot.page import area_entry, below, finish, line_entry, name_panel, new_figure, stack
 from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import Line
@@ -191,7 +191,8 @@ class _Panel:
                 across, values = line.points(name)
                 seen = (across >= low) & (across <= high)
                 self.axes.plot(across[seen], values[seen], gid=gid, **style, **dots)
-        self.handles.setdefault("sweep", line_entry(label="peaks of the sweep", **style))
+        words = f"{'peaks' if self.peaks in over.variables else 'greatest values'} of the sweep"
+        self.handles.setdefault(words, line_entry(label=words, gid="sweep*", **style))
 
     def draw_branches(self) -> None:
         """Every branch, in the colour of its motion, solid or dashed by its
@@ -206,12 +207,13 @@ class _Panel:
                 breaks = np.flatnonzero(~drawn) + 1
                 path, style = (np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)), STABILITY[name]
                 colour, order = COLOURS.get(motions[number], BLACK), 3 if name == "stable" else 2.5
-                self.axes.plot(*path, color=colour, zorder=order, gid=f"branch {number} {name}", **style)
-                if drawn.any():
-                    self.handles.setdefault(name, line_entry(color=BLACK, label=name, **style))
+                gid = f"branch {number} {name}:{motions[number]}"
+                self.axes.plot(*path, color=colour, zorder=order, gid=gid, **style)
+                self.handles.setdefault(name, line_entry(color=BLACK, label=name, gid=f"branch * {name}", **style))
         for motion in dict.fromkeys(motions):
             words = MOTION_NAMES.get(motion, motion.replace("_", " "))
-            self.handles.setdefault(words, area_entry(facecolor=COLOURS.get(motion, BLACK), label=words))
+            entry: Properties = {"facecolor": COLOURS.get(motion, BLACK), "gid": f"branch *:{motion}"}
+            self.handles.setdefault(words, area_entry(label=words, **entry))
 
 
 class _SpecialPoints:
@@ -314,11 +316,11 @@ def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
         for axes in panels:
             limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
             axes.plot(*curve, color="white", linewidth=2.6, zorder=5.5)
-            axes.plot(*curve, gid=f"curve {number}", **style)
+            axes.plot(*curve, gid=f"curve {number}:{code}", **style)
             axes.set(**limits)
         name = meanings[code].title
-        handles.setdefault(name, line_entry(label=name, **style))
-    add_to_legend(figure, list(handles.values()), 4)
+        handles.setdefault(name, line_entry(label=name, gid=f"curve *:{code}", **style))
+    below(figure).entries += handles.values()
 
 
 KINDS = (
