@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 from made_up import make_results, make_trace, spoil
 from matplotlib.figure import Figure
+from xarray import Dataset
+
+from nsdrill.analysis.bifurcations import FOLD
 
 
 @pytest.fixture
@@ -30,6 +33,24 @@ def speeds():
 def plane():
     """Depth against speed, one procedure, unequal steps."""
     return make_results(depth=np.geomspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15))
+
+
+@pytest.fixture
+def branches():
+    """One branch of radii from 20 to 80 mm between 2 and 8 rad/s, stable up to 5 rad/s,
+    with a fold at 3 rad/s, where the radius is 30 mm."""
+    speed = np.linspace(2.0, 8.0, 601)
+    return Dataset(
+        {
+            "rotary_speed": ("point", speed),
+            "radius_max": ("point", np.linspace(0.02, 0.08, 601)),
+            "unstable": ("point", (speed > 5.0).astype(int)),
+            "label": ("point", np.where(np.arange(601) == 100, FOLD, 0)),
+            "row_size": ("branch", np.array([601])),
+            "motion": ("branch", np.array(["periodic"])),
+        },
+        attrs={"along": "rotary_speed", "continue_from": 2.0, "continue_to": 8.0, "gap": 0.0762},
+    )
 
 
 @pytest.fixture

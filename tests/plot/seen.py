@@ -5,7 +5,12 @@ from typing import Any
 
 
 def legend_words(figure: Any) -> list[str]:
-    return [" ".join(text.get_text().split()) for text in figure.legends[0].get_texts()]
+    """Those of the legend; none where there is none."""
+    return words_in(figure.legends[0]) if figure.legends else []
+
+
+def words_in(legend: Any) -> list[str]:
+    return [" ".join(text.get_text().split()) for text in legend.get_texts()]
 
 
 def artists(where: Any, name: str) -> list[Any]:

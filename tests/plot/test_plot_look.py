@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from made_up import make_results, make_trace
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.text import Text
+from seen import artists
 
 from nsdrill import plot
 from nsdrill.analysis.attractors import Attractor
@@ -382,3 +384,40 @@ def test_a_picture_without_room_for_its_panels_is_refused(speeds):
         plot.draw(speeds, look=small)
     axes = plot.draw(speeds, panel="radius_peaks", look=small).axes[0]
     assert axes.get_window_extent().height > 0.2 * axes.figure.dpi
+
+
+def faintest(colours: dict[str, Any], page: np.ndarray) -> str:
+    return min(colours, key=lambda name: contrast(np.array(to_rgb(colours[name])), page))
+
+
+def test_what_is_pale_on_paper_is_seen_behind_the_others_on_a_dark_page(branches, speeds):
+    """The peaks of a sweep lie below the lines of branches."""
+    for style in (None, "dark_background"):
+        figure = plot.draw(branches, over=speeds, look=look_of(style=style))
+        axes = figure.axes[-1]
+        page = np.array(to_rgb(axes.get_facecolor()))
+        colours = {name: artists(axes, name)[0].get_color() for name in ("sweep:up:0", "branch 0 stable:periodic")}
+        assert faintest(colours, page) == "sweep:up:0"
+        (handle,) = (one for one in figure.legends[0].legend_handles if one.get_label() == "all peaks of the sweep, up")
+        assert to_rgb(handle.get_color()) == to_rgb(colours["sweep:up:0"])
+        if style:
+            assert contrast(np.array(to_rgb(colours["sweep:up:0"])), page) >= 4.4
+
+
+@pytest.mark.parametrize(("of_page", "of_panel"), [("black", "black"), ("white", "black"), ("white", "#303030")])
+def test_dark_axes_of_a_user_have_marks_and_words_that_can_be_read(speeds, of_page, of_panel):
+    """Whatever the settings are when something is drawn into them."""
+    figure = Figure(facecolor=of_page)
+    axes = figure.subplots()
+    axes.set_facecolor(of_panel)
+    plot.draw(speeds, panel="radius", ax=axes)
+    page, panel = np.array(to_rgb(of_page)), np.array(to_rgb(of_panel))
+    for line in axes.lines:
+        assert contrast(np.array(to_rgb(line.get_color())), panel) >= 4.4, line.get_gid()
+    for text in axes.get_legend().get_texts():
+        assert contrast(np.array(to_rgb(text.get_color())), page) >= 4.4, text
+
+
+def test_a_page_without_colour_is_white(speeds):
+    figure = plot.draw(speeds, look=look_of(style={"figure.facecolor": "none", "axes.facecolor": "none"}))
+    assert {text.get_color() for text in figure.legends[0].get_texts()} == {"black"}

@@ -367,14 +367,14 @@ def test_curves_over_a_map_differ_from_lines_of_equal_rate(rated, panel):
     names = ("Rate of penetration [m/h]", "fold", "doubling", "lift off", "wall reached")
     dashes = [str(entries[name]._unscaled_dash_pattern) for name in names]
     assert len(set(dashes)) == 5
-    drawn = artists(figure, "curve 1")
+    drawn = artists(figure, "curve 1:")
     assert len(drawn) == (1 if panel else 3), "up, down, and where these differ"
     assert str(drawn[0]._unscaled_dash_pattern) == dashes[2]
     assert len({entries[name].get_marker() for name in names}) == 5, "to be told apart in grey"
     assert drawn[0].get_marker() == entries["doubling"].get_marker()
     words = [text for axes in figure.axes for text in axes.texts]
     assert {text.get_gid() for text in words} >= {"equal:label"}
-    assert min(text.get_zorder() for text in words) > max(curve.get_zorder() for curve in artists(figure, "curve 1"))
+    assert min(text.get_zorder() for text in words) > max(curve.get_zorder() for curve in artists(figure, "curve 1:"))
     assert all(axes.get_legend() is None for axes in figure.axes), "no legend over the map"
 
 

@@ -6,11 +6,12 @@ import re
 from dataclasses import replace
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from made_up import make_results, make_trace
 from matplotlib.figure import Figure
-from seen import artists
+from seen import artists, words_in
 
 import nsdrill
 from nsdrill import plot
@@ -147,23 +148,85 @@ def test_every_panel_in_axes_of_a_user(speeds, trace):
     assert axes.get_xlabel() == "Time [s]"
 
 
+def test_the_panel_of_the_default_picture_comes_before_a_value_of_its_name(speeds):
+    """The greatest radius is a value with the short name ``radius``."""
+    assert "radius" in all_kinds()
+    assert labels(plot.draw(speeds, panel="radius")) == ["Radial peaks $r$ [mm]"]
+    assert labels(plot.draw(speeds, "value", panel="radius"))[-1].startswith("Greatest radius")
+    assert labels(plot.draw(speeds, panel="whirl_ratio"))[-1].startswith("Whirl ratio")
+
+
+def sizes(axes: Any) -> list[float]:
+    """Of the type of both labels, of a number at each axis, and of the legend."""
+    texts = [one for axis in (axes.xaxis, axes.yaxis) for one in (axis.label, axis.get_ticklabels()[0])]
+    return [text.get_fontsize() for text in (*texts, axes.get_legend().get_texts()[0])]
+
+
+def test_the_size_of_type_of_axes_of_a_user(speeds):
+    """It is the size that is given, else that which the axes have already; numbers and
+    legend are 7/8 as high, as in a figure of nsdrill."""
+    given = Figure().subplots()
+    plot.draw(speeds, panel="bit_speed", ax=given, look=look_of(font_size=6))
+    assert sizes(given) == [6.0, 5.25, 6.0, 5.25, 5.25]
+    with mpl.rc_context({"font.size": 12.0}):
+        own = Figure().subplots()
+    plot.draw(speeds, panel="bit_speed", ax=own)
+    assert sizes(own) == [12.0, 12.0, 12.0, 12.0, 10.5]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"style": "dark_background"}, r"^style: found with ax, .*; allowed: without ax\. .* with plt\.style\.context"),
+        ({"width": "3 in"}, r"^width: found with ax, .* plt\.subplots\(figsize="),
+        ({"height": 0.1}, r"^height: found with ax, "),
+        ({"title": "A"}, r"^title: found with ax, .* ax\.set_title"),
+    ],
+)
+def test_what_belongs_to_a_figure_is_refused_with_axes(speeds, given, words):
+    axes = Figure().subplots()
+    with pytest.raises(InputError, match=words):
+        nsdrill.plot(to_dataset(speeds), panel="radius_peaks", ax=axes, **given)
+    assert not axes.has_data()
+    nsdrill.plot(to_dataset(speeds), panel="radius_peaks", ax=axes, title=False)
+
+
+def test_two_pictures_in_the_same_axes(speeds, branches):
+    """The limits reach as far as both, and the legend has what both of them show, once."""
+    axes, first = Figure().subplots(), Figure().subplots()
+    for one in (first, axes):
+        plot.draw(speeds, panel="radius", ax=one)
+    plot.draw(branches, panel="radius", ax=axes)
+    assert axes.get_ylabel() == first.get_ylabel()
+    assert axes.get_xlim() == pytest.approx((min(first.get_xlim()[0], 2.0), max(first.get_xlim()[1], 8.0)))
+    words = words_in(axes.get_legend())
+    assert words[: len(words_in(first.get_legend()))] == words_in(first.get_legend())
+    assert {"stable", "unstable", "fold"} < set(words)
+    assert len(set(words)) == len(words)
+    plot.draw(branches, panel="radius", ax=axes, look=look_of(xlim=(4.0, 6.0)))
+    assert axes.get_xlim() == (4.0, 6.0)
+
+
 @pytest.mark.usefixtures("laid_out")
 @pytest.mark.parametrize("columns", [1, 2])
 def test_in_small_axes_of_a_user_the_panel_keeps_its_room(speeds, columns):
     """The entries of the legend stand in as many columns as the room of the axes has."""
     figure = Figure(figsize=(3.3 * columns, 2.5), layout="constrained")
-    for axes in np.ravel(figure.subplots(1, columns)):
-        nsdrill.plot(to_dataset(speeds), panel="radius_peaks", ax=axes)
+    with mpl.rc_context({"legend.fontsize": 7.0}):
+        for axes in np.ravel(figure.subplots(1, columns)):
+            nsdrill.plot(to_dataset(speeds), panel="radius_peaks", ax=axes)
     figure.draw_without_rendering()
     page = figure.bbox
     for number, axes in enumerate(figure.axes):
         legend, panel = axes.get_legend(), axes.get_window_extent()
         assert len(legend.get_texts()) > 6
+        assert sizes(axes) == [10.0, 10.0, 10.0, 10.0, 7.0]
         assert panel.height > 0.4 * page.height
-        words = [legend.get_window_extent(), axes.yaxis.label.get_window_extent()]
-        room = page.width / columns * number, page.width / columns * (number + 1)
-        for box in words:
-            assert room[0] <= box.x0 < box.x1 <= room[1]
+        left, right = page.width / columns * number, page.width / columns * (number + 1)
+        assert left <= legend.get_window_extent().x0 < legend.get_window_extent().x1 <= right
+        label = axes.yaxis.label.get_window_extent()
+        assert label.x0 > max((other.get_window_extent().x1 for other in figure.axes[:number]), default=0.0)
+        for box in (legend.get_window_extent(), label):
             assert -1 <= box.y0 < box.y1 <= page.height + 1
         assert not legend.get_window_extent().overlaps(axes.xaxis.label.get_window_extent())
 

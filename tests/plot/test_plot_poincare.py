@@ -231,7 +231,7 @@ def test_motions_differ_in_more_than_colour():
     figure = plot.draw(two_branches(np.zeros((2, 3)), ("periodic", "invariant_circle")))
     (axes,) = figure.axes
     for stability in ("stable", "unstable"):
-        plain, cored = (artists(axes, f"branch {number} {stability}")[0] for number in (0, 1))
+        plain, cored = (artists(axes, f"branch {number} {stability}:")[0] for number in (0, 1))
         assert plain.is_dashed() == cored.is_dashed() == (stability == "unstable")
         assert cored.get_linewidth() > plain.get_linewidth()
         assert cored.get_path_effects()

@@ -23,7 +23,7 @@ from nsdrill.errors import InputError, Refusal, option
 from nsdrill.files import CheckedFile, replacing
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
-from nsdrill.plot.look import Look, look_of
+from nsdrill.plot.look import Look, look_of, refuse_with_axes
 from nsdrill.plot.registry import all_kinds, check_options, choose_kind, describe, is_branches, kinds_for, variables_for
 from nsdrill.plot.slices import ordered, select
 from nsdrill.variables import AXES, SAMPLE, dimension_of
@@ -89,6 +89,8 @@ def draw(
     chosen_kind, rest = choose_kind(data, kind, panel)
     of_kind = f"{chosen_kind.name} " if panel != rest else ""
     check_options(chosen_kind, asked)
+    if ax is not None and look is not None:
+        refuse_with_axes(look)
     from nsdrill.plot.drawing import Drawing
 
     return Drawing(chosen_kind, data, units, asked, look or Look(), curves).draw(rest, ax, of_kind)

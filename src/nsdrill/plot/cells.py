@@ -180,11 +180,12 @@ def verdict_handles(verdicts: Array) -> list[Artist]:
     checked = verdicts.size - unchecked
     if features:
         label = f"checked: numbers differ ({features} of {checked})"
-        handles.append(area_entry(facecolor=GREY, edgecolor="white", linewidth=0, hatch=DOUBT_HATCH, label=label))
+        style: Properties = {"facecolor": GREY, "edgecolor": "white", "linewidth": 0, "hatch": DOUBT_HATCH}
+        handles.append(area_entry(label, gid="features_differ", **style))
     if responses or failed:
         unknown = f", {failed} unknown: a check failed" if failed else ""
         label = f"checked: response differs ({responses} of {checked}{unknown})"
-        handles.append(line_entry(markersize=4, markeredgewidth=0.5, label=label, **DOT))
+        handles.append(line_entry(markersize=4, markeredgewidth=0.5, label=label, gid="response_differs", **DOT))
     return handles
 
 
@@ -267,7 +268,7 @@ def draw_equal_rates(
     positions = _label_positions(axes, lines, keep_clear, label_style)
     for label in axes.clabel(lines, inline=True, manual=positions, **label_style):
         label.set(path_effects=halo(2.5), gid=f"equal{LABEL_OF_LINE}")
-    return [line_entry(color="black", linewidth=0.7, linestyle="dashed", label=shown.label)]
+    return [line_entry(color="black", linewidth=0.7, linestyle="dashed", label=shown.label, gid="equal")]
 
 
 def _to_the_edges(centres: Cells, values: Array) -> tuple[Cells, Array]:

@@ -11,33 +11,35 @@ from __future__ import annotations
 import difflib
 import itertools
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, NoReturn, cast
+from weakref import WeakKeyDictionary
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import Collection
 from matplotlib.colorbar import Colorbar
-from matplotlib.colors import ListedColormap, to_rgb, to_rgba
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.legend import Legend
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator
 from matplotlib.transforms import Bbox, ScaledTranslation, blended_transform_factory
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError, option
+from nsdrill.plot.dark import marks_of, on_dark_page
 from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
 from nsdrill.plot.labels import LETTER, quantity
-from nsdrill.plot.look import Look, apply_limits
+from nsdrill.plot.legend import put_legend
+from nsdrill.plot.look import Look, apply_limits, look
 from nsdrill.plot.maps import Planes
 from nsdrill.plot.page import (
+    Below,
     fit_y_axes,
     freeze_layout,
     limit_x_axes,
@@ -47,21 +49,10 @@ from nsdrill.plot.page import (
     write_in_largest_panel,
 )
 from nsdrill.plot.registry import Kind
-from nsdrill.plot.style import (
-    Properties,
-    contrast,
-    halo,
-    house_style,
-    luminance,
-    page_width,
-    target,
-    using_look,
-    without_glyph_warnings,
-)
+from nsdrill.plot.style import Properties, house_style, page_width, target, using_look, without_glyph_warnings
 from nsdrill.variables import INFERRED, OK, has_failed
 
 if TYPE_CHECKING:
-    from matplotlib.typing import ColorType
     from xarray import Dataset
 
     from nsdrill.plot.registry import Drawable
@@ -87,8 +78,10 @@ class Drawing:
     def draw(self, panel: str | None, axes: Axes | None, of_kind: str = "") -> Figure:
         """The figure; or that with one ``panel`` alone, into ``axes`` if given. For
         ``of_kind`` see :func:`draw_panel`."""
-        alone = panel is not None or axes is not None
-        with using_look(self.look), house_style(), without_glyph_warnings():
+        alone, chosen = panel is not None or axes is not None, self.look
+        if isinstance(axes, Axes) and chosen.font_size is None:  # the size that the axes have
+            chosen = replace(chosen, style={"font.size": axes.xaxis.label.get_fontsize()})
+        with using_look(chosen), house_style(), without_glyph_warnings():
             figure = self._picture(limits_y=not alone)
             freeze_layout(figure, whole=not alone)
             earlier = set(axes.findobj()) if isinstance(axes, Artist) else set()
@@ -116,6 +109,7 @@ class Drawing:
             self._draw_curves(figure, self.curves, data)
         if self.look.ylim is not None and limits_y:
             limit_y_axes(panels_of(figure), self.look.ylim, self.units, getattr(data, "axes", ()))
+        put_legend(figure)
         return figure
 
     def _draw_curves(self, figure: Figure, curves: Dataset, data: Results) -> None:
@@ -189,6 +183,7 @@ def draw_panel(
     finally:
         target.reset(token)
     if axes is not None:
+        stand_in.break_label()
         axes.set_title(title)
     figure = place.get_figure(root=True)
     assert figure is not None
@@ -238,9 +233,14 @@ def _room_of(panel: Axes) -> Bbox:
     return Bbox.from_extents(x0 + margin, page.y0, x1 - margin, page.y0 + page.height * len(spec.rowspan) / rows)
 
 
+# The entries of the legends in axes of the caller.
+_entries: WeakKeyDictionary[Legend, list[Artist]] = WeakKeyDictionary()
+
+
 class _StandIn:
     """Stands in for the figure while one of its panels is drawn. Where the axes are the
-    caller's, titles and layout are left to the caller."""
+    caller's, titles and layout are left to the caller, and what is drawn in them already
+    keeps its place: the limits extend to both, and the legend has the entries of both."""
 
     def __init__(
         self, panel: Axes, number: int, hidden: Figure | SubFigure, own: bool, made: Iterator[int] | None = None
@@ -250,6 +250,14 @@ class _StandIn:
         self._made = made if made is not None else itertools.count()
         self._twin: Axes | None = None  # of the panel, on the figure that nobody sees
         self.legends: list[Legend] = []
+        legend = panel.get_legend()
+        self.below = Below([] if legend is None else [*_entries.get(legend, ())])
+        # of what is drawn in the panel already: the ends of the axes and the label at the left
+        self._earlier: dict[str, tuple[float, float]] = {}
+        self._label = ""
+        if not own and panel.has_data():
+            self._earlier, self._label = {"x": panel.get_xlim(), "y": panel.get_ylim()}, panel.get_ylabel()
+            panel.autoscale()
         self.bbox = panel.figure.bbox if own else _room_of(panel)
         self.dpi = panel.figure.dpi
 
@@ -282,14 +290,9 @@ class _StandIn:
 
     def legend(self, *, handles: list[Artist], ncols: int, loc: Literal["outside lower center"]) -> Legend:
         (panel,) = self.axes
-        # entries of lines that other panels have; a name of lines may have more words after a colon
-        names = {str(artist.get_gid()) for artist in panel.get_children()}
-        drawn = names | {name.partition(":")[0] for name in names}
-        handles = [handle for handle in handles if handle.get_gid() is None or handle.get_gid() in drawn]
         if self._own:
             # outside it takes room even where it is empty
-            legend = panel.figure.legend(handles=handles, ncols=ncols, loc=loc if handles else "center")
-            legend.set_visible(bool(handles))
+            legend = panel.figure.legend(handles=handles, ncols=ncols, loc=loc)
         else:
             below = ScaledTranslation(0.0, -self._below() / self.dpi, panel.figure.dpi_scale_trans)
             page = panel.figure.bbox
@@ -303,6 +306,7 @@ class _StandIn:
                 borderaxespad=0.0,
                 bbox_transform=blended_transform_factory(panel.figure.transSubfigure, panel.transAxes + below),
             )
+            _entries[legend] = handles
         self.legends = [legend]
         return legend
 
@@ -333,97 +337,46 @@ class _StandIn:
             panel.set_xlabel(quantity(across, units).label)
         if (y := panel.yaxis.get_gid()) and not panel.get_ylabel():
             panel.set_ylabel(quantity(y, units).label)
-        if not self._own and "\n" not in panel.get_ylabel():
+        for axis in (panel.xaxis, panel.yaxis) if look.get().font_size else ():
+            sizes = cast("Properties", mpl.rcParams)
+            axis.label.set_fontsize(sizes["axes.labelsize"])
+            axis.set_tick_params(which="both", labelsize=sizes[f"{axis.axis_name}tick.labelsize"])
+        if self._twin is not None:
+            self._take_limits(self._twin)
+        for name, ends in self._earlier.items():
+            first, last = getattr(panel, f"get_{name}lim")()
+            low, high = min(*ends, first, last), max(*ends, first, last)
+            getattr(panel, f"set_{name}lim")(*((low, high) if first < last else (high, low)))
+
+    def _take_limits(self, twin: Axes) -> None:
+        """Give the panel the limits and scales that its twin has from others."""
+        (panel,) = self.axes
+        for axis, other in ((panel.xaxis, twin.xaxis), (panel.yaxis, twin.yaxis)):
+            name = axis.axis_name
+            if getattr(twin, f"get_autoscale{name}_on")():
+                continue
+            if axis.get_scale() != other.get_scale():
+                getattr(panel, f"set_{name}scale")(other.get_scale())
+                axis.set_major_locator(copy(other.get_major_locator()))
+                axis.set_major_formatter(copy(other.get_major_formatter()))
+                axis.set_minor_formatter(copy(other.get_minor_formatter()))
+            if isinstance(other.get_major_locator(), FixedLocator):
+                words = [text.get_text() for text in other.get_ticklabels()]
+                axis.set_ticks(list(other.get_majorticklocs()), words)
+            getattr(panel, f"set_{name}lim")(getattr(twin, f"get_{name}lim")())
+
+    def break_label(self) -> None:
+        """Break the label at the left in lines as long as there is room above the legend;
+        that of what was drawn earlier stays."""
+        (panel,) = self.axes
+        if self._label:
+            panel.set_ylabel(self._label)
+        elif "\n" not in panel.get_ylabel():
             below = self._below() + sum(legend.get_window_extent().height for legend in self.legends)
             letters = (self.bbox.height - below) / (LETTER * self._points(panel.yaxis.label.get_fontsize()))
             panel.set_ylabel(textwrap.fill(panel.get_ylabel(), max(8, int(letters)), break_long_words=False))
-        if self._twin is None:
-            return
-        for axis, twin in ((panel.xaxis, self._twin.xaxis), (panel.yaxis, self._twin.yaxis)):
-            name = axis.axis_name
-            if getattr(self._twin, f"get_autoscale{name}_on")():
-                continue
-            if axis.get_scale() != twin.get_scale():
-                getattr(panel, f"set_{name}scale")(twin.get_scale())
-                axis.set_major_locator(copy(twin.get_major_locator()))
-                axis.set_major_formatter(copy(twin.get_major_formatter()))
-                axis.set_minor_formatter(copy(twin.get_minor_formatter()))
-            if isinstance(twin.get_major_locator(), FixedLocator):
-                words = [text.get_text() for text in twin.get_ticklabels()]
-                axis.set_ticks(list(twin.get_majorticklocs()), words)
-            getattr(panel, f"set_{name}lim")(getattr(self._twin, f"get_{name}lim")())
 
     def _ignore(self, *args: object, **kwargs: object) -> None:
         """Replaces the methods that lay out a whole figure."""
 
     align_ylabels = draw_without_rendering = set_layout_engine = _ignore
-
-
-# Pictures on a dark page: the colours are chosen for a white one, and those that would
-# be lost on the page of the user's style are exchanged.
-
-
-CONTRAST = 4.5  # least ratio of luminances of a mark and the page (WCAG 2.1)
-PALE = 0.6  # least part of a colour that is a ground behind marks rather than a mark
-
-
-def on_dark_page(figure: Figure, artists: Iterable[Artist]) -> None:
-    """Exchange the colours of ``artists`` that are lost on the page of the ``figure``,
-    where that is dark: white, the paper, becomes the page, and marks become lighter."""
-    page = np.array(to_rgb(figure.get_facecolor()))
-    if luminance(page) > 0.2:
-        return
-
-    def shown(colour: ColorType) -> ColorType:
-        if isinstance(colour, str) and colour in ("none", "auto", "None", "inherit", "face"):
-            return colour
-        *rgb, alpha = to_rgba(colour)
-        return (*visible(np.array(rgb), page), alpha)
-
-    for artist in artists:
-        if isinstance(artist, Line2D):
-            _exchange(artist, shown, "color", "markerfacecolor", "markeredgecolor")
-        elif isinstance(artist, Patch):
-            _exchange(artist, shown, "facecolor", "edgecolor")
-        elif isinstance(artist, Text):
-            text = np.array(to_rgb(artist.get_color()))
-            if contrast(text, page) < CONTRAST:  # else of the style, which may be white
-                artist.set_color(shown(artist.get_color()))
-            if artist.get_path_effects():
-                artist.set_path_effects(halo(2.0, tuple(page)))
-        elif isinstance(artist, Collection) and artist.get_array() is None:
-            for name in ("facecolor", "edgecolor"):
-                colours = getattr(artist, f"get_{name}")()
-                if len(colours) and not isinstance(colours, str):
-                    getattr(artist, f"set_{name}")([shown(colour) for colour in colours])
-        elif isinstance(artist, Collection) and isinstance(scale := artist.cmap, ListedColormap) and scale.N < 32:
-            artist.set_cmap(ListedColormap(list(map(shown, np.asarray(scale.colors).tolist())), name=scale.name))
-
-
-def marks_of(figure: Figure) -> list[Artist]:
-    """What is drawn on a figure, without the frames, ticks and grids of its panels,
-    which have the colours of the style."""
-    frames: set[Artist] = {figure.patch}
-    for axes in panels_of(figure):
-        frames.update({axes.patch, *axes.xaxis.findobj(), *axes.yaxis.findobj()})
-        frames.update(axes.spines.values())
-    return [artist for artist in figure.findobj() if artist not in frames]
-
-
-def visible(colour: Array, page: Array) -> Array:
-    """The colour [red, green, blue] that stands for ``colour`` on this page."""
-    if np.min(colour) > PALE and np.max(colour) > 0.82:  # paper and grounds
-        return np.clip(page + (0.25 * colour if np.ptp(colour) >= 0.05 else 1.0 - colour), 0, 1)
-    if np.ptp(colour) < 0.05 and contrast(colour, page) < CONTRAST:
-        return 1.0 - colour
-    share = 0.0
-    while contrast(colour + share * (1.0 - colour), page) < CONTRAST:
-        share += 0.05
-    return colour + share * (1.0 - colour)
-
-
-def _exchange(artist: Artist, shown: Callable[[ColorType], ColorType], *names: str) -> None:
-    """Exchange the colours of these names, those that are equal for equal ones."""
-    colours = [getattr(artist, f"get_{name}")() for name in names]  # before one is set
-    for name, colour in zip(names, map(shown, colours), strict=True):
-        getattr(artist, f"set_{name}")(colour)

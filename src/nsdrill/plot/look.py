@@ -209,6 +209,23 @@ class _LogMessages(logging.Handler):
             self.texts.append(re.sub(r"in file .*?,? (?=line \d)", "in ", lines[0]).rstrip(".,:("))
 
 
+# What has no effect in axes of the user, and what has instead.
+OF_A_FIGURE = {
+    "width": "The figure has its size from plt.subplots(figsize=(width, height)), in inches.",
+    "height": "The figure has its size from plt.subplots(figsize=(width, height)), in inches.",
+    "style": "Make the axes in a style: with plt.style.context(...): figure, ax = plt.subplots().",
+    "title": "Give it to the axes: ax.set_title(...).",
+}
+
+
+def refuse_with_axes(look: Look) -> None:
+    """A Refusal of what belongs to the figure where axes of the user are given; no title
+    is what they have."""
+    for name, hint in OF_A_FIGURE.items():
+        if getattr(look, name) not in (None, False):
+            raise Refusal(name, "with ax, whose figure has its own", "without ax", hint)
+
+
 # Kinds that say something of the whole sweep keep all its points; only their axes are
 # limited.
 UNCUT_KINDS = ("window",)

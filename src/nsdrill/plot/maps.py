@@ -262,19 +262,19 @@ class Maps:
                 overlay_verdicts(axes, cells, self.verdicts[place], 72 * min(cell_width, cell_height))
             hatch(axes, cells, self.outcomes[place] == FAILED_POINT, "xxxxxx", "#000000", "failed", face="white")
 
-    def entries(self, method: str, inferred_face: str, difference: Array | None) -> list[Artist]:
+    def entries(self, method: str, inferred: Properties, difference: Array | None) -> list[Artist]:
         """Legend entries for what is not a colour of the map: inferred points with the
-        ``method`` by which they are known, failed points, points not run yet, those
-        where up and down differ, and those that checks doubt."""
+        ``method`` by which they are known, in this style, failed points, points not run
+        yet, those where up and down differ, and those that checks doubt."""
         fine = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4}
         entries: list[tuple[str, Array, Properties]] = [
-            (method, self.inferred, {"facecolor": inferred_face}),
-            ("failed", self.outcomes == FAILED_POINT, fine | {"hatch": "xxxxxx"}),
+            (method, self.inferred, inferred),
+            ("failed", self.outcomes == FAILED_POINT, fine | {"hatch": "xxxxxx", "gid": "failed"}),
             ("not run yet", self.outcomes == PENDING_POINT, fine | {"edgecolor": GREY}),
         ]
         entries = [entry for entry in entries if np.any(entry[1])]
         if difference is not None:
-            differs = {"facecolor": SHADE, "edgecolor": SHADE_EDGE, "hatch": "//////"}
+            differs = {"facecolor": SHADE, "edgecolor": SHADE_EDGE, "hatch": "//////", "gid": "differs"}
             entries.append((f"{both_ways(self.planes.results.attrs)} differ", difference == 1, fine | differs))
         handles: list[Artist] = [
             area_entry(label=f"{words} ({np.count_nonzero(cells)} of {cells.size})", **style)
@@ -321,8 +321,10 @@ def draw_map(results: Results, units: str = "si", variable: str = "response") ->
         for panels, differs in zip(maps.grid, difference, strict=True):
             hatch(panels[-1], planes.cells, differs == 0, "", "none", "same", face="#EDEDED")
             hatch(panels[-1], planes.cells, differs == 1, "//////", "#404040", "differs", face=SHADE)
-    handles = style_areas(LETTERED if variable == "response" else categories, np.unique(shown.compressed()).tolist())
-    return maps.finish(figure, [*handles, *maps.entries("paler: inferred", PALE_GREY, difference), *lines])
+    styles = LETTERED if variable == "response" else categories
+    handles = style_areas(styles, np.unique(shown.compressed()).tolist(), "cells:*")
+    paler = {"facecolor": PALE_GREY, "gid": "inferred"}
+    return maps.finish(figure, [*handles, *maps.entries("paler: inferred", paler, difference), *lines])
 
 
 def draw_value_map(results: Results, units: str, name: str) -> Figure:
@@ -359,7 +361,7 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
         label = f"{maps.difference} [{value.unit}]" if value.unit else maps.difference
         _draw_scale(figure, planes, panels, DIFFERENCE, (-high, high), label)
     maps.draw_marks(figure)
-    return maps.finish(figure, maps.entries("interpolated between runs", "none", None))
+    return maps.finish(figure, maps.entries("interpolated between runs", {"facecolor": "none"}, None))
 
 
 def _draw_scale(

@@ -15,6 +15,7 @@ from nsdrill.analysis.fitting import Measured
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.plot.labels import Shown, check_units, operating_point, quantity
+from nsdrill.plot.legend import put_legend
 from nsdrill.plot.page import area_entry, finish, freeze_layout, line_entry, new_figure
 from nsdrill.plot.style import BLACK, BLUE, GREY, SKY, VERMILLION, Properties, font_size, house_style, page_width
 from nsdrill.variables import dimension_of
@@ -129,6 +130,7 @@ def draw_fit(
             axes.tick_params(labelbottom=axes is panels[-1])
         _label_points(panels[-1], measured, units, with_names)
         finish(figure, title, _handles(effective), 3)
+        put_legend(figure)
         freeze_layout(figure)
     return figure
 

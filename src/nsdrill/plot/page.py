@@ -8,7 +8,8 @@ import re
 import textwrap
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Literal, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -47,16 +48,27 @@ NOTEBOOK_DPI = 110
 SHORTEST_LINE = 20  # characters of a title
 TITLE_HEIGHT = 0.3  # inches by which a page without a title is lower
 LOWEST_PANEL = 0.15  # inches
-LEGEND_ROWS = 3  # for which a page has room
 PANEL_MARGINS = 0.7  # inches beside a panel: the axis at its left, and overhang at its right
+
+
+@dataclass
+class Below:
+    """What is to stand below the panels of a picture when these are complete: the
+    ``entries`` of its legend, in so many columns, and the ``warnings`` of a window."""
+
+    entries: list[Artist] = field(default_factory=list)
+    columns: int = 4
+    warnings: list[str] | None = None
 
 
 class Picture(Figure):
     """A figure that a notebook shows without pyplot. It keeps the settings with which
-    it was drawn, and the characters of its title that no font has."""
+    it was drawn, the characters of its title that no font has, and what is to stand
+    below its panels."""
 
     settings: Mapping[str, Property] | None = None
     missing: str = ""
+    below: Below
 
     def _repr_png_(self) -> bytes:
         image = io.BytesIO()
@@ -74,7 +86,7 @@ def new_figure(width: float, height: float) -> Figure:
     label_size = FontProperties(size=mpl.rcParams["axes.labelsize"]).get_size_in_points()
     scaled_height = height * max(1.0, label_size / FONT_SIZE)
     figure = Picture(figsize=(width, look.get().height or scaled_height), layout="constrained")
-    figure.settings = settings(look.get())
+    figure.settings, figure.below = settings(look.get()), Below()
     FigureCanvasAgg(figure)
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
@@ -169,11 +181,19 @@ def set_panel_title(
         title.set_text(lines.replace("\u00a0", " "))
 
 
-def finish(figure: Figure, title: str, handles: Sequence[Artist], columns: int) -> Figure:
-    """The figure with its title, and a legend below its panels."""
+def finish(
+    figure: Figure, title: str, handles: Iterable[Artist], columns: int, warnings: list[str] | None = None
+) -> Figure:
+    """The figure with its title, and with what is to stand below its panels."""
     put_title(figure, title)
-    legend_below(figure, handles, columns)
+    below(figure).entries += handles
+    below(figure).columns, below(figure).warnings = columns, warnings
     return figure
+
+
+def below(figure: Figure) -> Below:
+    """What is to stand below the panels of a :func:`new_figure`."""
+    return cast("Picture", figure).below
 
 
 def write(
@@ -196,12 +216,14 @@ def panels_per_row(count: int, min_width: float) -> int:
 
 
 def line_entry(label: str, **style: Property) -> Artist:
-    """An entry of a legend with a line, or a marker, of this style."""
+    """An entry of a legend with a line, or a marker, of this style; ``gid`` as the name
+    of the marks for which it stands, where a panel may have none of them, or a pattern
+    for it (:func:`nsdrill.plot.legend.is_seen_of`)."""
     return Line2D([], [], label=label, **style)
 
 
 def area_entry(label: str, **style: Property) -> Artist:
-    """An entry of a legend with an area of this style."""
+    """An entry of a legend with an area of this style; ``gid`` as of a line."""
     return Patch(label=label, **style)
 
 
@@ -215,22 +237,30 @@ def marker_entry(
     hollow: bool = False,
     gid: str | None = None,
 ) -> Artist:
-    """An entry with a marker, filled or open; ``gid`` as the first word of that of the
-    marks for which it stands, if a panel may have none of them."""
+    """An entry with a marker, filled or open; ``gid`` as of a line."""
     style: Properties = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge, "gid": gid}
     if hollow:
         style |= {"markerfacecolor": "none", "markeredgewidth": edge or 0.7}
     return line_entry(label, linestyle="none", **style)
 
 
-def response_entries(codes: Iterable[int], styles: Sequence[ResponseStyle] = RESPONSES) -> list[Artist]:
-    """An entry for each response, by colour and marker."""
-    return [marker_entry(style.name, style.marker, style.colour) for style in (styles[code] for code in codes)]
+def response_entries(codes: Iterable[int], styles: Sequence[ResponseStyle] = RESPONSES, of: str = "") -> list[Artist]:
+    """An entry for each response, by colour and marker; it stands for the marks with the
+    names ``of`` and its code, if given."""
+    return [
+        marker_entry(styles[code].name, styles[code].marker, styles[code].colour, gid=_coded(of, code))
+        for code in codes
+    ]
 
 
-def style_areas(styles: Sequence[ResponseStyle], codes: Iterable[int]) -> list[Artist]:
-    """An entry for each of these ``codes``, by the colour of its style."""
-    return [area_entry(facecolor=style.colour, label=style.name) for style in (styles[i] for i in codes)]
+def style_areas(styles: Sequence[ResponseStyle], codes: Iterable[int], of: str = "") -> list[Artist]:
+    """An entry for each of these ``codes``, by the colour of its style; it stands for the
+    marks with the names ``of`` and its code, if given."""
+    return [area_entry(facecolor=styles[i].colour, label=styles[i].name, gid=_coded(of, i)) for i in codes]
+
+
+def _coded(of: str, code: int) -> str | None:
+    return f"{of}:{code}" if of else None
 
 
 def direction_entries(procedures: Sequence[str], attrs: Attributes) -> list[Artist]:
@@ -239,46 +269,10 @@ def direction_entries(procedures: Sequence[str], attrs: Attributes) -> list[Arti
     if not {"up", "down"} <= set(procedures):
         return []
     up, down = (way_word(procedure, attrs) for procedure in ("up", "down"))
-    return [marker_entry(f"{up}: filled", size=4, edge=0.7), marker_entry(f"{down}: open", size=4, hollow=True)]
-
-
-def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
-    """A legend below the panels, in ``columns`` columns or as many as fit the width of
-    the figure; long texts are broken in one column, and in two of many entries. A
-    picture with a high legend is higher, so that its panels keep their heights."""
-    if not handles:
-        return
-    available = figure.bbox.width
-    for count in range(min(columns, len(handles)), 0, -1):
-        legend = figure.legend(handles=list(handles), loc="outside lower center", ncols=count)
-        width, texts = legend.get_window_extent().width, legend.get_texts()
-        if width > available and (count == 1 or (count == 2 and len(handles) > 2 * LEGEND_ROWS)):
-            longest = max(len(text.get_text()) for text in texts)
-            for text in texts:
-                text.set_text(
-                    textwrap.fill(text.get_text(), max(SHORTEST_LINE, int(0.95 * longest * available / width)))
-                )
-            width = legend.get_window_extent().width
-        if width <= available or count == 1:
-            break
-        legend.remove()
-    page, lines = legend.get_figure(root=True), sum(text.get_text().count("\n") + 1 for text in texts)
-    rows = -(-lines // count)
-    if isinstance(page, Picture) and look.get().height is None and rows > LEGEND_ROWS:
-        more = legend.get_window_extent().height * (1 - LEGEND_ROWS / rows)
-        page.set_figheight(page.get_figheight() + more / page.dpi)
-
-
-def add_to_legend(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
-    """Add entries to the legend below the panels of a figure that is finished."""
-    entries: list[Artist] = []
-    for legend in figure.legends:
-        for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
-            assert handle is not None
-            handle.set_label(text.get_text())
-            entries.append(handle)
-        legend.remove()
-    legend_below(figure, [*entries, *handles], columns)
+    return [
+        marker_entry(f"{up}: filled", size=4, edge=0.7, gid="*:up"),
+        marker_entry(f"{down}: open", size=4, hollow=True, gid="*:down"),
+    ]
 
 
 def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: str) -> None:

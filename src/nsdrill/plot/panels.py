@@ -123,9 +123,10 @@ class Columns:
         present = [code for code in range(len(RESPONSES)) if (outcomes == code).any()]
         has_letters = any(column[0].texts and column[0] in self.figure.axes for column in self.columns)
         styles = LETTERED if has_letters else RESPONSES
-        handles = response_entries(present, styles) if markers else style_areas(styles, present)
+        handles = response_entries(present, styles, "*:*") if markers else style_areas(styles, present, "strip:*")
         if failed := int((outcomes == FAILED_POINT).sum()):
-            handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0))
+            words = f"failed ({failed} of {outcomes.size})"
+            handles.append(marker_entry(words, "x", "k", size=4, edge=1.0, gid="failed"))
         verdicts = [line.verdicts.ravel() for line in self.lines if line.verdicts is not None]
         return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
 
@@ -193,17 +194,18 @@ def draw_codes(
     axes.pcolormesh(*cells, codes, cmap=scale, norm=norm, gid=gid, **cell_style(codes.size))
 
 
-def shade_hysteresis(axes: Axes, line: Line) -> list[Artist]:
-    """Shade where up and down differ in response, cell by cell; returns the entry of
-    the legend, none where they differ nowhere."""
+def shade_hysteresis(axes: Axes, line: Line) -> None:
+    """Shade where up and down differ in response, cell by cell."""
     shaded, borders = spans(differences(line.procedures, line.outcome)), line.edges
     style: Properties = {"facecolor": SHADE, "edgecolor": "none", "linewidth": 0, "zorder": 0}
     for first, last in shaded:
         axes.axvspan(borders[first], borders[last + 1], gid="hysteresis", **style)
-    if not shaded:
-        return []
-    words = f"{both_ways(line.results.attrs)} differ in response"
-    return [area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=words)]
+
+
+def hysteresis_entry(attrs: Attributes) -> Artist:
+    """The entry of what :func:`shade_hysteresis` draws."""
+    words = f"{both_ways(attrs)} differ in response"
+    return area_entry(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label=words, gid="hysteresis")
 
 
 def is_open(procedure: str, procedures: Sequence[str]) -> bool:

@@ -69,6 +69,8 @@ class Kind:
         common.
     ``advice(data)``
         why it does not fit the data.
+    ``panels(data)``
+        the names of its panels that could be those of other kinds.
     ``part_of``
         the kind of which this one is a panel, so that it is not listed by itself.
     """
@@ -82,6 +84,7 @@ class Kind:
     takes: tuple[str, ...] = ()
     across: Callable[[Any], str | None] = lambda data: None
     advice: Callable[[object], str] = lambda data: ""
+    panels: Callable[[Any], tuple[str, ...]] = lambda data: ()
     part_of: str = ""
 
 
@@ -128,9 +131,12 @@ def variables_for(kind: str, model: Description) -> tuple[str, ...]:
 def choose_kind(data: object, kind: str | None, panel: str | None = None) -> tuple[Kind, str | None]:
     """The kind to draw, ``kind`` or the default if it is None, and which ``panel`` of it
     alone, None for all. A panel that is declared as a kind is drawn as that one, and
-    what follows its name after a blank, ``VALUE down``, is a panel of that. The
-    InputError for a kind that does not fit lists those that do."""
+    what follows its name after a blank, ``VALUE down``, is a panel of that; but without a
+    ``kind`` the panels of the default come first. The InputError for a kind that does not
+    fit lists those that do."""
     allowed, known = kinds_for(data), all_kinds()
+    if kind is None and panel and any(panel in one for one in known[allowed[0]].panels(data)):
+        return known[allowed[0]], panel
     name, _, rest = (panel or "").partition(" ")
     part = known.get(name)
     if part is not None and part.place(data) is not None:

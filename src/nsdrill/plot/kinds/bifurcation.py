@@ -22,7 +22,15 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.returns import draw_point
 from nsdrill.plot.labels import heading, operating_point, quantity, way_word
 from nsdrill.plot.page import direction_entries, finish, line_entry, marker_entry, name_panel, new_figure, stack
-from nsdrill.plot.panels import TEXT_HEIGHT, Columns, draw_dots, draw_rotary_speed, draw_wall, shade_hysteresis
+from nsdrill.plot.panels import (
+    TEXT_HEIGHT,
+    Columns,
+    draw_dots,
+    draw_rotary_speed,
+    draw_wall,
+    hysteresis_entry,
+    shade_hysteresis,
+)
 from nsdrill.plot.registry import LINE, RAMP, RETURNS, Kind, fits_columns, longest, needs_one_axis, needs_returns
 from nsdrill.plot.slices import Line, ordered
 from nsdrill.plot.style import (
@@ -48,21 +56,17 @@ BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
 def draw_bifurcation(results: Results, units: str = "si") -> Figure:
     panels = {panel.peaks: panel for panel in drawn_in(results.attrs).panels}
     page = Columns(results, units, list(panels), TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3)
-    shaded: list[Artist] = []
-    steady = 0
     rasterise = sum(int(np.isfinite(results[name]).sum()) for name in panels) > MANY_MARKERS
     for line, name, axes in page.each():
-        shaded = shade_hysteresis(axes, line) or shaded
+        shade_hysteresis(axes, line)
         codes, peaks, greatest = line.outcome, line[name], line[panels[name].greatest]
         draw_dots(axes, line, name, codes, RESPONSES, with_greatest(peaks, greatest), rasterise=rasterise)
         constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
         draw_dots(axes, line, panels[name].greatest, codes, RESPONSES, constant, marker="_", gid=NO_PEAKS)
-        steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (codes >= 0)))
     by_mode = {panel.mode: page.panels(name) for name, panel in panels.items()}
     handles = page.outcome_handles(markers=True) + direction_entries(page.lines[0].procedures, results.attrs)
-    handles += shaded
-    if steady:
-        handles.append(marker_entry(f"{NO_PEAKS}: greatest value", "_", size=5, edge=1.0, gid=NO_PEAKS))
+    handles.append(hysteresis_entry(results.attrs))
+    handles.append(marker_entry(f"{NO_PEAKS}: greatest value", "_", size=5, edge=1.0, gid=NO_PEAKS))
     handles += draw_rotary_speed(page.lines, by_mode.get("torsional", []))
     return page.finish([*handles, *draw_wall(results.attrs, by_mode.get("lateral", []), units)])
 
@@ -107,7 +111,10 @@ def draw_along(results: Results, units: str = "si") -> Figure:
         axes.set_yticks(ticks, words)
     wall = draw_wall(results.attrs, page.panels("section_radius"), units)
     references = [*draw_rotary_speed(page.lines, page.panels("section_bit_speed")), *wall]
-    motions = [marker_entry(MOTIONS[code].name, "o", MOTIONS[code].colour, size=4) for code in sorted(present)]
+    motions = [
+        marker_entry(MOTIONS[code].name, "o", MOTIONS[code].colour, size=4, gid=f"section_*:*:{code}")
+        for code in sorted(present)
+    ]
     directions = direction_entries(page.lines[0].procedures, results.attrs)
     return page.finish([*motions, *directions, *references, *page.outcome_handles(markers=False)])
 
@@ -138,7 +145,7 @@ def draw_ramp(trace: Trace, units: str = "si", over: Results | None = None) -> F
                 axes.plot(*points, linestyle="none", rasterized=rasterise, gid=gid, **style)
         name_panel(axes, panel.peaks, panel.peaks, y.label)
     styles = [STYLES[sign] | {"markersize": 3.5} for sign in (1, -1, 0) if sign in signs_shown]
-    handles += [line_entry(linestyle="none", **style) for style in styles]
+    handles += [line_entry(linestyle="none", gid=f"*:{style['label']}", **style) for style in styles]
     by_mode = {panel.mode: [axes] for panel, axes in zip(shown, panels, strict=True)}
     handles += _draw_speed_of_ramp(by_mode.get("torsional", []), trace, axis, units)
     handles += draw_wall(trace.attrs, by_mode.get("lateral", []), units)
@@ -209,7 +216,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
             points = sweep_line.points(peaks, chosen)
             axes.plot(*points, rasterized=rasterise, gid=f"sweep:{procedure}:{peaks}", **style)
         label = "sweep" if procedure == "same" else f"sweep, {way_word(procedure, results.attrs)}"
-        handles.append(line_entry(label=label, **{**style, "markersize": 3.5}))
+        handles.append(line_entry(label=label, gid=f"sweep:{procedure}", **{**style, "markersize": 3.5}))
     return handles
 
 
@@ -237,6 +244,7 @@ KINDS = (
         uses=lambda model: (*model.drawn.peaks, *(panel.greatest for panel in model.drawn.panels)),
         across=longest,
         advice=_bifurcation_advice,
+        panels=lambda data: drawn_in(data.attrs).peaks,
     ),
     Kind(
         "poincare",

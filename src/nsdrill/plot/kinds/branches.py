@@ -36,8 +36,8 @@ from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import LETTER, heading, operating_point, quantity, setting, way_word
 from nsdrill.plot.look import look, value_of
 from nsdrill.plot.maps import Planes
-from nsdrill.plot.page import add_to_legend, finish, line_entry, marker_entry, name_panel, new_figure, stack
-from nsdrill.plot.panels import draw_dots, draw_wall, is_open, shade_hysteresis
+from nsdrill.plot.page import below, finish, line_entry, marker_entry, name_panel, new_figure, stack
+from nsdrill.plot.panels import draw_dots, draw_wall, hysteresis_entry, is_open, shade_hysteresis
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import Line, taken
 from nsdrill.plot.style import (
@@ -189,17 +189,25 @@ class _Panel:
     def draw_sweep(self, line: Line) -> None:
         """All peaks of a sweep and its greatest values, open on the way down, and where
         up and down differ in response."""
-        for name in (self.peaks, self.feature):
+        for name, gid in ((self.peaks, "sweep"), (self.feature, "sweep greatest")):
             if name in line.results.variables:
                 values = line[name].reshape(*line.outcome.shape, -1)
-                draw_dots(self.axes, line, name, np.zeros_like(line.outcome), [SWEEP], values, gid="sweep", **DOTS)
+                draw_dots(self.axes, line, name, np.zeros_like(line.outcome), [SWEEP], values, gid=gid, **DOTS)
+        words = f"{'all peaks' if self.peaks in line.results.variables else 'greatest values'} of the sweep"
         for procedure in line.procedures:
             way = "" if procedure == "same" else f", {way_word(procedure, line.results.attrs)}"
-            hollow = is_open(procedure, line.procedures)
-            entry = marker_entry(f"{SWEEP.name}{way}", SWEEP.marker, SWEEP.colour, hollow=hollow)
-            self.handles.setdefault(procedure, entry)
-        for entry in shade_hysteresis(self.axes, line):
-            self.handles.setdefault("hysteresis", entry)
+            self.handles.setdefault(
+                f"{words}{way}",
+                marker_entry(
+                    f"{words}{way}",
+                    SWEEP.marker,
+                    SWEEP.colour,
+                    hollow=is_open(procedure, line.procedures),
+                    gid=f"sweep*:{procedure}",
+                ),
+            )
+        shade_hysteresis(self.axes, line)
+        self.handles.setdefault("hysteresis", hysteresis_entry(line.results.attrs))
 
     def draw_branches(self) -> None:
         """Every branch, in the colour of its motion, solid or dashed by its
@@ -213,14 +221,14 @@ class _Panel:
                 # Every run of pieces is one line, as the dash pattern restarts after a break.
                 breaks = np.flatnonzero(~drawn) + 1
                 path = np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)
-                order = 3 if name == "stable" else 2.5
-                own = _line_style(motions[number], name)
-                self.axes.plot(*path, zorder=order, gid=f"branch {number} {name}", **own)
-                if drawn.any():
-                    self.handles.setdefault(name, line_entry(color=REFERENCE, label=name, **STABILITY[name]))
+                order, gid = 3 if name == "stable" else 2.5, f"branch {number} {name}:{motions[number]}"
+                self.axes.plot(*path, zorder=order, gid=gid, **_line_style(motions[number], name))
+                entry: Properties = {"color": REFERENCE, "gid": f"branch * {name}", **STABILITY[name]}
+                self.handles.setdefault(name, line_entry(label=name, **entry))
         for motion in dict.fromkeys(motions):
             words = MOTION_NAMES.get(motion, motion.replace("_", " "))
-            self.handles.setdefault(words, line_entry(label=words, **_line_style(motion, "stable")))
+            own = {**_line_style(motion, "stable"), "gid": f"branch *:{motion}"}
+            self.handles.setdefault(words, line_entry(label=words, **own))
 
 
 def _line_style(motion: str, stability: str) -> Properties:
@@ -356,11 +364,11 @@ def draw_branch_curves(figure: Figure, data: Dataset, plane: Planes) -> None:
             limits = {"xlim": axes.get_xlim(), "ylim": axes.get_ylim()}
             # below the names of areas and the labels of lines
             axes.plot(*curve, color="white", linewidth=2.6, zorder=4.2)
-            axes.plot(*curve, gid=f"curve {number}", markevery=MARK_EVERY, zorder=4.3, **style)
+            axes.plot(*curve, gid=f"curve {number}:{code}", markevery=MARK_EVERY, zorder=4.3, **style)
             axes.set(**limits)
         name = meanings[code].title
-        handles.setdefault(name, line_entry(label=name, **style))
-    add_to_legend(figure, list(handles.values()), 4)
+        handles.setdefault(name, line_entry(label=name, gid=f"curve *:{code}", **style))
+    below(figure).entries += handles.values()
 
 
 KINDS = (

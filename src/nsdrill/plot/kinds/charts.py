@@ -251,7 +251,7 @@ def _mark_drive(axes: Axes, drive: tuple[float, float], label: str, **marker: Pr
     if left <= x <= right and bottom <= y <= top:
         axes.plot([x], [y], label=label, gid=label, clip_on=False, zorder=5, **white, **marker)
     else:
-        axes.plot([], [], linestyle="none", label=f"{label} lies outside", gid=label)
+        axes.plot([], [], linestyle="none", label=f"{label} lies outside")
 
 
 KINDS = (

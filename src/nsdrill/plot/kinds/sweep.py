@@ -82,7 +82,9 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
     one = page.lines[0]
     ways = [
         line_entry(
-            label=carried(way, results.attrs), **({"markersize": 4} | curve_style(way, one.procedures, len(one.x)))
+            label=carried(way, results.attrs),
+            gid=f"*:{way}",
+            **({"markersize": 4} | curve_style(way, one.procedures, len(one.x))),
         )
         for way in one.procedures
         if one.procedures != ("same",)
@@ -195,7 +197,8 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
     if panels := page.panels("lyapunov_exponent"):
         _scale_exponents(panels[0], lines)
     directions = direction_entries(lines[0].procedures, results.attrs) if names else []
-    return page.finish([*style_areas(MOTIONS, sorted(present)), *directions, *page.outcome_handles(markers=False)])
+    motions = style_areas(MOTIONS, sorted(present), "motions:*")
+    return page.finish([*motions, *directions, *page.outcome_handles(markers=False)])
 
 
 def _scale_exponents(axes: Axes, lines: Sequence[Line]) -> None:
@@ -234,7 +237,9 @@ def _draw_motion_values(axes: Axes, line: Line, name: str) -> None:
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
         face = "white" if is_open(procedure, line.procedures) else colour
         errors = STANDARD_ERRORS * line["lyapunov_error"][row] if name == "lyapunov_exponent" else None
-        axes.errorbar(line.across, values, errors, color=colour, markerfacecolor=face, elinewidth=0.4, **style)
+        own: Properties = style | {"color": colour, "markerfacecolor": face, "elinewidth": 0.4}
+        dots, *_ = axes.errorbar(line.across, values, errors, **own)
+        dots.set_gid(f"{name}:{procedure}")
     if name == "lyapunov_exponent":
         axes.axhline(0.0, **ZERO)
     else:

@@ -26,8 +26,8 @@ from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import BESIDE, between
 from nsdrill.plot.page import (
     area_entry,
+    below,
     finish,
-    legend_below,
     line_entry,
     marker_entry,
     name_panel,
@@ -249,7 +249,8 @@ ARROWS, ARROW_DISTANCE = 2, 0.12  # most arrowheads, and their least distance as
 
 def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
     figure, axes = square_page(trace, units, 0.5)
-    legend_below(figure, draw_orbit(axes, trace, units), 2)
+    words = below(figure)
+    words.entries, words.columns = draw_orbit(axes, trace, units), 2
     return figure
 
 

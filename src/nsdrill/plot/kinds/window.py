@@ -17,7 +17,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 
 from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes
 from nsdrill.analysis.window import find_window, unknown_words
@@ -34,11 +33,11 @@ from nsdrill.plot.cells import (
     outline_entry,
 )
 from nsdrill.plot.labels import operating_point, sweep_title, way_word
-from nsdrill.plot.look import Look, look
+from nsdrill.plot.legend import put_legend
+from nsdrill.plot.look import Look
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, Plane, height_of_maps, lies_across
 from nsdrill.plot.page import (
     SHORTEST_LINE,
-    Picture,
     area_entry,
     finish,
     freeze_layout,
@@ -57,7 +56,6 @@ from nsdrill.plot.style import (
     LETTERED,
     RESPONSES,
     SAFE_COLOUR,
-    WARNING,
     Properties,
     font_size,
     house_style,
@@ -238,30 +236,7 @@ def draw(results: Results, units: str = "si", severity: int | None = None, confi
     for axes, number in zip(panels, numbers, strict=True):
         window.draw(axes, number)
     title = f"{sweep_title(results, units, width=80)}\n{answer(window.numbers, units)}"
-    finish(figure, title, [*window.entries(), *window.lines], 3)
-    put_warnings(figure, notes(window.numbers, units))
-    return figure
-
-
-def put_warnings(figure: Figure, texts: list[str]) -> None:
-    """The warnings above the legend, in its width; the figure grows by their height, and
-    by that of its title."""
-    if not figure.legends:
-        return
-    texts = texts if look.get().warnings else []
-    legend, size = figure.legends[-1], font_size(7)
-    height = legend.get_window_extent().height
-    title, width = legend.get_title(), figure.bbox.width - 12.0 * figure.dpi / 72
-    title.set(color=WARNING, gid="warnings", parse_math=False)
-    for characters in range(140, SHORTEST_LINE, -4):
-        lines = [textwrap.fill(text, characters, subsequent_indent="   ", break_on_hyphens=False) for text in texts]
-        legend.set_title("\n".join(lines), prop=FontProperties(size=size, weight="bold"))
-        if title.get_window_extent().width <= width:
-            break
-    if isinstance(figure, Picture) and look.get().height is None:
-        heading_lines = figure.get_suptitle().count("\n")
-        grown = (legend.get_window_extent().height - height) / figure.dpi
-        figure.set_figheight(figure.get_figheight() + grown + heading_lines * 1.4 * font_size(9) / 72)
+    return finish(figure, title, [*window.entries(), *window.lines], 3, notes(window.numbers, units))
 
 
 CHARACTERS = 15  # in an inch of the title of a panel
@@ -281,6 +256,7 @@ def draw_two(
     where the first one is safe."""
     with using_look(look or Look()), house_style(), without_glyph_warnings():
         figure = _draw_two([Window(one, units, severity, confidence) for one in (a, b)], names, units)
+        put_legend(figure)
         freeze_layout(figure)
     return figure
 
@@ -312,10 +288,8 @@ def _draw_two(windows: Sequence[Window], names: Sequence[str], units: str) -> Fi
     lines = windows[0].lines or windows[1].lines
     titles = {str(window.maps.results.attrs.get("title") or "") for window in windows}
     title = titles.pop() if len(titles) == 1 else "a and b"
-    finish(figure, title, [*handles.values(), *outline, *lines], 3)
     texts = [[f"{text.partition('. ')[0].rstrip('.')}." for text in warnings(one.numbers, units)] for one in windows]
-    put_warnings(figure, of_both(*texts))
-    return figure
+    return finish(figure, title, [*handles.values(), *outline, *lines], 3, of_both(*texts))
 
 
 def _answered(window: Window) -> int:
