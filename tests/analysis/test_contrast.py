@@ -9,7 +9,7 @@ import pytest
 from nsdrill.analysis.contrast import contrast
 from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.errors import InputError
-from nsdrill.text.diff import border_rows, onset_rows, sentence, side_by_side, thresholds
+from nsdrill.text.contrast import border_rows, onset_rows, sentence, side_by_side, thresholds
 
 from .grids import grid
 

@@ -17,7 +17,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.plot.answer import answer, warnings
 from nsdrill.sampling import Uncertain, draw
-from nsdrill.text.diff import side_by_side, thresholds
+from nsdrill.text.contrast import side_by_side, thresholds
 from nsdrill.variables import DIVERGED, OK, Unknown
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")

@@ -18,7 +18,7 @@ with deferred():
     from nsdrill.analysis import window as regions
     from nsdrill.app import answers as found_in
     from nsdrill.app import pictures
-    from nsdrill.text import diff as comparison
+    from nsdrill.text import contrast as comparison
     from nsdrill.text import uncertain
     from nsdrill.text import window as text
 

@@ -30,7 +30,7 @@ from nsdrill.plot.answer import (
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import Look
-from nsdrill.text.diff import border_rows, difference, notes, onset_rows, sentence, side_by_side, thresholds
+from nsdrill.text.contrast import border_rows, difference, notes, onset_rows, sentence, side_by_side, thresholds
 from nsdrill.variables import AXES, SAMPLE
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension
