@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from nsdrill.analysis.maps import least_share
 from nsdrill.data import Answer
-from nsdrill.errors import count
 from nsdrill.models.responses import RESPONSES
 from nsdrill.plot.answer import (
     WAYS,
@@ -19,51 +18,79 @@ from nsdrill.plot.answer import (
     obstacle_words,
     of_both,
     percent,
+    safe_words,
     warnings,
 )
+from nsdrill.study.uncertain import HOW
 from nsdrill.text.window import MAX_ROWS, WIDTH
 from nsdrill.text.words import aligned
 
 ENDS = ("lower", "upper")
 MAX_INTERVALS = 3  # in a cell of a table
 MAX_KEYS = 6  # in one line
+SINGLE = "not known, as the numbers are single estimates"
 
 
-def _with_share(limits: str, window: Answer) -> str:
-    """The thresholds, and in how many of the samples of a ``window`` they are passed."""
+def _share(window: Answer) -> str:
+    """In how many of the samples of a ``window`` a response occurs that is counted; ""
+    without samples."""
     level = window["confidence"]
-    return limits if level is None else f"{limits}; each in {100 * least_share(level):.1f} % of the samples or more"
+    return "" if level is None else f"each in {100 * least_share(level):.1f} % of the samples or more"
 
 
 def thresholds(found: Answer) -> str:
     """From where the responses of the two count, in words."""
-    a, b = map(_with_share, found["thresholds"], found["windows"])
+    told = []
+    for limits, window in zip(found["thresholds"], found["windows"], strict=True):
+        level, share = window["confidence"], _share(window)
+        why = f"; {share}, a third of the {100 - 100 * level:.3g} % that need not be safe" if share else ""
+        told.append(f"{limits}{why}")
+    a, b = told
     return a if a == b else f"in a {a}; in b {b}"
 
 
 def sentence(found: Answer, units: str) -> str:
     """What b wins and costs against a, in one sentence."""
-    fmt = Formatter(units)
+    fmt, points = Formatter(units), found["points"]
     a, b = found["names"]
-    if not found["both"] + found["gained"] + found["lost"]:
-        text = f"None of {found['points']} common points is safe, neither with {b} nor with {a}"
-    else:
+    safe = safe_words(found["windows"][0]["severity"])
+    level, other = (window["confidence"] for window in found["windows"])
+    if level is not None and level == other:
+        safe += f" with a probability of {100 * level:g} %"
+    if found["both"] + found["gained"] + found["lost"]:
         text = (
-            f"With {b} {found['both'] + found['gained']} of {found['points']} common points are safe, "
+            f"With {b} {found['both'] + found['gained']} of {points} common points are {safe}, "
             f"with {a} {found['both'] + found['lost']}: {found['gained']} gained, {found['lost']} lost"
         )
-    text += "; " + "; ".join(filter(None, (_moves(found, fmt), _occurrence(found), _cost(found, fmt))))
-    return text.rstrip("; ") + "."
+        parts = [_moves(found, fmt), _occurrence(found), _cost(found, fmt)]
+    else:
+        text = f"None of {points} common points is {safe}, neither with {b} nor with {a}"
+        parts = [_most_probable(found), _occurrence(found)]
+    return "; ".join([text, *filter(None, parts)]) + "."
+
+
+def _most_probable(found: Answer) -> str:
+    """The greatest probability of a safe run with b and with a; "" where one has none."""
+    best = found["most_probable"]
+    if best is None:
+        return ""
+    chance = "" if best["apart"] else ", which may be chance"
+    return f"the most probable point {percent(best['b'])} instead of {percent(best['a'])}{chance}"
 
 
 def _occurrence(found: Answer) -> str:
-    """At how many points the responses occur with b and with a, where that differs."""
-    parts = [
-        f"{RESPONSES[name].words} at {count(pair['b'], 'point')} instead of {pair['a']}"
-        for name, pair in found["responses"].items()
-        if pair["a"] != pair["b"]
-    ]
-    return ", ".join(parts)
+    """At how many points the responses occur with b and with a, the most frequent
+    first."""
+    parts = []
+    for name, pair in sorted(found["responses"].items(), key=lambda one: -max(one[1].values())):
+        if not any(pair.values()):
+            continue
+        number = f"all {pair['b']}" if pair["b"] == found["points"] > 1 else f"{pair['b']}"
+        other = "with both" if pair["a"] == pair["b"] else f"instead of {pair['a']}"
+        parts.append(f"{RESPONSES[name].words} at {number} point{'' if number == '1' else 's'} {other}")
+    shares = {_share(window) for window in found["windows"]}
+    share = shares.pop() if len(shares) == 1 and parts else ""
+    return ", ".join(parts) + (f" ({share})" if share else "")
 
 
 def _moves(found: Answer, fmt: Formatter) -> str:
@@ -103,8 +130,10 @@ def _change(name: str, pair: Mapping[str, float | None], fmt: Formatter) -> str:
 
 
 def difference(found: Answer) -> str:
-    """The keys in which the studies differ, in one line."""
-    rows = found["study"]
+    """The keys in which the studies differ, in one line; not how the samples are drawn
+    that only one has."""
+    how = {f"uncertain.{name}" for name in HOW}
+    rows = [row for row in found["study"] if row["key"] not in how or None not in (row["a"], row["b"])]
     if not rows:
         return "The studies are the same."
     told = [f"{row['key']}: {row['a'] or 'nothing'} in a, {row['b'] or 'nothing'} in b" for row in rows]
@@ -126,6 +155,19 @@ def notes(found: Answer, units: str) -> Iterator[str]:
             f"OTHER HISTORIES: a was run {' and '.join(histories[0])}, b "
             f"{' and '.join(histories[1])}. A point may be gained or lost by that alone."
         )
+    elif found["study"] and all(row["key"].startswith("sweep.") for row in found["study"]):
+        yield (
+            "ONLY THE SWEEP DIFFERS: a and b are the same string. What is gained or lost comes from the steps "
+            "between the points, from which a motion is carried to the next, not from the string."
+        )
+    sampled = [window["confidence"] is not None for window in found["windows"]]
+    if sampled[0] != sampled[1]:
+        letter, window = next(pair for pair in zip("ab", found["windows"], strict=True) if pair[1]["samples"])
+        yield (
+            f"ONE HAS SAMPLES, {letter}: there a point is safe where {100 * window['confidence']:g} % of "
+            f"{window['counted']} samples are, in the other where one run of the estimates is. A point may be gained "
+            "or lost by that alone."
+        )
     if found["unknown"]:
         yield f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points."
     if not found["points"]:
@@ -134,28 +176,28 @@ def notes(found: Answer, units: str) -> Iterator[str]:
 
 
 def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
-    """The two windows side by side: what, in a, in b."""
-    fmt = Formatter(units)
-    windows = found["windows"]
-    table: list[tuple[str, ...]] = [("answer", *(answer(window, units) for window in windows))]
-    table.append(
-        ("safe points", *(f"{w['safe']} of {w['points']} ({100 * w['share']['safe']:.1f} %)" for w in windows))
-    )
+    """The two windows side by side: what, in a, in b. A row that neither has is left
+    out."""
+    fmt, windows = Formatter(units), found["windows"]
     planes = [chosen_map(window) for window in windows]
     bests = [plane["recommended"] if plane else None for plane in planes]
     axes = in_order(windows[0]["axes"])
-    settings = [
-        f"{letter}: {fmt.setting(best, axes) if best else 'none'}" for letter, best in zip("ab", bests, strict=True)
+    rows: list[tuple[str, Sequence[str | None]]] = [
+        ("answer", [answer(window, units) for window in windows]),
+        ("safe points", [_of_points(window, window["safe"]) for window in windows]),
     ]
-    table.append(("best point", *settings))
+    for name, response in RESPONSES.items():
+        if any(window["obstacles"][name] for window in windows):
+            rows.append((response.words, [_of_points(window, window["obstacles"][name]) for window in windows]))
+    rows.append(("best point", [best and fmt.setting(best, axes) for best in bests]))
     for axis in axes:
-        ends = [
-            fmt.range(axis, [best["margins"][axis][side]["safe_to"] for side in ("less", "more")]) if best else "none"
-            for best in bests
-        ]
-        table.append((f"safe there, {fmt.name(axis)}", ends[0], ends[1]))
+        sides = [best and best["margins"][axis].values() for best in bests]
+        spans = [both and fmt.range(axis, [side["safe_to"] for side in both]) for both in sides]
+        rows.append((f"safe there, {fmt.name(axis)}", spans))
     if any(best and "probability" in best for best in bests):
-        table.append(("probability", *(_probability(best) for best in bests)))
+        rows.append(("probability", list(map(_probability, bests))))
+    if None in bests and any(window["most_probable"] for window in windows):
+        rows.append(("most probably safe", [_most_probably_safe(window, fmt) for window in windows]))
     rate = found["rate"] or {}
     words = {
         "recommended": "rate of penetration there",
@@ -163,19 +205,27 @@ def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
         "both_safe": "where both are safe, mean",
     }
     for key, label in words.items():
-        if key in rate and any(value is not None for value in rate[key].values()):
-            shown = [
-                "none" if value is None else fmt.value("rate_of_penetration", value) for value in rate[key].values()
-            ]
-            table.append((label, shown[0], shown[1]))
-    return table
+        rates = [value and fmt.value("rate_of_penetration", value) for value in rate.get(key, {}).values()]
+        rows.append((label, rates))
+    return [(label, *(cell or "none" for cell in cells)) for label, cells in rows if any(cells)]
 
 
-def _probability(best: Answer | None) -> str:
+def _of_points(window: Answer, number: int) -> str:
+    return f"{number} of {window['points']} ({100 * number / window['points']:.1f} %)"
+
+
+def _probability(best: Answer | None) -> str | None:
     """That of the best point of a window, with its interval."""
     if best is None:
-        return "none"
-    return percent(best) if "probability" in best else "not known, as the numbers are single estimates"
+        return None
+    return percent(best) if "probability" in best else SINGLE
+
+
+def _most_probably_safe(window: Answer, fmt: Formatter) -> str | None:
+    point = window["most_probable"]
+    if not point:
+        return SINGLE if window["confidence"] is None else None
+    return f"{fmt.setting(point, (*window['axes'], window['third']))}: {percent(point)}"
 
 
 def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
