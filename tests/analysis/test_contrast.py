@@ -9,7 +9,8 @@ import pytest
 from nsdrill.analysis.contrast import contrast
 from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.errors import InputError
-from nsdrill.text.diff import border_rows, onset_rows, sentence, side_by_side, thresholds
+from nsdrill.plot.answer import answer
+from nsdrill.text.contrast import border_rows, notes, onset_rows, sentence, side_by_side, thresholds
 
 from .grids import grid
 
@@ -44,8 +45,47 @@ def test_what_the_second_changes_is_said_where_no_point_is_safe():
     found = app_contrast(*(grid({"up": [line]}, SPEEDS) for line in ("ssswww", "sswwww")), names=["a.h5", "b.h5"])
     assert sentence(found, "si") == (
         "None of 6 common points is safe, neither with b.h5 (b) nor with a.h5 (a); "
-        "stick-slip at 2 points instead of 3, whirl at 4 points instead of 3."
+        "whirl at 4 points instead of 3, stick-slip at 2 points instead of 3."
     )
+
+
+def test_a_response_that_does_not_change_is_named_as_the_reason():
+    """Whirl at every point of both is why none is safe."""
+    found = app_contrast(*(grid({"up": [line]}, SPEEDS) for line in ("wwwwww", "wwwwbb")), names=["a.h5", "b.h5"])
+    found["responses"]["whirl"] = {"a": 6, "b": 6}
+    assert "; whirl at all 6 points with both, bit-bounce at 2 points instead of 0." in sentence(found, "si")
+
+
+def test_a_table_has_no_row_that_neither_has():
+    found = app_contrast(*(grid({"up": [line]}, SPEEDS) for line in ("ssswww", "sswwww")))
+    assert side_by_side(found, "si")[1:] == [
+        ("safe points", "0 of 6 (0.0 %)", "0 of 6 (0.0 %)"),
+        ("stick-slip", "3 of 6 (50.0 %)", "2 of 6 (33.3 %)"),
+        ("whirl", "3 of 6 (50.0 %)", "4 of 6 (66.7 %)"),
+    ]
+
+
+def test_what_a_severity_allows_is_said_in_the_sentence():
+    data = [grid({"up": [line]}, SPEEDS) for line in (".....s", "....ss")]
+    for one in data:
+        for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
+            one.variables[name] = np.where(one["response"] > 0, 4, 3).astype(np.int8)
+    found = app_contrast(*data, severity=3)
+    assert " 4 of 6 common points are safe (vibration up to strong allowed), with " in sentence(found, "si")
+    assert all("safe (vibration up to strong allowed) from 1 to" in answer(one, "si") for one in found["windows"])
+    none = [answer(app_contrast(*data, severity=level)["windows"][0], "si") for level in (2, 0)]
+    assert "none of 6 is safe (vibration up to moderate allowed) " in none[0]
+    assert "none of 6 is safe (no vibration allowed) " in none[1]
+
+
+def test_two_that_differ_in_their_sweep_alone_are_said_to_be_the_same_string():
+    a, b = grid({"up": [A]}, SPEEDS, WEIGHTS), grid({"up": [B]}, SPEEDS, WEIGHTS)
+    for one, points in ((a, 6), (b, 11)):
+        axis = {"rotary_speed": {"from": 1.0, "to": 6.0, "points": points}}
+        one.attrs["study_resolved"] = json.dumps({"sweep": axis, "title": f"{points}"})
+    assert next(notes(app_contrast(a, b), "si")).startswith("ONLY THE SWEEP DIFFERS: a and b are the same string.")
+    b.attrs["study_resolved"] = json.dumps({"sweep": axis, "drive": {"kind": "ideal"}})
+    assert not any("ONLY THE SWEEP" in note for note in notes(app_contrast(a, b), "si"))
 
 
 def test_every_border_says_how_far_it_moved_and_what_lies_beyond(found):
@@ -173,5 +213,5 @@ def test_a_comparison_says_what_is_lost_and_names_the_two():
     assert "at the best point 3.6 m/h in both" in sentence(app_contrast(data[1], data[1]), "si")
     found = app_contrast(*data, names=["one.h5", "two.h5"])
     assert sentence(found, "si").startswith("With two.h5 (b) 3 of 10")
-    assert ("best point", "a: 20 kN, 3 rad/s (28.6 rpm)", "b: 10 kN, 3 rad/s (28.6 rpm)") in side_by_side(found, "si")
+    assert ("best point", "20 kN, 3 rad/s (28.6 rpm)", "10 kN, 3 rad/s (28.6 rpm)") in side_by_side(found, "si")
     assert thresholds(found).startswith("bit-bounce: off the rock for more than 1 % of the time")

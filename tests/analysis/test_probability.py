@@ -17,7 +17,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.plot.answer import answer, warnings
 from nsdrill.sampling import Uncertain, draw
-from nsdrill.text.diff import side_by_side, thresholds
+from nsdrill.text.contrast import difference, notes, sentence, side_by_side, thresholds
 from nsdrill.variables import DIVERGED, OK, Unknown
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
@@ -237,7 +237,33 @@ def test_a_window_with_samples_says_what_may_be_and_stands_beside_one_without():
     assert told[0].startswith("100.0 % (")
     assert "single estimates" in told[1]
     assert "in a bit-bounce" in thresholds(found)
-    assert "each in 3.3 % of the samples or more; in b bit-bounce" in thresholds(found)
+    why = "each in 3.3 % of the samples or more, a third of the 10 % that need not be safe"
+    assert f"{why}; in b bit-bounce" in thresholds(found)
+    (told,) = [note for note in notes(found, "si") if note.startswith("ONE HAS SAMPLES, a: ")]
+    assert "90 % of 10 samples" in told
+    key = "uncertain.samples"
+    found["study"] = [{"key": key, "a": "10", "b": None}, {"key": "bit.lobes", "a": "1", "b": "3"}]
+    assert difference(found) == "What differs: bit.lobes: 1 in a, 3 in b."
+
+
+@pytest.mark.parametrize(("safe", "apart"), [(4, False), (9, True)])
+def test_a_comparison_without_a_safe_point_has_the_probabilities(safe, apart):
+    """At the second of three speeds 4 or 9 of 10 samples of b are safe instead of 2 of a; all
+    others whirl: at 3 points of both, as 1 of 10 is more than a third of 5 %."""
+    data = []
+    for number in (2, safe):
+        response = np.full((1, 1, 3, 10), WHIRL)
+        response[..., 1, :number] = 0
+        data.append(made_up(response, attrs={"study_resolved": "{}"}))
+    found = app_contrast(*data, confidence=0.95, names=["a.h5", "b.h5"])
+    assert found["most_probable"]["apart"] == apart
+    text = sentence(found, "si")
+    assert text.startswith("None of 3 common points is safe with a probability of 95 %, neither with b.h5 (b) nor")
+    chance = "" if apart else ", which may be chance"
+    assert f"5.7 to 51.0){chance}; whirl at all 3 points with both (each in 1.7 % of the samples or more)." in text
+    assert f"; the most probable point {10 * safe}.0 % (" in text
+    (told,) = [row[1:] for row in side_by_side(found, "si") if row[0] == "most probably safe"]
+    assert told[0] == "2 rad/s (19.1 rpm): 20.0 % (5.7 to 51.0)"
 
 
 # Ishigami and Homma (1990), a = 7, b = 0.1; exact indices from the variances of its

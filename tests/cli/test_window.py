@@ -2,6 +2,7 @@
 no sweep."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -145,17 +146,20 @@ def test_an_unfinished_run(call, shared):
 
 
 def test_two_studies_are_compared(call, shared, tmp_path):
-    """A file with itself: nothing is gained; with one of other axes: refused."""
-    map_file = shared / "map.h5"
-    out = call("window", map_file, map_file, "--units", "field").out
+    """A file with its copy: nothing is gained; with itself, or one of other axes: refused."""
+    map_file, copy = shared / "map.h5", shutil.copy(shared / "map.h5", tmp_path / "copy.h5")
+    assert "found the same file twice" in call("window", map_file, map_file, code=2).err
+    with pytest.raises(nsdrill.InputError, match="found the same file twice"):
+        nsdrill.window(map_file, str(map_file))
+    out = call("window", map_file, copy, "--units", "field").out
     assert "The studies are the same." in out
     assert "common points is safe, neither with " in out
     assert "a and b: THE MAP ENDS" in out, "what holds for both stands once"
-    found = json.loads(call("window", map_file, map_file, "--json").out)
+    found = json.loads(call("window", map_file, copy, "--json").out)
     assert (found["gained"], found["lost"], found["both"]) == (0, 0, found["windows"][0]["safe"])
     assert all(row["lower"]["moved"] == row["upper"]["moved"] == 0.0 for row in found["borders"])
     picture = tmp_path / "two.svg"
-    call("window", map_file, map_file, "--picture", picture)
+    call("window", map_file, copy, "--picture", picture)
     text = picture.read_text()
     assert "safe in a" not in text, "nothing is"
     assert "map.h5" in text

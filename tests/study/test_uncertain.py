@@ -112,13 +112,22 @@ def test_joint_rows_may_overlap_where_each_row_is_in_order():
         study(rows.format(0.45))
 
 
+@pytest.mark.parametrize("factor", [1.1, 2])
+def test_an_end_of_the_range_is_no_bound(factor):
+    """Written or not, and whether or not a number tells it from none, the study is the same."""
+    text = f"{{{ROCK}: {{lognormal: {{median: 25 MN/m, factor: {factor}%s}}}}}}"
+    one, other = study(text % ""), study(text % ", low: 1 N/m")
+    assert one.resolved == other.resolved == parse_study(study_text(one.resolved), "s.yaml").resolved
+    assert "low" not in study_text(one.resolved).partition("uncertain:")[2].partition("samples")[0]
+
+
 def test_differences_name_the_unknown():
     one, two = (study(FULL), study(FULL.replace("factor: 2", "factor: 3").replace("samples: 100", "samples: 64")))
     told = {key: (a, b) for key, a, b in changes(one.resolved, two.resolved)}
     assert told["uncertain.samples"] == ("100", "64")
     before, after = told[f"uncertain.{ROCK}"]
-    assert "factor: 2," in str(before)
-    assert "factor: 3," in str(after)
+    assert "factor: 2}" in str(before), "the range of the key cuts off nothing"
+    assert "factor: 3}" in str(after)
     assert len(told) == 2
 
 

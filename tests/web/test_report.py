@@ -17,13 +17,16 @@ import pytest
 from click.testing import CliRunner, Result
 
 import nsdrill
+from nsdrill.app.answers import sensitivity
 from nsdrill.app.answers import window as window_of
 from nsdrill.cli.main import group
 from nsdrill.data import Results
 from nsdrill.plot.answer import answer, warnings
 from nsdrill.store import read_results
+from nsdrill.text.uncertain import conclusion
 from nsdrill.web.answers import LIMITS, file_answer
 from nsdrill.web.diagrams import choices
+from nsdrill.web.page import without_keys
 from nsdrill.web.report import representatives
 from nsdrill.web.server import static
 
@@ -207,7 +210,8 @@ def test_the_answer_is_first_and_how_it_was_made_last(page, shared):
         for wanted in (sentence, "Diagrams", "Motions", "Numbers", "How this was made", str(attrs["study_sha256"]))
     ]
     assert places == sorted(places)
-    assert text.startswith(f"Small – nsdrill Small small.h5 {sentence}")
+    assert text.startswith("Small – nsdrill Small small.h5 Studied: speed 1 to 8 rad/s (")
+    assert text.partition("depth ")[2].partition(". ")[2].startswith(sentence)
 
 
 def test_every_warning_of_the_text_stands_once_in_the_first_lines(page, shared):
@@ -217,7 +221,7 @@ def test_every_warning_of_the_text_stands_once_in_the_first_lines(page, shared):
     said = list(warnings(window_of(read_results(shared / "small.h5")), "si"))
     assert said
     for one in said:
-        words = " ".join(one.split())
+        words = without_keys(" ".join(one.split()))
         assert words in words_of(page).partition("Diagrams")[0]
         assert words_of(page).count(words) == 1
         assert one.partition(":")[0].partition(" at ")[0] not in drawn
@@ -265,9 +269,10 @@ def test_two_files_are_compared_and_named(shared, tmp_path):
     shutil.copy(shared / "map.h5", other)
     assert made(shared / "map.h5", other, "-o", tmp_path / "two.html").exit_code == 0
     text = first_lines(tmp_path / "two.html")
-    assert (nothing := "common points is safe, neither with ") in text
+    assert "common points is safe, neither with " in text
     assert text.count(LIMITS) == 1
-    assert text.index(LIMITS) < text.index("a: ", text.index(nothing))
+    assert text.index("THE MAP ENDS") < text.index(LIMITS) < text.index("a: ", text.index(LIMITS))
+    assert text.count("THE MAP ENDS") == 1, "of both, and not again with the answer of each"
     assert "The studies are the same." in text
     for name in (f"a: {shared / 'map.h5'}", f"b: {other}"):
         assert name in text
@@ -302,7 +307,85 @@ def test_what_is_wrong_with_the_input_is_in_the_first_lines(shared, tmp_path):
         {name: values[tuple(slice(0, 1) for _ in data.grid)] for name, values in data.variables.items()},
         data.attrs,
     )
-    assert "No window: found a single operating point" in words_of(file_answer(point, "si"))
+    text = words_of(file_answer(point, "si"))
+    assert text.startswith("2000 m, 22.24 kN, 1 rad/s (9.55 rpm): whirl. ONE SETTING ONLY")
+
+
+UNKNOWN = """
+title: Unknown
+drillstring: {eccentricity: 12.7 mm}
+bit: {lobes: 1}
+operation: {depth: 3000 m, wob: 40 kN, rotary_speed: 8 rad/s}
+simulation: {transient: 10 s, observe: 1 s}
+uncertain:
+  drillstring.eccentricity: {triangular: [1 mm, 2 mm, 40 mm]}
+  bit.rock_stiffness: {lognormal: {median: 25 MN/m, factor: 1.6}}
+  samples: 32
+"""
+SWEEP = {"sweep": {"rotary_speed": ["3 rad/s", "8 rad/s"], "wob": ["20 kN", "40 kN"]}}
+
+
+@pytest.fixture(scope="module")
+def unknown(tmp_path_factory):
+    """Files with samples: of one point, and of two speeds and weights."""
+    folder = tmp_path_factory.mktemp("unknown")
+    for name, change in (("point", {}), ("map", SWEEP)):
+        nsdrill.run(UNKNOWN, folder / f"{name}.h5", set=change, progress=False)
+    return folder
+
+
+def test_the_outcome_of_a_single_point_is_its_answer(unknown, tmp_path):
+    """With samples the probabilities that ``nsdrill probability`` has, and what had not
+    settled; without the brackets of a program."""
+    found = nsdrill.probability(unknown / "point.h5")
+    shares = {name: float(found.probability.sel(outcome=name)) for name in found.outcome.values.tolist()}
+    settled = read_results(unknown / "point.h5")["settled"]
+    assert 0.0 < shares["whirl"] < 1.0
+    assert made(unknown / "point.h5", "-o", tmp_path / "point.html").exit_code == 0
+    text = first_lines(tmp_path / "point.html")
+    assert f"3000 m, 40 kN, 8 rad/s (76.4 rpm): safe with a probability of {100 * shares['safe']:.1f} % (" in text
+    assert f"; whirl {100 * shares['whirl']:.1f} % (" in text
+    assert f"NOT SETTLED: in {np.count_nonzero(settled == 0)} of 32 runs " in text
+    assert "No window" not in text
+    assert "Run with a longer transient." in text
+
+
+def test_what_to_measure_first_is_that_of_the_point_of_the_answer(unknown):
+    """Not on average over the map, and by the severity of the page."""
+    results = read_results(unknown / "map.h5")
+    for severity in (None, 3):
+        best = window_of(results, severity)
+        point = best["maps"][0]["recommended"] or best["most_probable"]
+        at = {axis: point[axis] for axis in ("rotary_speed", "wob")}
+        told = without_keys(conclusion(sensitivity(results, severity, at)))
+        assert "At this point " + told[0].lower() + told[1:] in words_of(file_answer(results, "si", severity=severity))
+
+
+def test_what_was_studied_is_said_in_words_and_units(unknown, shared, tmp_path):
+    assert made(unknown / "map.h5", "-o", tmp_path / "a.html", "--units", "field").exit_code == 0
+    text = first_lines(tmp_path / "a.html").partition("Studied: ")[2]
+    for wanted in (
+        "weight on bit 4.496 to 8.992 klbf (2 values); speed 28.65 to 76.39 rpm (2 values); ",
+        "; bit lobes 1; ",
+        "; depth 9843 ft; ",
+        "; eccentricity assumed triangular 0.03937 in, 0.07874 in, 1.575 in; ",
+        "bit rock stiffness assumed lognormal median 142754 lbf/in, factor 1.6. ",
+    ):
+        assert wanted in text, wanted
+    assert "drillstring." not in text
+
+
+def test_of_three_files_it_is_said_that_two_are_compared(unknown, shared, tmp_path):
+    files = (unknown / "map.h5", shared / "map.h5", shared / "small.h5")
+    assert made(*files, "-o", tmp_path / "a.html", "--motions", "0").exit_code == 0
+    text = first_lines(tmp_path / "a.html")
+    assert text.index("other files stand side by side") < text.index(LIMITS) < text.index("1: ", text.index(LIMITS))
+
+
+def test_the_same_file_twice_is_refused(shared, tmp_path):
+    done = made(shared / "map.h5", shared / "x" / ".." / "map.h5", "-o", tmp_path / "two.html")
+    assert "found the same file twice; allowed: different files" in str(done.exception)
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_window_is_a_picture_of_vectors_with_words(page):
@@ -372,6 +455,22 @@ def test_the_answer_is_on_the_first_page_and_provenance_on_the_last(printed):
     assert "SHA-256" not in "".join(printed[: len(printed) // 2])
     assert "SHA-256" in "".join(printed[-2:])
     assert 4 <= len(printed) <= 12
+
+
+@pytest.mark.parametrize("paper", ["A4", "Letter"])
+def test_the_first_printed_page_of_two_files_is_complete(chromium, unknown, tmp_path, paper):
+    """What was studied, the answer, the table, the warnings, the limits."""
+    nsdrill.run(UNKNOWN, tmp_path / "b.h5", set={**SWEEP, "drive.kind": "soft_torque"}, progress=False)
+    assert made(unknown / "map.h5", tmp_path / "b.h5", "-o", tmp_path / "two.html", "--motions", "0").exit_code == 0
+    page = chromium.new_page()
+    page.goto((tmp_path / "two.html").as_uri())
+    page.locator("body[data-ready='1']").wait_for()
+    page.pdf(path=tmp_path / "two.pdf", format=paper, print_background=True)
+    page.close()
+    first = pages(tmp_path / "two.pdf")[0]
+    wanted = ("Studiedinboth:", "softtorquedrive(b)", "safepoints", "Aresponsecountsfromhere", "HISTORYWASNOTEXAMINED")
+    places = [first.index(one) for one in (*wanted, "Notvalidatedagainstfielddata")]
+    assert places == sorted(places)
 
 
 @pytest.mark.parametrize("paper", ["A4", "Letter"])

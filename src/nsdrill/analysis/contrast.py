@@ -34,7 +34,9 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
     - ``onsets``: for each line, way and response, the intervals in which it occurs in
       ``a`` and in ``b``, by their first and last value;
     - ``rate``: the rate of penetration [m/s] at the recommended point, at the fastest
-      safe point, and on average over the points that are safe in both.
+      safe point, and on average over the points that are safe in both;
+    - ``most_probable``: of two with samples the points that are most probably safe,
+      and whether the intervals of their probabilities are ``apart``.
 
     InputError where the axes differ.
     """
@@ -58,16 +60,11 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
         "gained": int(np.count_nonzero(safe[1] & ~safe[0])),
         "lost": int(np.count_nonzero(safe[0] & ~safe[1])),
         "unknown": int(np.count_nonzero((state[0] == UNKNOWN) | (state[1] == UNKNOWN))),
-        "responses": {
-            name: {
-                side: int(np.count_nonzero(one.bits[np.ix_(*place)].astype(int) & response.bit))
-                for side, one, place in zip("ab", maps, places, strict=True)
-            }
-            for name, response in RESPONSES.items()
-        },
+        "responses": _responses(maps, places),
         "borders": _borders(maps, places),
         "onsets": _onsets(maps, places),
         "rate": _rates(maps, places, safe[0] & safe[1], windows),
+        "most_probable": _most_probable(windows),
     }
     worded: Answer = in_words(found)
     return worded
@@ -77,6 +74,15 @@ def _places(a: Classes, b: Classes) -> tuple[tuple[Array, ...], tuple[Array, ...
     """The indices [third, y, x] of the common values of the axes, in each of the two."""
     pairs = [common_places(a.values(axis), b.values(axis))[:2] for axis in (a.third, a.y, a.x)]
     return tuple(i for i, _ in pairs), tuple(j for _, j in pairs)
+
+
+def _responses(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, ...]]) -> Answer:
+    """At how many of the common points each response occurs, in ``a`` and in ``b``."""
+    bits = [one.bits[np.ix_(*place)].astype(int) for one, place in zip(maps, places, strict=True)]
+    return {
+        name: {side: int(np.count_nonzero(part & response.bit)) for side, part in zip("ab", bits, strict=True)}
+        for name, response in RESPONSES.items()
+    }
 
 
 def _lines(
@@ -168,6 +174,16 @@ def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, .
                 if row["a"] or row["b"]:
                     rows.append(row)
     return rows
+
+
+def _most_probable(windows: list[Answer]) -> Answer | None:
+    """The points of the two that are most probably safe, ``a`` and ``b``; None where one
+    has none."""
+    a, b = (window["most_probable"] for window in windows)
+    if not a or not b:
+        return None
+    first, second = sorted((a, b), key=lambda point: float(point["probability"]))
+    return {"a": a, "b": b, "apart": bool(first["probability_high"] < second["probability_low"])}
 
 
 def _rates(

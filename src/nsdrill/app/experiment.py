@@ -149,17 +149,17 @@ def with_overrides(data: Data) -> Data:
     return data
 
 
-def own_numbers(attrs: Attributes) -> list[str]:
-    """``key: value`` for each key of the study of a file with the root attributes
-    ``attrs`` that differs from the default of its model, but for its title and units
-    and the axes of its sweep."""
+def own_keys(attrs: Attributes) -> dict[str, str]:
+    """The values, as in a study file, of the keys of the study of a file with the root
+    attributes ``attrs`` that differ from the defaults of its model, but for its title
+    and units and the axes of its sweep."""
     study = study_from_resolved(json.loads(attrs["study_resolved"]))
     default = loading.parse_study(f"model: {study.model.name}\n").resolved
-    return [
-        f"{key}: {value}"
+    return {
+        key: value
         for key, _, value in writing.changes(default, study.resolved)
         if value is not None and key.partition(".")[0] not in ("title", "units", "sweep")
-    ]
+    }
 
 
 def study_of(path: str | os.PathLike[str], attrs: Attributes) -> str:

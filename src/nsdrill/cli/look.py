@@ -234,9 +234,10 @@ def view(
     examples=("report out.h5 -o report.html", "report up.h5 down.h5 -o report.html --units field --motions 6"),
 )
 def report(given: Given) -> int:
-    """Write RESULTS, files of sweeps or branches, as one page of HTML that opens
-    without a network: what was run, diagrams with numbers, where history matters, the
-    operating window, motions, and the command lines that reproduce it."""
+    """Write RESULTS, files of sweeps or branches, as one file of HTML that opens
+    without a network: the answer on its first printed page, then diagrams, motions,
+    numbers, and the command lines that reproduce it. Two sweeps are compared, other
+    files stand side by side."""
     path = answers.report(**given)
     say(f"{path}: written, {files.amount(os.path.getsize(path))}.")
     return 0

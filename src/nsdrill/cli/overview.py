@@ -20,7 +20,7 @@ GROUPS = {
         "show": "Summarise a file of results, a trace or branches in words and numbers.",
         "plot": "Draw a file of results, a trace or branches.",
         "view": "Explore results or a study in the browser.",
-        "report": "Write results as one page of HTML to send.",
+        "report": "Write results as one file of HTML to send.",
     },
     "Decide": {
         "window": "Find the operating window: where every run is safe, whatever its history.",

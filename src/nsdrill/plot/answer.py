@@ -16,7 +16,7 @@ from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
 from nsdrill.data import Answer
 from nsdrill.errors import count
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
 from nsdrill.plot.labels import quantity as shown_quantity
 from nsdrill.quantity import quantity
 from nsdrill.units import from_si
@@ -102,9 +102,16 @@ def response_words(names: Iterable[str]) -> str:
     return ", ".join(RESPONSES[name].words for name in names)
 
 
+def safe_words(severity: int | None) -> str:
+    """``safe``, with the vibration that a ``severity`` allows."""
+    if severity is None:
+        return "safe"
+    return f"safe ({f'vibration up to {MILD_TO_SEVERE[severity]}' if severity else 'no vibration'} allowed)"
+
+
 def answer(summary: Answer, units: str) -> str:
     """The answer in one sentence."""
-    fmt = Formatter(units)
+    fmt, safe = Formatter(units), safe_words(summary["severity"])
     plane = chosen_map(summary)
     if plane is None or plane["recommended"] is None:
         return _nothing_safe(summary, fmt)
@@ -122,9 +129,9 @@ def answer(summary: Answer, units: str) -> str:
     sides = best["margins"][speed]
     ends = [sides["less"]["safe_to"], sides["more"]["safe_to"]]
     if ends[0] == ends[1]:
-        text += f"; no other {quantity(speed).words} next to it is safe"
+        text += f"; no other {quantity(speed).words} next to it is {safe}"
     else:
-        text += f"; safe from {fmt.range(speed, ends)}"
+        text += f"; {safe} from {fmt.range(speed, ends)}"
     if summary["confidence"] is not None:
         text += f"; with a probability of {percent(best)}"
     text += ", whatever the history" if summary["history_examined"] else ", on the one history that was run"
@@ -190,16 +197,14 @@ def _nothing_safe(summary: Answer, fmt: Formatter) -> str:
     if not known:
         return "No answer: no run that decides on a point ended well."
     what = "whatever the history" if summary["history_examined"] else "in the history that was run"
-    text = f"No safe point: none of {summary['points']} is safe {what}"
+    text = f"No safe point: none of {summary['points']} is {safe_words(summary['severity'])} "
     if summary["confidence"] is not None:
-        text = (
-            f"No safe point: none of {summary['points']} is safe with a probability of "
-            f"{100 * summary['confidence']:g} %"
-        )
+        text += f"with a probability of {100 * summary['confidence']:g} %"
         if best := summary["most_probable"]:
             at = fmt.setting(best, (*summary["axes"], summary["third"]))
             return f"{text}; the most probable one is {at}, with {percent(best)}."
         return f"{text}, or in any of the samples."
+    text += what
     found = [f"{name.replace('_', '-')} at {count}" for name, count in summary["obstacles"].items() if count]
     if summary["rim"]:
         text += f"; {summary['rim']} are on some histories"
@@ -336,7 +341,7 @@ def _of_motions(summary: Answer) -> Iterator[str]:
     if unsettled:
         yield (
             f"NOT SETTLED: at {unsettled} of {count(points, of)}{which} a motion was still "
-            "changing when it was observed. Run with a longer simulation.transient."
+            "changing when it was observed. Run with a longer transient (simulation.transient)."
         )
     if decided := summary["by_history"]:
         yield (

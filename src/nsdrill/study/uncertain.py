@@ -152,10 +152,9 @@ def _named(at: Reading, path: KeyPath, numbers: Resolved, leaf: Leaf) -> Value:
             hint = f"Cut it off with {end}: {leaf.text(leaf.low if end == 'low' else leaf.high)}."
             return at.refuse(path, found, f"{leaf.range()} for all but {100 * OUTSIDE:g} %", hint)
     ends = {"low": low, "high": high}
-    if low is None and made.cdf(leaf.low) > 0.0:
-        ends["low"] = leaf.low
-    if high is None and made.sf(leaf.high) > 0.0:
-        ends["high"] = leaf.high
+    for end, bound, outside in (("low", leaf.low, made.cdf(leaf.low)), ("high", leaf.high, made.sf(leaf.high))):
+        if ends[end] in (None, bound):  # written or not
+            ends[end] = bound if outside > 0.0 else None
     return {kind: {name: value[name] for name in NUMBERS_OF[kind]} | {k: v for k, v in ends.items() if v is not None}}
 
 

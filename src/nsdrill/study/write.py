@@ -162,7 +162,10 @@ def _of_unknowns(keys: Keys, resolved: Resolved, name: str) -> str | None:
     if isinstance(numbers, list):
         return f"{{{kind}: {_values(keys, resolved, name, numbers)}}}"
     leaf = keys.leaf(keys.axes[name].key, resolved)
-    texts = (f"{of}: {FACTOR.text(v) if of == 'factor' else leaf.text(v)}" for of, v in numbers.items())
+    whole = {"low": leaf.low, "high": leaf.high}  # a bound there cuts off nothing that may be drawn
+    texts = (
+        f"{of}: {FACTOR.text(v) if of == 'factor' else leaf.text(v)}" for of, v in numbers.items() if v != whole.get(of)
+    )
     return f"{{{kind}: {{{', '.join(texts)}}}}}"
 
 

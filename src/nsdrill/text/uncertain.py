@@ -26,48 +26,52 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
         yield ""
         yield from _answer_lines(answer, units)
     yield ""
-    first = summary["measure_first"]
-    if first is None:
-        constant = summary["answers"][0]["deviation"] is None
-        yield (
-            "All samples agree on whether they are safe: no measurement would change that."
-            if constant
-            else _undecided(summary)
-        )
-    else:
-        alike = ", ".join(label_of(key) for key in first["alike"])
-        also = f" (so few samples cannot distinguish it from {alike})" if alike else ""
-        yield (
-            f"Measure first: {label_of(first['key'])} ({first['key']}). It alone causes "
-            f"{100 * first['first']:.0f} % of the variance of a safe run{also}."
-        )
+    yield conclusion(summary)
     if not exact:
         reason = "the unknowns depend on each other" if summary["dependent"] else "between these bounds"
         yield f"Total: {reason}; with uncertain.design: saltelli it is estimated."
 
 
+def conclusion(summary: Answer) -> str:
+    """Which unknown to measure first and why, or why that is not known."""
+    first, safe = summary["measure_first"], summary["answers"][0]
+    if first is None and safe["deviation"] is None:
+        return "All samples agree on whether they are safe: no measurement would change that."
+    if first is None:
+        return _undecided(summary)
+    alike = ", ".join(label_of(key) for key in first["alike"])
+    also = f" (so few samples cannot distinguish it from {alike})" if alike else ""
+    row = next(row for row in safe["unknowns"] if row["key"] == first["key"])
+    low, high = (_amount(row[end]["answer"], "1") for end in ("low", "high"))
+    return (
+        f"Measure first: {label_of(first['key'])} ({first['key']}). It alone causes {100 * first['first']:.0f} % of "
+        f"the variance of a safe run{also}: {low} are safe where it is low, {high} where it is high."
+    )
+
+
 def _answer_lines(answer: Answer, units: str) -> Iterator[str]:
     """The mean of an answer, and the share of each unknown in its variance."""
-
-    def text(value: float | None) -> str:
-        return "none" if value is None else f"{100 * value:.1f} %" if answer["units"] == "1" else f"{value:.4g} %"
-
-    mean, name = answer["mean"], in_words(answer["name"])
+    mean, name, of = answer["mean"], in_words(answer["name"]), answer["units"]
     if mean is None:
         yield f"{name}: not known, as too many runs failed."
         return
     if answer["deviation"] is None:
-        yield f"{name}: {text(mean)} in every sample, whatever the unknowns are."
+        yield f"{name}: {_amount(mean, of)} in every sample, whatever the unknowns are."
         return
-    yield f"{name}: {text(mean)} on average"
+    yield f"{name}: {_amount(mean, of)} on average"
     yield f"  {'unknown':26s}{'first':>16s}{'total':>16s}   where it is low, and high"
     for row in sorted(answer["unknowns"], key=lambda row: -row["first"]):
         low, high = (quantity(row["key"]).text(row[end]["value"], units, 3) for end in ("low", "high"))
         index = _index(row["first"], row["first_error"])
         yield (
             f"  {label_of(row['key']):26s}{index:>16s}{_total(row):>16s}   "
-            f"{text(row['low']['answer'])} at {low}, {text(row['high']['answer'])} at {high}"
+            f"{_amount(row['low']['answer'], of)} at {low}, {_amount(row['high']['answer'], of)} at {high}"
         )
+
+
+def _amount(value: float | None, units: str) -> str:
+    """A share, whose ``units`` are "1", or a percentage."""
+    return "none" if value is None else f"{100 * value:.1f} %" if units == "1" else f"{value:.4g} %"
 
 
 def _undecided(summary: Answer) -> str:
@@ -81,7 +85,7 @@ def _undecided(summary: Answer) -> str:
     return (
         f"{summary['samples']} samples are too few to say which unknown to measure first: the largest "
         f"index of the safe run, that of {label_of(best['key'])}, is {index}, which may be "
-        f"chance. Run with four times as many: --set uncertain.samples={4 * summary['samples']}."
+        f"chance. Run with four times as many (--set uncertain.samples={4 * summary['samples']})."
     )
 
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from nsdrill.app.answers import contrast, sensitivity, with_lasting_motions
 from nsdrill.app.answers import window as window_of
-from nsdrill.app.experiment import own_numbers, study_of
+from nsdrill.app.experiment import own_keys, study_of
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError, count
-from nsdrill.models.leaves import words_along
+from nsdrill.models.leaves import as_value, words_along
 from nsdrill.plot import draw, svg
 from nsdrill.plot.answer import (
     Formatter,
@@ -30,11 +30,14 @@ from nsdrill.plot.answer import (
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import Look
-from nsdrill.text.diff import border_rows, difference, notes, onset_rows, sentence, side_by_side, thresholds
+from nsdrill.text.contrast import border_rows, difference, notes, onset_rows, sentence, side_by_side, thresholds
+from nsdrill.text.point import outcome, point_notes
+from nsdrill.text.studied import studied
+from nsdrill.text.uncertain import conclusion
 from nsdrill.variables import AXES, SAMPLE
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import member_dimension
-from nsdrill.web.page import escaped, image, paragraph, table, warning_list
+from nsdrill.web.page import escaped, image, paragraph, table, warning_list, without_keys
 from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, quantity_data
 
@@ -51,29 +54,41 @@ LIMITS = (
 )
 
 
+def studied_line(sessions: Sequence[Session]) -> str:
+    """What all files have in common of what was studied, as HTML."""
+    first, *others = (studied(one.attrs, one.results, one.units) for one in sessions)
+    common = [text for text in first if all(text in other for other in others)]
+    where = f" in {'both' if len(others) == 1 else 'all'}" if others else ""
+    return paragraph(f"Studied{where}: {'; '.join(common)}.") if common else ""
+
+
 def file_answer(
     results: Results,
     units: str,
-    is_drawn: bool = True,
+    compared: bool = False,
     severity: int | None = None,
     confidence: float | None = None,
     limits: bool = True,
 ) -> str:
     """The answer of one file as HTML: the sentence, the warnings, the ``limits`` of
-    validity, the borders, and if ``is_drawn`` the picture."""
+    validity, the borders, and the picture; without the warnings and the picture of one
+    that is ``compared``, which stand with the comparison."""
+    bounds = paragraph(LIMITS, "limits") if limits else ""
+    if not results.swept:
+        words, told = paragraph(outcome(results, units, severity), "answer"), warning_list(point_notes(results))
+        return words + told + bounds + paragraph(_depends(results, severity, {}))
     try:
         window = window_of(results, severity, confidence)
-    except NsdrillError as error:  # a single point, four axes, a part of a design
-        reason = paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer")
-        return reason + (paragraph(LIMITS, "limits") if limits else "")
+    except NsdrillError as error:  # four axes, a part of a design
+        return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + bounds
     sentence = answer(window, units)
     pieces = [
         paragraph(sentence, "answer"),
-        warning_list(warnings(window, units)),
-        paragraph(LIMITS, "limits") if limits else "",
+        "" if compared else warning_list(warnings(window, units)),
+        bounds,
         _borders(window, units),
-        _doubt(results, window, units),
-        picture(results, "window", sentence, units, severity, confidence) if is_drawn else "",
+        paragraph(_doubt(results, window)),
+        "" if compared else picture(results, "window", sentence, units, severity, confidence),
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
         words, level = "How probable each outcome is", window["confidence"]
@@ -123,32 +138,32 @@ def _borders(window: Answer, units: str) -> str:
     return "".join(pieces)
 
 
-def _doubt(results: Results, window: Answer, units: str) -> str:
+def _doubt(results: Results, window: Answer) -> str:
     """The probability of the recommended point, and the unknown on which it depends."""
     if window["confidence"] is None:
         return ""
     plane = chosen_map(window)
-    best = (plane and plane["recommended"]) or window["most_probable"]
-    texts = []
-    if best:
-        texts.append(
-            f"A run there is safe with a probability of {percent(best)}: in brackets the 95 % "
-            f"interval from {window['counted']} samples."
-        )
+    recommended = plane and plane["recommended"]
+    best = {**plane["at"], **recommended} if plane and recommended else window["most_probable"]
+    if not best:
+        return _depends(results, window["severity"], {})
+    at = {axis: as_value(axis, best[axis]) for axis in (*window["axes"], window["third"]) if axis in best}
+    depends = _depends(results, window["severity"], at)
+    return (
+        f"A run there is safe with a probability of {percent(best)}: in brackets the 95 % interval from "
+        f"{window['counted']} samples. At this point {depends[0].lower()}{depends[1:]}"
+    )
+
+
+def _depends(results: Results, severity: int | None, at: dict[str, float]) -> str:
+    """On which unknown it depends whether a run at some values of the axes is safe; ""
+    without samples."""
+    if SAMPLE not in results.coords:
+        return ""
     try:
-        found = sensitivity(results)
+        return without_keys(conclusion(sensitivity(results, severity, at)))
     except NsdrillError as error:
-        reason = str(error).removeprefix("sensitivity: ")
-        return paragraph(" ".join([*texts, f"On which unknown it depends most is not known: {reason}"]))
-    fmt = Formatter(units)
-    if first := found["measure_first"]:
-        texts.append(
-            f"It depends most on {fmt.name(first['key'])}, which alone causes "
-            f"{100 * first['first']:.0f} % of the variance: measure that first."
-        )
-    else:
-        texts.append("These samples are too few to say on which unknown it depends most.")
-    return paragraph(" ".join(texts))
+        return f"It is not known on which unknown it depends most: {str(error).removeprefix('sensitivity: ')}"
 
 
 def comparison(
@@ -158,25 +173,27 @@ def comparison(
     severity: int | None = None,
     confidence: float | None = None,
 ) -> tuple[str, str]:
-    """Two files against each other: the first lines, and the tables, as HTML; ("", the
-    reason) where they cannot be compared."""
+    """Two files against each other: the answer with its warnings, table and picture, and
+    the tables of every line, as HTML; ("", the reason) where they cannot be compared."""
     try:
         found = contrast(results[0], results[1], severity, confidence, names)
     except InputError as error:
         return "", paragraph(f"The two windows are not compared: {error}")
     body, head = side_by_side(found, units)[1:], ("", f"a: {names[0]}", f"b: {names[1]}")
     axis = Formatter(units).name(found["windows"][0]["axes"][0])
-    first = "".join(
-        [
-            paragraph(sentence(found, units), "answer"),
-            paragraph(difference(found)),
-            warning_list(text for text in notes(found, units) if not text.startswith(("a: ", "b: ", "a and b: "))),
-        ]
-    )
     data = [with_lasting_motions(one) for one in results]
     look = Look(warnings=False)  # the page has them
     drawn = draw_two(data[0], data[1], names, units, severity, confidence, look)
-    pieces = [table(head, body), image(svg(drawn), sentence(found, units))]
+    first = [
+        paragraph(sentence(found, units), "answer"),
+        paragraph(difference(found)),
+        table(head, body),
+        paragraph(f"A response counts from here: {thresholds(found)}."),
+        warning_list(notes(found, units)),
+        paragraph(LIMITS, "limits"),
+        image(svg(drawn), sentence(found, units)),
+    ]
+    pieces = []
     for heading, columns, rows in (
         (
             f"Safe intervals along the {axis}, and how far their ends moved",
@@ -184,7 +201,7 @@ def comparison(
             border_rows(found, units),
         ),
         (
-            f"Where along the {axis} a response occurs, where that changed ({thresholds(found)})",
+            f"Where along the {axis} a response occurs, where that changed",
             ("", "way", "response", "a", "b"),
             onset_rows(found, units),
         ),
@@ -193,7 +210,7 @@ def comparison(
             pieces.append(f"<h3>{escaped(heading)}</h3>{table(columns, rows[:MAX_ROWS])}")
             if len(rows) > MAX_ROWS:
                 pieces.append(paragraph(f"And {len(rows) - MAX_ROWS} more: nsdrill window A.h5 B.h5 --json."))
-    return first, "".join(pieces)
+    return "".join(first), "".join(pieces)
 
 
 # How the results of a report were made: the sweep, the machine, versions and digests,
@@ -218,7 +235,7 @@ def origin_rows(session: Session) -> Rows:
     ]
     version = attrs.get("nsdrill_version", "")
     rows += [
-        ("Other than the defaults", "; ".join(own_numbers(attrs)) or "nothing"),
+        ("Other than the defaults", "; ".join(map(": ".join, own_keys(attrs).items())) or "nothing"),
         ("Changed by --set", "; ".join(meta["overrides"]) or "nothing"),
         ("Made", f"{attrs.get('created', '')} by nsdrill {version}"),
         ("With", ", ".join(software)),

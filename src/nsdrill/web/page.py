@@ -7,6 +7,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -21,7 +22,8 @@ def escaped(text: str) -> str:
 
 
 def paragraph(text: str, style: str = "") -> str:
-    return f"<p{f' class={chr(34)}{style}{chr(34)}' if style else ''}>{escaped(text)}</p>"
+    """A paragraph; "" without a text."""
+    return text and f"<p{f' class={chr(34)}{style}{chr(34)}' if style else ''}>{escaped(text)}</p>"
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -37,9 +39,15 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<table class='blocks'><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
 
 
+def without_keys(text: str) -> str:
+    """A text for who has no program: without the keys and options of a study in
+    brackets."""
+    return re.sub(r" \((--set [^)]*|[a-z_]+(\.[a-z_]+)+)\)", "", text)
+
+
 def warning_list(texts: Iterable[str]) -> str:
     """Warnings as a list that cannot be overlooked; "" where there are none."""
-    items = "".join(f"<li>{escaped(text)}</li>" for text in texts)
+    items = "".join(f"<li>{escaped(without_keys(text))}</li>" for text in texts)
     return f'<ul class="warnings">{items}</ul>' if items else ""
 
 

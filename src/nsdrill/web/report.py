@@ -22,7 +22,7 @@ from nsdrill.plot.kinds.branches import parts_of
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.registry import longest
 from nsdrill.variables import OK, SAMPLE
-from nsdrill.web.answers import LIMITS, comparison, file_answer, origin_rows, picture, study_details
+from nsdrill.web.answers import LIMITS, comparison, file_answer, origin_rows, picture, studied_line, study_details
 from nsdrill.web.branches import Branches
 from nsdrill.web.diagrams import Reply, map_axes, member_dimension
 from nsdrill.web.page import Page, escaped, paragraph, table
@@ -49,7 +49,7 @@ def report(
     """The page as HTML. ``command`` is the command line that writes it again; of each
     file up to ``motions`` points are drawn moving. ``severity`` and ``confidence`` are
     those of the windows."""
-    page, units = Page(), parts[0].session.units
+    page = Page()
     names = _names([part.session.path for part in parts])
     letters = "ab" if len(parts) == 2 else [str(i) for i in range(1, len(parts) + 1)]
     titles = [part.session.title for part in parts]
@@ -59,16 +59,15 @@ def report(
         f"<p>{escaped(', '.join(map(': '.join, zip(letters, names, strict=True))))}</p>"
         if len(parts) > 1
         else f"<p>{escaped(names[0])}</p>",
-        "</div></header><main>",
+        f"</div></header><main>{studied_line([part.session for part in parts])}",
     )
-    tables = _add_comparison(page, parts, names, units, severity, confidence)
+    tables = _add_common(page, parts, names, severity, confidence) if len(parts) > 1 else ""
     for number, part in enumerate(parts):
         page.add(f'<section class="first" id="answer{number}">')
         if len(parts) > 1:
             page.add(f"<h2>{letters[number]}: {escaped(names[number])}</h2>")
             page.add("" if is_one else f"<p>{escaped(titles[number])}</p>")
-        is_first = number == 0 and not tables
-        _add_answer(page, part.session, units, not tables, severity, confidence, is_first)
+        _add_answer(page, part.session, bool(tables), severity, confidence, len(parts) == 1)
         page.add("</section>")
     page.add(tables)
     if len(parts) > 1:
@@ -103,19 +102,12 @@ def _add_made(page: Page, parts: Sequence[Part], made: Sequence[tuple[str, list[
 
 
 def _add_answer(
-    page: Page,
-    session: Session,
-    units: str,
-    is_drawn: bool,
-    severity: int | None,
-    confidence: float | None,
-    limits: bool,
+    page: Page, session: Session, compared: bool, severity: int | None, confidence: float | None, limits: bool
 ) -> None:
     if session.results is not None:
-        results = session.results
-        page.add(file_answer(results, units, is_drawn, severity, confidence, limits))
+        page.add(file_answer(session.results, session.units, compared, severity, confidence, limits))
     elif (branches := session.branches) is not None:
-        x = quantity(branches.along, units)
+        x = quantity(branches.along, session.units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))
         special = int(np.count_nonzero((branches.label != REGULAR) & (branches.label != END)))
         page.add(
@@ -126,21 +118,17 @@ def _add_answer(
         )
 
 
-def _add_comparison(
-    page: Page, parts: Sequence[Part], names: Sequence[str], units: str, severity: int | None, confidence: float | None
+def _add_common(
+    page: Page, parts: Sequence[Part], names: Sequence[str], severity: int | None, confidence: float | None
 ) -> str:
-    """The first lines of the comparison of two results, and the limits of validity;
-    returns its tables."""
-    results = [part.session.results for part in parts]
-    if len(results) != 2 or results[0] is None or results[1] is None:
-        return ""
-    pair = [results[0], results[1]]
-    first, tables = comparison(pair, names, units, severity, confidence)
-    if not first:
-        page.add(tables)
-        return ""
-    page.add(f'<section class="first">{first}{paragraph(LIMITS, "limits")}</section>')
-    return f'<section id="compared"><h2>The two compared</h2>{tables}</section>'
+    """The comparison of two sweeps, or why there is none, with the limits of validity;
+    returns its long tables, "" where there is none."""
+    results = [part.session.results for part in parts if part.session.results is not None]
+    first, tables = "", paragraph("Two sweeps are compared; other files stand side by side, each with its answer.")
+    if len(results) == len(parts) == 2:
+        first, tables = comparison(results, names, parts[0].session.units, severity, confidence)
+    page.add(f'<section class="first" id="common">{first or tables + paragraph(LIMITS, "limits")}</section>')
+    return first and f'<section id="compared"><h2>The two compared, line by line</h2>{tables}</section>'
 
 
 def _names(paths: Sequence[str]) -> list[str]:

@@ -1,0 +1,324 @@
+"""Two windows against each other in words, as an engineer compares them: what the second wins
+and costs, and what one must know before relying on that."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+
+from nsdrill.analysis.maps import least_share
+from nsdrill.data import Answer
+from nsdrill.models.responses import RESPONSES
+from nsdrill.plot.answer import (
+    WAYS,
+    Formatter,
+    answer,
+    chosen_map,
+    in_order,
+    obstacle_words,
+    of_both,
+    percent,
+    safe_words,
+    warnings,
+)
+from nsdrill.study.uncertain import HOW
+from nsdrill.text.window import MAX_ROWS, WIDTH
+from nsdrill.text.words import aligned
+
+ENDS = ("lower", "upper")
+MAX_INTERVALS = 3  # in a cell of a table
+MAX_KEYS = 6  # in one line
+SINGLE = "not known, as the numbers are single estimates"
+
+
+def _share(window: Answer) -> str:
+    """In how many of the samples of a ``window`` a response occurs that is counted; ""
+    without samples."""
+    level = window["confidence"]
+    return "" if level is None else f"each in {100 * least_share(level):.1f} % of the samples or more"
+
+
+def thresholds(found: Answer) -> str:
+    """From where the responses of the two count, in words."""
+    told = []
+    for limits, window in zip(found["thresholds"], found["windows"], strict=True):
+        level, share = window["confidence"], _share(window)
+        why = f"; {share}, a third of the {100 - 100 * level:.3g} % that need not be safe" if share else ""
+        told.append(f"{limits}{why}")
+    a, b = told
+    return a if a == b else f"in a {a}; in b {b}"
+
+
+def sentence(found: Answer, units: str) -> str:
+    """What b wins and costs against a, in one sentence."""
+    fmt, points = Formatter(units), found["points"]
+    a, b = found["names"]
+    safe = safe_words(found["windows"][0]["severity"])
+    level, other = (window["confidence"] for window in found["windows"])
+    if level is not None and level == other:
+        safe += f" with a probability of {100 * level:g} %"
+    if found["both"] + found["gained"] + found["lost"]:
+        text = (
+            f"With {b} {found['both'] + found['gained']} of {points} common points are {safe}, "
+            f"with {a} {found['both'] + found['lost']}: {found['gained']} gained, {found['lost']} lost"
+        )
+        parts = [_moves(found, fmt), _occurrence(found), _cost(found, fmt)]
+    else:
+        text = f"None of {points} common points is {safe}, neither with {b} nor with {a}"
+        parts = [_most_probable(found), _occurrence(found)]
+    return "; ".join([text, *filter(None, parts)]) + "."
+
+
+def _most_probable(found: Answer) -> str:
+    """The greatest probability of a safe run with b and with a; "" where one has none."""
+    best = found["most_probable"]
+    if best is None:
+        return ""
+    chance = "" if best["apart"] else ", which may be chance"
+    return f"the most probable point {percent(best['b'])} instead of {percent(best['a'])}{chance}"
+
+
+def _occurrence(found: Answer) -> str:
+    """At how many points the responses occur with b and with a, the most frequent
+    first."""
+    parts = []
+    for name, pair in sorted(found["responses"].items(), key=lambda one: -max(one[1].values())):
+        if not any(pair.values()):
+            continue
+        number = f"all {pair['b']}" if pair["b"] == found["points"] > 1 else f"{pair['b']}"
+        other = "with both" if pair["a"] == pair["b"] else f"instead of {pair['a']}"
+        parts.append(f"{RESPONSES[name].words} at {number} point{'' if number == '1' else 's'} {other}")
+    shares = {_share(window) for window in found["windows"]}
+    share = shares.pop() if len(shares) == 1 and parts else ""
+    return ", ".join(parts) + (f" ({share})" if share else "")
+
+
+def _moves(found: Answer, fmt: Formatter) -> str:
+    """How far the borders of the window moved on average along the first axis."""
+    axis, parts = found["windows"][0]["axes"][0], []
+    for end in ENDS:
+        moved = [row[end]["moved"] for row in found["borders"] if row[end]["moved"] is not None]
+        if not moved or not any(moved):
+            continue
+        mean = sum(moved) / len(moved)
+        way = "up" if mean > 0 else "down"
+        parts.append(f"its {end} border lies {fmt.value(axis, abs(mean))} further {way}")
+    return f"on average {' and '.join(parts)}" if parts else ""
+
+
+def _cost(found: Answer, fmt: Formatter) -> str:
+    """The rates of penetration at the best and at the fastest safe point."""
+    words = {"recommended": "at the best point", "fastest": "at the fastest safe point"}
+    parts = [
+        f"{where} {_change('rate_of_penetration', found['rate'][key], fmt)}"
+        for key, where in words.items()
+        if found["rate"] and None not in found["rate"][key].values()
+    ]
+    return f"rate of penetration {', '.join(parts)}" if parts else ""
+
+
+def _change(name: str, pair: Mapping[str, float | None], fmt: Formatter) -> str:
+    """``30.4 ft/h instead of 32.2 ft/h (-5.5 %)``: b instead of a."""
+    a, b = pair["a"], pair["b"]
+    if a is None or b is None:
+        texts = ["none" if value is None else fmt.value(name, value) for value in (b, a)]
+        return f"{texts[0]} instead of {texts[1]}"
+    if fmt.value(name, a) == fmt.value(name, b):
+        return f"{fmt.value(name, b)} in both"
+    relative = f" ({100 * (b - a) / a:+.1f} %)" if a > 0.0 else ""
+    return f"{fmt.value(name, b)} instead of {fmt.value(name, a)}{relative}"
+
+
+def difference(found: Answer) -> str:
+    """The keys in which the studies differ, in one line; not how the samples are drawn
+    that only one has."""
+    how = {f"uncertain.{name}" for name in HOW}
+    rows = [row for row in found["study"] if row["key"] not in how or None not in (row["a"], row["b"])]
+    if not rows:
+        return "The studies are the same."
+    told = [f"{row['key']}: {row['a'] or 'nothing'} in a, {row['b'] or 'nothing'} in b" for row in rows]
+    more = f"; and {len(told) - MAX_KEYS} more" if len(told) > MAX_KEYS else ""
+    return f"What differs: {'; '.join(told[:MAX_KEYS])}{more}."
+
+
+def notes(found: Answer, units: str) -> Iterator[str]:
+    """What one must know before relying on the comparison: of both windows, and of two
+    that are not alike."""
+    if found["models"][0] != found["models"][1]:
+        yield (
+            f"TWO MODELS: a is of {found['models'][0]}, b of {found['models'][1]}. A border may "
+            "move because the equations differ."
+        )
+    histories = [window["procedures"] for window in found["windows"]]
+    if histories[0] != histories[1]:
+        yield (
+            f"OTHER HISTORIES: a was run {' and '.join(histories[0])}, b "
+            f"{' and '.join(histories[1])}. A point may be gained or lost by that alone."
+        )
+    elif found["study"] and all(row["key"].startswith("sweep.") for row in found["study"]):
+        yield (
+            "ONLY THE SWEEP DIFFERS: a and b are the same string. What is gained or lost comes from the steps "
+            "between the points, from which a motion is carried to the next, not from the string."
+        )
+    sampled = [window["confidence"] is not None for window in found["windows"]]
+    if sampled[0] != sampled[1]:
+        letter, window = next(pair for pair in zip("ab", found["windows"], strict=True) if pair[1]["samples"])
+        yield (
+            f"ONE HAS SAMPLES, {letter}: there a point is safe where {100 * window['confidence']:g} % of "
+            f"{window['counted']} samples are, in the other where one run of the estimates is. A point may be gained "
+            "or lost by that alone."
+        )
+    if found["unknown"]:
+        yield f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points."
+    if not found["points"]:
+        yield "NO COMMON POINT: the axes of the two have no value in common."
+    yield from of_both(*(warnings(window, units) for window in found["windows"]))
+
+
+def side_by_side(found: Answer, units: str) -> list[tuple[str, ...]]:
+    """The two windows side by side: what, in a, in b. A row that neither has is left
+    out."""
+    fmt, windows = Formatter(units), found["windows"]
+    planes = [chosen_map(window) for window in windows]
+    bests = [plane["recommended"] if plane else None for plane in planes]
+    axes = in_order(windows[0]["axes"])
+    rows: list[tuple[str, Sequence[str | None]]] = [
+        ("answer", [answer(window, units) for window in windows]),
+        ("safe points", [_of_points(window, window["safe"]) for window in windows]),
+    ]
+    for name, response in RESPONSES.items():
+        if any(window["obstacles"][name] for window in windows):
+            rows.append((response.words, [_of_points(window, window["obstacles"][name]) for window in windows]))
+    rows.append(("best point", [best and fmt.setting(best, axes) for best in bests]))
+    for axis in axes:
+        sides = [best and best["margins"][axis].values() for best in bests]
+        spans = [both and fmt.range(axis, [side["safe_to"] for side in both]) for both in sides]
+        rows.append((f"safe there, {fmt.name(axis)}", spans))
+    if any(best and "probability" in best for best in bests):
+        rows.append(("probability", list(map(_probability, bests))))
+    if None in bests and any(window["most_probable"] for window in windows):
+        rows.append(("most probably safe", [_most_probably_safe(window, fmt) for window in windows]))
+    rate = found["rate"] or {}
+    words = {
+        "recommended": "rate of penetration there",
+        "fastest": "fastest safe point",
+        "both_safe": "where both are safe, mean",
+    }
+    for key, label in words.items():
+        rates = [value and fmt.value("rate_of_penetration", value) for value in rate.get(key, {}).values()]
+        rows.append((label, rates))
+    return [(label, *(cell or "none" for cell in cells)) for label, cells in rows if any(cells)]
+
+
+def _of_points(window: Answer, number: int) -> str:
+    return f"{number} of {window['points']} ({100 * number / window['points']:.1f} %)"
+
+
+def _probability(best: Answer | None) -> str | None:
+    """That of the best point of a window, with its interval."""
+    if best is None:
+        return None
+    return percent(best) if "probability" in best else SINGLE
+
+
+def _most_probably_safe(window: Answer, fmt: Formatter) -> str | None:
+    point = window["most_probable"]
+    if not point:
+        return SINGLE if window["confidence"] is None else None
+    return f"{fmt.setting(point, (*window['axes'], window['third']))}: {percent(point)}"
+
+
+def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
+    """The safe intervals of every line of the map: where, in a, in b, and how far the
+    ends moved, with the responses beyond them; of an interval that only one has, those
+    that occur there in the other."""
+    fmt, table = Formatter(units), []
+    for row in found["borders"]:
+        axis = row["axis"]
+        where = fmt.setting(row["at"], row["at"])
+        spans = []
+        for side in ("a", "b"):
+            ends = [row["lower"][side], row["upper"][side]]
+            spans.append("not safe" if ends[0] is None else fmt.range(axis, ends))
+        moves = [_moved(axis, row[end], fmt) for end in ENDS]
+        table.append((where, *spans, *moves))
+    return table
+
+
+def moved_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
+    """As :func:`border_rows`, where a border moved, or an interval is only in one."""
+    table = zip(found["borders"], border_rows(found, units), strict=True)
+    return [text for row, text in table if any(row[end]["moved"] != 0.0 for end in ENDS)]
+
+
+def _moved(axis: str, end: Answer, fmt: Formatter) -> str:
+    in_a, in_b = (obstacle_words(end[f"why_{side}"], end[f"responses_{side}"]) for side in ("a", "b"))
+    if end["moved"] is None:
+        return f"lost ({in_b} in b)" if end["b"] is None else f"gained ({in_a} in a)"
+    if end["moved"]:
+        sign = "+" if end["moved"] > 0 else "-"
+        text = f"{sign}{fmt.value(axis, abs(end['moved']))}"
+    else:
+        text = "same"
+    return f"{text} ({in_a if in_a == in_b else f'{in_a}, now {in_b}'})"
+
+
+def onset_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
+    """Where each response occurs in a and in b, on every line where that differs: the
+    place, the way, the response, in a, in b."""
+    fmt, table = Formatter(units), []
+    for row in found["onsets"]:
+        if row["a"] == row["b"]:
+            continue
+        spans = [_intervals(row["axis"], row[side], fmt) for side in ("a", "b")]
+        where = fmt.setting(row["at"], row["at"])
+        way = WAYS.get(row["procedure"], row["procedure"])
+        table.append((where, way, row["response"].replace("_", "-"), *spans))
+    return table
+
+
+def _intervals(axis: str, intervals: list[list[float]], fmt: Formatter) -> str:
+    """``40, 60 to 75 rpm``; of many intervals how many there are, and where."""
+    if not intervals:
+        return "none"
+    if len(intervals) > MAX_INTERVALS:
+        return f"{len(intervals)} intervals from {fmt.range(axis, [intervals[0][0], intervals[-1][-1]])}"
+    *others, last = intervals
+    before = [" to ".join(fmt.number(axis, end) for end in dict.fromkeys(ends)) for ends in others]
+    return ", ".join([*before, fmt.range(axis, last)])
+
+
+def contrast_lines(found: Answer, units: str, names: Sequence[str] = ()) -> Iterator[str]:
+    """The comparison as lines of text, at most :data:`MAX_ROWS` of each table."""
+    for letter, name in zip(("a", "b"), names, strict=False):
+        yield f"{letter}: {name}"
+    yield from textwrap.wrap(difference(found), WIDTH)
+    yield ""
+    yield from textwrap.wrap(sentence(found, units), WIDTH)
+    for note in notes(found, units):
+        yield from textwrap.wrap(note, WIDTH, initial_indent="  ", subsequent_indent="  ")
+    (_, answer_a, answer_b), *table = side_by_side(found, units)
+    yield ""
+    yield from textwrap.wrap(f"a: {answer_a}", WIDTH, subsequent_indent="   ")
+    yield from textwrap.wrap(f"b: {answer_b}", WIDTH, subsequent_indent="   ")
+    yield ""
+    yield from aligned([("", "a", "b"), *table])
+    axis = Formatter(units).name(found["windows"][0]["axes"][0])
+    for heading, head, body in (
+        (
+            f"Safe intervals along the {axis}, and how far their ends moved from a to b:",
+            ("", "a", "b", "lower end", "upper end"),
+            border_rows(found, units),
+        ),
+        (
+            f"Where along the {axis} a response occurs, where that changed ({thresholds(found)}):",
+            ("", "", "", "a", "b"),
+            onset_rows(found, units),
+        ),
+    ):
+        if body:
+            yield ""
+            yield from textwrap.wrap(heading, WIDTH)
+            yield from aligned([head, *body[:MAX_ROWS]])
+            if len(body) > MAX_ROWS:
+                yield f"  and {len(body) - MAX_ROWS} more (all with --json)"

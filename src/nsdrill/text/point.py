@@ -1,0 +1,65 @@
+"""A single operating point in words: what it showed in each history, and with samples how
+probable that is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from nsdrill.analysis.probability import SAFE, known, one_procedure, probabilities_of, run_safety
+from nsdrill.data import Results
+from nsdrill.errors import count
+from nsdrill.models.registry import model_in
+from nsdrill.models.responses import RESPONSES
+from nsdrill.plot.answer import WAYS, Formatter, percent, safe_words
+from nsdrill.variables import OK, SAMPLE
+
+
+def outcome(results: Results, units: str, severity: int | None = None) -> str:
+    """The answer of a single point in one sentence."""
+    setting = Formatter(units).setting(results.held, results.held)
+    if SAMPLE in results.coords:
+        return f"{setting}: {_probable(results, severity)}."
+    histories = []
+    for number, name in enumerate(results.procedures):
+        found = _of_history(one_procedure(results, number), severity)
+        histories.append(f"{WAYS[name]} {found}" if len(results.procedures) > 1 and name in WAYS else found)
+    return f"{setting}: {'; '.join(histories)}."
+
+
+def _probable(results: Results, severity: int | None) -> str:
+    """The probability of a safe run, and those of the responses, the greatest first."""
+    found, told = probabilities_of(results, severity, model_in(results.attrs).responses), {}
+    for name in found.outcomes:
+        ends = zip(("probability", "probability_low", "probability_high"), found.of(name), strict=True)
+        told[name] = {key: float(values.item()) for key, values in ends}
+    safe = told.pop(SAFE)
+    others = sorted(told, key=lambda name: -told[name]["probability"])
+    parts = [f"{RESPONSES[name].words} {percent(told[name])}" for name in others if told[name]["probability"]]
+    return "; ".join([f"{safe_words(severity)} with a probability of {percent(safe)}", *parts])
+
+
+def _of_history(results: Results, severity: int | None) -> str:
+    """What the runs of one procedure showed; of several starts in how many."""
+    safety, runs = run_safety(results, severity), results["status"].size
+    bits = np.where(known(results["status"]), results["response"], 0).astype(int)
+    counts = {safe_words(severity): safety.safe}
+    counts |= {one.words: bits & one.bit > 0 for one in RESPONSES.values()}
+    counts |= {"a failed run": safety.failed, "checks that disagree": safety.distrusted}
+    numbers = {words: int(np.count_nonzero(is_there)) for words, is_there in counts.items()}
+    many = runs > 1
+    parts = [f"{words} in {number} of {runs} starts" if many else words for words, number in numbers.items() if number]
+    return ", ".join(parts) or "a critical severity"
+
+
+def point_notes(results: Results) -> Iterator[str]:
+    """What one must know before relying on the answer of a single point."""
+    yield "ONE SETTING ONLY: of other settings, and of other histories, nothing is known."
+    if "settled" in results.variables:
+        unsettled = np.count_nonzero((results["status"] == OK) & (results["settled"] == 0))
+        if unsettled:
+            yield (
+                f"NOT SETTLED: in {unsettled} of {count(results['status'].size, 'run')} the motion was still changing "
+                "when it was observed. Run with a longer transient (simulation.transient)."
+            )

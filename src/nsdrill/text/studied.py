@@ -1,0 +1,68 @@
+"""What was studied, in a line of words: the numbers of a study that another one may have
+otherwise, in the units of their quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from nsdrill.app.experiment import own_keys
+from nsdrill.data import Answer, Attributes, Resolved, Results, flat, resolved_study
+from nsdrill.models.leaves import words_along
+from nsdrill.models.sections import SHORT_KEYS
+from nsdrill.plot.answer import Formatter, in_order
+from nsdrill.quantity import find, quantity
+from nsdrill.sampling import BOUNDS
+from nsdrill.study.uncertain import FACTOR, HOW
+
+DIGITS = 4
+
+
+def studied(attrs: Attributes, results: Results | None, units: str) -> list[str]:
+    """The axes of a sweep, what is assumed of its unknowns, and the other numbers of a
+    file with these root attributes that differ from well to well or from the defaults."""
+    study = resolved_study(attrs)
+    axes = {} if results is None else dict(_axes(results, units))
+    uncertain = study.get("uncertain", {})
+    assumed = {key: _assumed(key, shape, units) for key, shape in uncertain.items() if key not in HOW}
+    for key, values in uncertain.get("table", {}).items():
+        assumed[key] = f"{quantity(key).words} from a table of {len(values)} rows"
+    varied = {quantity(key).name for key in (*assumed, *axes)}
+    fixed = [text for name, text in _values(attrs, study, units) if name not in varied]
+    return [*axes.values(), *fixed, *assumed.values()]
+
+
+def _axes(results: Results, units: str) -> Iterator[tuple[str, str]]:
+    fmt = Formatter(units)
+    for name in in_order(results.swept):
+        values = results.coords[name].tolist()
+        if words_along(name):
+            yield name, f"{quantity(name).words} {', '.join(quantity(name).text(value, units) for value in values)}"
+        else:
+            yield name, f"{fmt.span(name, [min(values), max(values)])} ({len(values)} values)"
+
+
+def _values(attrs: Attributes, study: Resolved, units: str) -> Iterator[tuple[str, str]]:
+    """The name and the words of each number or word of the study that has words."""
+    own = {*own_keys(attrs), *SHORT_KEYS, "drive.kind"}
+    for key, value in flat(study):
+        shown = find(key)
+        if shown is None or not (key in own or key.startswith("operation.")):
+            continue
+        if isinstance(value, str):
+            yield shown.name, f"{shown.words} {value.replace('_', ' ')}"
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield shown.name, f"{shown.words} {shown.text(value, units, DIGITS)}"
+
+
+def _assumed(key: str, shape: Answer, units: str) -> str:
+    """``eccentricity assumed triangular 1 mm, 2 mm, 8 mm``: a distribution in words."""
+    ((kind, numbers),), shown = shape.items(), quantity(key)
+    if isinstance(numbers, dict):
+        texts = [
+            f"{of} {FACTOR.text(value) if of == 'factor' else shown.text(value, units, DIGITS)}"
+            for of, value in numbers.items()
+            if of not in BOUNDS
+        ]
+    else:
+        texts = [shown.text(value, units, DIGITS) for value in numbers]
+    return f"{shown.words} assumed {kind} {', '.join(texts)}"
