@@ -119,7 +119,7 @@ def test_a_history_is_a_band_only_where_its_own_lines_merge():
     for panel, words in (("z", 0), ("wall_force", 2)):
         alone = plot.draw(trace, panel=panel, look=look)
         assert len(legend_words(alone)) == words
-        assert alone.legends[0].get_visible() == bool(words)
+        assert bool(alone.legends) == bool(words)
 
 
 def test_a_long_run_shows_its_last_seconds():
