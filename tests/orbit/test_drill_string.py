@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 import nsdrill
-from nsdrill.analysis.bifurcations import DOUBLING, FOLD, HOPF
+from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, FOLD, HOPF
 from nsdrill.app.continuing import grazes_of
 from nsdrill.app.seeding import continuation_setup
 from nsdrill.models.christoforou_yigit.coefficients import derive
@@ -419,3 +419,23 @@ def test_touches_of_circles_are_located():
             state = rotated(setup.symmetry, ends.state, -fold)
             depths.append(ends.touches[:, 1, 1].max())
         assert (max(depths[-20:]) > 0.0) == touches
+
+
+def test_a_branch_is_not_followed_back_at_grazing_corners():
+    """Where the collar comes to touch the wall a second time in a period, at 6.15965 and
+    6.13791 rad/s, this branch turns within 1e-6 of the arclength. It has no branch point
+    there, and no motion lies on it twice. The start is a point of it, as in a
+    continuation from the sweep of figure 4."""
+    numbers = 0.07610381132, 0.02466262057, -0.004872420004, 0.4682262282, -0.0009966944258, -0.01740201768
+    state = dict(zip(("x", "vx", "y", "vy", "z", "vz"), numbers, strict=True)) | {"twist": -6.090657192}
+    initial = {name: f"{value!r} {UNITS[name]}" for name, value in state.items()} | {"bit_speed": "6.307716461 rad/s"}
+    keys = {"lobes": 1, "switch": False, "motions": "periodic"}
+    _, data = continued({**AT, "initial": initial}, 3.0, 7.0, [6.191872991], 0.05, points=150, **keys)
+    assert not len(numbers_at(data, BRANCH))
+    assert numbers_at(data, FOLD) == pytest.approx([6.137913, 6.159650, 6.202638], abs=2e-6)
+    assert numbers_at(data, DOUBLING) == pytest.approx([6.137913, 6.159650, 6.166629, 6.197131], abs=2e-6)
+    x = data["state"].values / np.std(data["state"].values, axis=0)
+    speeds = data["rotary_speed"].values
+    place = np.arange(len(x))
+    apart = np.linalg.norm(x[:, None] - x[None], axis=-1) + 10.0 * np.abs(speeds[:, None] - speeds[None])
+    assert np.min(apart[np.abs(place[:, None] - place[None]) > 30]) > 1e-3

@@ -31,6 +31,7 @@ ENDINGS = {
     "range": "the end of the range of the first number",
     "shrunk": "the circle shrinks to a motion that repeats (torus)",
     "kinks": "the circle has lost its smoothness",
+    "turned": "it turns back over itself",
     "known": "it goes on as a branch that is there already",
     "wild": "the motion becomes too unstable to be followed",
 }
