@@ -13,7 +13,7 @@ import xarray
 
 import nsdrill
 from nsdrill.app.unfinished import Part
-from nsdrill.text.branches import lines, stable_parts
+from nsdrill.text.branches import _curve_lines, lines, stable_parts
 
 from .helpers import finish, start, unwrapped
 from .test_fit_resume import has_state
@@ -397,3 +397,10 @@ def test_killed_and_resumed(made, tmp_path, call):
     one, two = nsdrill.open_results(made / "b.h5"), nsdrill.open_results(tmp_path / "b.h5")
     for name in ("rotary_speed", "state", "multiplier_real", "period", "label", "bit_speed_max"):
         assert np.array_equal(one[name].values, two[name].values, equal_nan=True)
+
+
+def test_a_curve_that_is_lost_at_once_says_so():
+    lost = {"curve": 10, "label": "doubling", "words": "periodic over 2 lobes", "end_reason": "no convergence"}
+    lost |= {"points": 7, "lobes": 2, "rotary_speed": [6.217854, 6.217859], "wob": [22239.98, 22240.02]}
+    (line,) = _curve_lines({"along": "rotary_speed", "curves": [lost]}, "si")
+    assert "periodic over 2 lobes, lost beside its first point, 22.24 kN and 6.21785 rad/s; ends: no conv" in line

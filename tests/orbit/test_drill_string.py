@@ -2,6 +2,7 @@
 and the brute-force sweep."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -439,3 +440,28 @@ def test_a_branch_is_not_followed_back_at_grazing_corners():
     place = np.arange(len(x))
     apart = np.linalg.norm(x[:, None] - x[None], axis=-1) + 10.0 * np.abs(speeds[:, None] - speeds[None])
     assert np.min(apart[np.abs(place[:, None] - place[None]) > 30]) > 1e-3
+
+
+def test_a_curve_ends_where_its_motion_becomes_one_over_fewer_lobes():
+    """The motion over two lobes that reaches the wall at 6.05404 rad/s springs from that
+    over one lobe, which reaches it at 6.05796 rad/s. At greater weights both curves meet,
+    and beyond there is only one motion. The start is a point of a continuation from the
+    sweep of figure 4."""
+    numbers = 0.07106403421, -0.1056962044, 0.01582139011, 0.435851376, -0.001557929076, 0.007025410182
+    state = dict(zip(("x", "vx", "y", "vy", "z", "vz"), numbers, strict=True)) | {"twist": -5.886583518}
+    initial = {name: f"{value!r} {UNITS[name]}" for name, value in state.items()} | {"bit_speed": "5.998660586 rad/s"}
+    curves = {"over": "wob", "from": "21 kN", "to": "24 kN", "of": ["wall"], "points": 40}
+    keys = {"lobes": 2, "switch": False, "motions": "periodic", "curves": curves}
+    _, data = continued({**AT, "initial": initial}, 3.0, 7.0, [6.045350767], 0.05, points=34, **keys)
+    assert data["curve_lobes"].values.tolist() == [2, 1]
+    assert data["curve_end_reason"].values.tolist() == [
+        "the end of the range; it joins a motion over fewer lobes",
+        "the end of the range",
+    ]
+    double, single = (slice(*ends) for ends in pairwise([0, *np.cumsum(data["curve_row_size"].values)]))
+    speeds, weights = data["curve_rotary_speed"].values, data["curve_wob"].values
+    assert weights[double].max() == weights[double][-1] < 23.5e3
+    meeting = np.interp(weights[double][-1], weights[single], speeds[single])
+    assert speeds[double][-1] == pytest.approx(meeting, abs=1e-5)
+    before = np.interp(23e3, weights[double], speeds[double]) - np.interp(23e3, weights[single], speeds[single])
+    assert abs(before) > 1e-3
