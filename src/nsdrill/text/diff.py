@@ -161,7 +161,7 @@ def _special_lines(d: Answer, units: str) -> Iterator[str]:
         return ", ".join(value_text(d["along"], value, units) for value in values[:MAX_VALUES]) + more
 
     yield "Special points by their kind and motion, whatever their branch:"
-    rows = [("", "a", "b", "in both", "only in a", "only in b")]
+    rows: list[tuple[str, ...]] = [("", "a", "b", "in both", "only in a", "only in b")]
     for row in d["special"]:
         name = f"{row['label'].replace('_', ' ')}, {motion_text(row['motion'], row['lobes'])}"
         common = row["a"] - len(row["only_a"])
