@@ -71,8 +71,10 @@ class Rules:
     neighbouring points returns a reason.
 
     ``has_kink`` of the solutions of two points says whether a kink of the equations
-    lies between them, at which the branch may have a corner. With ``stability``
-    intervals of instability that are narrower than a step are searched for."""
+    lies between them, at which the branch may have a corner. Without ``corners``, as on
+    circles, which end at kinks, neither these nor arms side by side are looked for. With
+    ``stability`` intervals of instability that are narrower than a step are searched
+    for."""
 
     bounds: tuple[float, float]
     max_points: int
@@ -82,6 +84,7 @@ class Rules:
     stability: Stability | None = None
     first_step: float = FIRST_STEP
     max_step: float = MAX_STEP
+    corners: bool = True
 
 
 def follow(problem: Problem, start: Point, direction: int, rules: Rules) -> Task[HalfBranch]:
@@ -176,7 +179,8 @@ def _step(problem: Problem, previous: Point, length: float, rules: Rules) -> Tas
     (low, high), edge, failure = rules.bounds, None, ""
     while length >= MIN_STEP:
         current, failure = yield from _stepped(problem, previous, length, rules)
-        if length < CORNER_STEP and (current is None or rules.has_kink(previous.found, current.found)):
+        is_short = rules.corners and length < CORNER_STEP
+        if is_short and (current is None or rules.has_kink(previous.found, current.found)):
             corner = yield from _around_corner(problem, previous, length, rules)
             if corner is not None:
                 edge, current = corner
@@ -226,7 +230,7 @@ def _stepped(problem: Problem, previous: Point, length: float, rules: Rules) -> 
         return None, "Newton's method"
     # Steps are that short only beside a kink.
     is_corner = length < CORNER_STEP or rules.has_kink(previous.found, current.found)
-    is_reversed = current.orientation != previous.orientation
+    is_reversed = rules.corners and current.orientation != previous.orientation
     if (is_corner and is_reversed) or current.tangent @ previous.tangent < MIN_COSINE:
         return None, "the branch turns too sharply"
     leaps = np.linalg.norm(current.x - previous.x) > 3.0 * length
