@@ -13,7 +13,7 @@ import xarray
 
 import nsdrill
 from nsdrill.app.unfinished import Part
-from nsdrill.text.branches import lines, stable_parts
+from nsdrill.text.branches import _curve_lines, lines, stable_parts
 
 from .helpers import finish, start, unwrapped
 from .test_fit_resume import has_state
@@ -222,6 +222,7 @@ def test_two_files_of_branches_are_compared(made, call):
     nsdrill.continue_branches(made / "study.yaml", "short.h5", set=["continue.points=20"])
     told = call("diff", made / "b.h5", "short.h5", "--exit-code", code=1).out
     assert f"point: {points} and 2" in told
+    assert "numbered by each file and not paired." in told
     assert "The branches have other points, so their numbers are not compared one by one." in told
     assert "One is branches, the other a trace" in call("diff", made / "b.h5", _trace(made), "--exit-code", code=1).out
 
@@ -397,3 +398,39 @@ def test_killed_and_resumed(made, tmp_path, call):
     one, two = nsdrill.open_results(made / "b.h5"), nsdrill.open_results(tmp_path / "b.h5")
     for name in ("rotary_speed", "state", "multiplier_real", "period", "label", "bit_speed_max"):
         assert np.array_equal(one[name].values, two[name].values, equal_nan=True)
+
+
+def test_a_curve_that_is_lost_at_once_says_so():
+    lost = {"curve": 10, "label": "doubling", "words": "periodic over 2 lobes", "end_reason": "no convergence"}
+    lost |= {"points": 7, "lobes": 2, "rotary_speed": [6.217854, 6.217859], "wob": [22239.98, 22240.02]}
+    (line,) = _curve_lines({"along": "rotary_speed", "curves": [lost]}, "si")
+    assert "periodic over 2 lobes, lost beside its first point, 22.24 kN and 6.21785 rad/s; ends: no conv" in line
+
+
+def test_the_message_counts_the_seeds_of_a_study_that_finds_none(call, tmp_path):
+    (tmp_path / "study.yaml").write_text(f"{STUDY}  motions: [rolling]\n")
+    told = unwrapped(call("continue", tmp_path / "study.yaml", "-o", "none.h5", code=2).err)
+    assert (
+        "1 value of continue.seeds, each with a guess of steady drilling and with what settled there: 2 seeds" in told
+    )
+    assert "2 of 2: " in told or "1 of 2: " in told
+    assert "Take the settled points of a sweep (--seeds SWEEP.h5)" in told
+
+
+def test_special_points_of_two_files_are_compared_without_numbers_of_branches(made, call):
+    """One that has moved by more than it is located to, and other seeds."""
+    data = nsdrill.open_results(made / "b.h5").load()
+    (place,) = np.flatnonzero(data["label"].values == 3)
+    value = float(data["rotary_speed"].values[place])
+    speeds = data["rotary_speed"].values.copy()
+    speeds[place] *= 1.0 + 1e-4
+    other = data.assign_coords(rotary_speed=("point", speeds, data["rotary_speed"].attrs))
+    nsdrill.save(other.assign_attrs(seeds=json.dumps({"followed": 7})), "moved.h5")
+    found = nsdrill.diff(made / "b.h5", "moved.h5")
+    (row,) = (row for row in found["special"] if row["only_a"])
+    assert (row["label"], row["a"], row["b"]) == ("hopf", 1, 1)
+    assert row["only_a"] == pytest.approx([value])
+    assert row["only_b"] == pytest.approx([value * (1.0 + 1e-4)])
+    told = call("diff", made / "b.h5", "moved.h5").out
+    assert "7 (7 followed) in b; which branches are found depends on them." in told
+    assert re.search(r"^  hopf, .* 1  1  0  .*rad/s  .*rad/s$", told, re.MULTILINE)

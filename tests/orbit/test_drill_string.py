@@ -2,6 +2,7 @@
 and the brute-force sweep."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 import nsdrill
-from nsdrill.analysis.bifurcations import DOUBLING, FOLD, HOPF
+from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, FOLD, HOPF
 from nsdrill.app.continuing import grazes_of
 from nsdrill.app.seeding import continuation_setup
 from nsdrill.models.christoforou_yigit.coefficients import derive
@@ -419,3 +420,48 @@ def test_touches_of_circles_are_located():
             state = rotated(setup.symmetry, ends.state, -fold)
             depths.append(ends.touches[:, 1, 1].max())
         assert (max(depths[-20:]) > 0.0) == touches
+
+
+def test_a_branch_is_not_followed_back_at_grazing_corners():
+    """Where the collar comes to touch the wall a second time in a period, at 6.15965 and
+    6.13791 rad/s, this branch turns within 1e-6 of the arclength. It has no branch point
+    there, and no motion lies on it twice. The start is a point of it, as in a
+    continuation from the sweep of figure 4."""
+    numbers = 0.07610381132, 0.02466262057, -0.004872420004, 0.4682262282, -0.0009966944258, -0.01740201768
+    state = dict(zip(("x", "vx", "y", "vy", "z", "vz"), numbers, strict=True)) | {"twist": -6.090657192}
+    initial = {name: f"{value!r} {UNITS[name]}" for name, value in state.items()} | {"bit_speed": "6.307716461 rad/s"}
+    keys = {"lobes": 1, "switch": False, "motions": "periodic"}
+    _, data = continued({**AT, "initial": initial}, 3.0, 7.0, [6.191872991], 0.05, points=150, **keys)
+    assert not len(numbers_at(data, BRANCH))
+    assert numbers_at(data, FOLD) == pytest.approx([6.137913, 6.159650, 6.202638], abs=2e-6)
+    assert numbers_at(data, DOUBLING) == pytest.approx([6.137913, 6.159650, 6.166629, 6.197131], abs=2e-6)
+    x = data["state"].values / np.std(data["state"].values, axis=0)
+    speeds = data["rotary_speed"].values
+    place = np.arange(len(x))
+    apart = np.linalg.norm(x[:, None] - x[None], axis=-1) + 10.0 * np.abs(speeds[:, None] - speeds[None])
+    assert np.min(apart[np.abs(place[:, None] - place[None]) > 30]) > 1e-3
+
+
+def test_a_curve_ends_where_its_motion_becomes_one_over_fewer_lobes():
+    """The motion over two lobes that reaches the wall at 6.05404 rad/s springs from that
+    over one lobe, which reaches it at 6.05796 rad/s. At greater weights both curves meet,
+    and beyond there is only one motion. The start is a point of a continuation from the
+    sweep of figure 4."""
+    numbers = 0.07106403421, -0.1056962044, 0.01582139011, 0.435851376, -0.001557929076, 0.007025410182
+    state = dict(zip(("x", "vx", "y", "vy", "z", "vz"), numbers, strict=True)) | {"twist": -5.886583518}
+    initial = {name: f"{value!r} {UNITS[name]}" for name, value in state.items()} | {"bit_speed": "5.998660586 rad/s"}
+    curves = {"over": "wob", "from": "21 kN", "to": "24 kN", "of": ["wall"], "points": 40}
+    keys = {"lobes": 2, "switch": False, "motions": "periodic", "curves": curves}
+    _, data = continued({**AT, "initial": initial}, 3.0, 7.0, [6.045350767], 0.05, points=34, **keys)
+    assert data["curve_lobes"].values.tolist() == [2, 1]
+    assert data["curve_end_reason"].values.tolist() == [
+        "the end of the range; it joins a motion over fewer lobes",
+        "the end of the range",
+    ]
+    double, single = (slice(*ends) for ends in pairwise([0, *np.cumsum(data["curve_row_size"].values)]))
+    speeds, weights = data["curve_rotary_speed"].values, data["curve_wob"].values
+    assert weights[double].max() == weights[double][-1] < 23.5e3
+    meeting = np.interp(weights[double][-1], weights[single], speeds[single])
+    assert speeds[double][-1] == pytest.approx(meeting, abs=1e-5)
+    before = np.interp(23e3, weights[double], speeds[double]) - np.interp(23e3, weights[single], speeds[single])
+    assert abs(before) > 1e-3

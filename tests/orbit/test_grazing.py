@@ -20,10 +20,11 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob
 from nsdrill.models.operation import Operation
 from nsdrill.observe.contacts import make_touches, touch_rows
-from nsdrill.orbit import special
+from nsdrill.orbit import arclength, special
 from nsdrill.orbit.arclength import Rules, follow
+from nsdrill.orbit.branch import Branch
 from nsdrill.orbit.flow import Equations, Flow, Legs, advance
-from nsdrill.orbit.newton import Evaluation, Point
+from nsdrill.orbit.newton import Evaluation, Point, orientation_of
 from nsdrill.orbit.periodic import Periodic
 from nsdrill.orbit.special import Graze, kink_predicate
 from nsdrill.orbit.special import test_functions_of as functions_of
@@ -184,6 +185,87 @@ def test_a_branch_is_followed_around_a_corner():
     assert half.points[-1].point.x == pytest.approx([(0.9 / 1000.0) ** (2 / 3), -0.9], abs=1e-4)
     every = [one.point.x for one in half.points]
     assert max(x[1] for x in every) < 1e-6
+
+
+def start_of(problem, x, tangent):
+    """A point of a problem without legs, which is followed along ``tangent``."""
+    evaluation = advance(None, {0: problem.evaluate(np.array(x))})[0]
+    tangent = np.array(tangent) / np.linalg.norm(tangent)
+    orientation = orientation_of(evaluation.jacobian, tangent)
+    return Point(np.array(x), tangent, evaluation.solution(), 1, 0.0, orientation=orientation)
+
+
+class Arms:
+    """Two lines side by side, w = 0 and w = ``apart`` + number, of which the second is
+    followed the other way: they cross in a branch point."""
+
+    tolerance_factor = 1.0
+
+    def __init__(self, apart):
+        self.apart = apart
+
+    def evaluate(self, x):
+        w, number = x
+        other = w - self.apart - number
+        jacobian = np.array([[w + other, -w]])
+        return Evaluation(np.array([w * other]), jacobian, lambda: (float(w), float(number)))
+        yield
+
+    def updated(self, x):
+        return self
+
+
+def test_a_branch_point_is_passed_and_a_leap_to_an_arm_beside_it_is_none():
+    """A step may reach the other line, where the orientation differs as well: beyond a
+    branch point a branch goes on, from there it would be followed back."""
+    arms = Arms(0.3)
+    start = start_of(arms, (0.0, -0.5), (0.0, 1.0))
+    half = advance(None, {0: follow(arms, start, 1, Rules((-0.6, 0.6), 50))})[0]
+    assert half.ended == "to"
+    assert half.points[-1].point.orientation == -start.orientation
+    assert max(abs(one.point.x[0]) for one in half.points) < 1e-12
+    for number, passes in ((-0.2, True), (-0.45, False)):
+        w = 0.0 if passes else 0.3 + number
+        there = start_of(arms, (w, number), (0.0, 1.0))
+        assert there.orientation == -start.orientation
+        task = arclength._crosses_branch_point(arms, start, there)
+        assert advance(None, {0: task})[0] == passes
+
+
+def test_a_branch_that_turns_beyond_a_kink_that_was_passed():
+    """The corner again, with its kink behind: within a step the branch turns about, and
+    its tangent is one against the way that it came."""
+    start = start_of(Corner(), (4e-8, 4e-8 - 1000.0 * 4e-8**1.5), (1.0, 0.7))
+    tangent = np.array([1.0, 1.0 - 1500.0 * 4e-8**0.5])
+    start = replace(start, tangent=tangent / np.linalg.norm(tangent))
+    half = advance(None, {0: follow(Corner(), start, 1, Rules((-0.9, 1.0), 200, has_kink=lambda one, two: False))})[0]
+    assert half.ended == "from"
+    assert half.points[-1].point.x == pytest.approx([(0.9 / 1000.0) ** (2 / 3), -0.9], abs=1e-4)
+
+
+class Hairpin:
+    """number = -10¹³ u²: two arms nearer than equal motions are."""
+
+    tolerance_factor = 1.0
+
+    def evaluate(self, x):
+        u, number = x
+        jacobian = np.array([[2e13 * u, 1.0]])
+        return Evaluation(np.array([number + 1e13 * u * u]), jacobian, lambda: (float(u), float(number)))
+        yield
+
+    def updated(self, x):
+        return self
+
+
+def test_a_branch_that_turns_back_over_itself_ends_at_the_turn():
+    start = start_of(Hairpin(), (-((2.0 / 1e13) ** 0.5), -2.0), (0.0, 1.0))
+    half = advance(None, {0: follow(Hairpin(), start, 1, Rules((-3.0, 1.0), 200))})[0]
+    assert half.ended == "turned"
+    assert Branch("periodic", 1, half.points, ("seed", half.ended)).end_reason.endswith("it turns back over itself")
+    numbers = [one.point.x[1] for one in half.points]
+    assert numbers == sorted(numbers)
+    assert -2.0 * arclength.MAX_STEP < numbers[-1] < 0.0
 
 
 def test_legs_of_an_impossible_angle_do_not_run():

@@ -6,12 +6,14 @@ Numbers are the same where they are equal to the bit, or both missing (NaN).
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import END, FAILED, REGULAR, meanings_of
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.probability import known, probabilities_of
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
@@ -23,6 +25,7 @@ from nsdrill.variables import PENDING, SAMPLE
 if TYPE_CHECKING:
     from xarray import Dataset
 
+AGREEMENT = 1e-5  # relative: special points, which are located to 1e-6, that differ by less are the same
 ROUNDING = 1e-12  # relative: values of axes that differ by less are the same
 Place = tuple[Array, ...]  # one array of indices for each dimension
 MAX_LISTED = 10  # points whose response changed
@@ -94,7 +97,10 @@ def compare_branches(a: Dataset, b: Dataset) -> Answer:
     """As :func:`compare_results`, for two files of branches: their ``axes`` are the
     dimensions, ``points`` the points along the branches, 0 where their numbers differ,
     and ``at`` is the number of a point or branch. Variables are compared where both
-    have as many values."""
+    have as many values. Each file numbers its branches, and no pairs are formed:
+    ``special`` has the special points by their kind, see :func:`_special`, and
+    ``seeds`` the numbers of seeds of both, by their outcome; ``along`` is the continued
+    number."""
     axes, rows = [], []
     for name in map(str, dict.fromkeys((*a.sizes, *b.sizes))):
         left, right = (one[name].values if name in one.sizes else np.empty(0) for one in (a, b))
@@ -114,7 +120,43 @@ def compare_branches(a: Dataset, b: Dataset) -> Answer:
         "only_a": [str(name) for name in a.data_vars if name not in b.data_vars],
         "only_b": [str(name) for name in b.data_vars if name not in a.data_vars],
     }
-    return {"axes": axes, "points": points, "responses": None, "variables": rows, **only}
+    seeds = [json.loads(one.attrs.get("seeds", "{}")) for one in (a, b)]
+    more = {"along": str(a.attrs["along"]), "special": _special(a, b), "seeds": seeds}
+    return {"axes": axes, "points": points, "responses": None, "variables": rows, **only, **more}
+
+
+def _special(a: Dataset, b: Dataset) -> list[Answer]:
+    """For every ``label`` on every ``motion`` and period in ``lobes`` the number of
+    special points in ``a`` and in ``b``, and the values of the continued number (SI) of
+    those that only one of them has: to :data:`AGREEMENT`, each of the nearest once."""
+    (along, of_a), (other, of_b) = _specials(a), _specials(b)
+    rows = list[Answer]()
+    for kind in sorted({*of_a, *of_b}) if along == other else ():
+        left, right = of_a.get(kind, []), of_b.get(kind, [])
+        only_a, only_b = list[float](), list(right)
+        for value in left:
+            near = min(only_b, key=lambda one: abs(one - value), default=math.inf)
+            if abs(near - value) <= AGREEMENT * abs(value):
+                only_b.remove(near)
+            else:
+                only_a.append(value)
+        row = dict(zip(("motion", "lobes", "label"), kind, strict=True))
+        rows.append({**row, "a": len(left), "b": len(right), "only_a": only_a, "only_b": only_b})
+    return rows
+
+
+def _specials(data: Dataset) -> tuple[str, dict[tuple[str, int, str], list[float]]]:
+    """The continued number, and its values at the special points of branches, rising, by
+    motion, lobes and label."""
+    along, meanings = str(data.attrs["along"]), meanings_of(model_in(data.attrs))
+    labels, branches = data["label"].values, data["branch_of_point"].values
+    found: dict[tuple[str, int, str], list[float]] = {}
+    for place in np.argsort(data[along].values):
+        branch, label = int(branches[place]), int(labels[place])
+        if label in meanings and label not in (REGULAR, END, FAILED):
+            kind = str(data["motion"].values[branch]), int(data["lobes"].values[branch]), meanings[label].name
+            found.setdefault(kind, []).append(float(data[along].values[place]))
+    return along, found
 
 
 def common_places(a: Array, b: Array) -> tuple[Array, Array, bool]:

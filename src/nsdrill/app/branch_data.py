@@ -20,7 +20,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import OPERATION
 from nsdrill.observe.thresholds import Record
 from nsdrill.orbit.borders import Condition, Frame, borders
-from nsdrill.orbit.branch import ENDINGS, finer_multipliers
+from nsdrill.orbit.branch import end_reason, finer_multipliers
 from nsdrill.orbit.explore import Found
 from nsdrill.orbit.flow import Flow
 from nsdrill.orbit.special import unstable_beside
@@ -251,14 +251,13 @@ def with_curves(setup: ContinuationSetup, data: Dataset, found: Found, workers: 
     points = [point for one in lines for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
     along, over = dimension_of(continuation.along), dimension_of(curves.over)
-    ends = [" ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in lines]
     size, outside = "number of points of the curve", "number of multipliers outside the unit circle"
     return data.assign(
         curve_label=("curve", np.array([one.label for one in lines], np.int16), dict(data["label"].attrs)),
         curve_motion=_words("curve", (one.motion for one in lines), "kind of motion"),
         curve_lobes=_counts("curve", (one.lobes for one in lines), "period in lobes"),
         curve_branch=_counts("curve", (one.branch for one in lines), "a branch that it passes"),
-        curve_end_reason=_words("curve", ends, "why the curve ends"),
+        curve_end_reason=_words("curve", (end_reason(one.ended) for one in lines), "why the curve ends"),
         curve_row_size=_counts("curve", (len(one.points) for one in lines), size, sample_dimension="curve_point"),
         curve_unstable=_counts("curve_point", (point.found.unstable for point in points), outside, np.int16),
         **{

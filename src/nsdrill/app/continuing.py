@@ -175,14 +175,17 @@ def _interrupted(part: Part | None) -> str:
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
     """The error where no seed led to a branch."""
-    outcomes = (
-        "; ".join(f"{count} of {len(seeds)}: {word}" for word, count in Counter(found.seeds).items())
-        or "no seeds at all"
-    )
+    outcomes = "; ".join(f"{number} of {len(seeds)}: {word}" for word, number in Counter(found.seeds).items())
+    if values := sum(one.steady for one in seeds):
+        outcomes = (
+            f"{count(values, 'value')} of continue.seeds, each with a guess of steady drilling and with what settled "
+            f"there: {count(len(seeds), 'seed')}. {outcomes}"
+        )
     return (
-        f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); allowed: seeds that "
-        f"have settled on a motion that repeats. Give others (continue.seeds or {option('seeds')}), let them settle "
-        "for longer (simulation.transient), or try longer periods (continue.lobes)."
+        f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes or 'no seeds at all'}); "
+        "allowed: seeds that have settled on a motion that repeats. Take the settled points of a sweep "
+        f"({option('seeds', 'SWEEP.h5')}), give other values (continue.seeds), let them settle for longer "
+        "(simulation.transient), or try longer periods (continue.lobes)."
     )
 
 

@@ -8,10 +8,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.orbit.flow import Task, gather
-from nsdrill.orbit.newton import Point, Problem, corrected, orientation_of, parameter_normal, tangent_of
+from nsdrill.orbit.newton import (
+    Point,
+    Problem,
+    corrected,
+    corrected_between,
+    orientation_of,
+    parameter_normal,
+    tangent_of,
+)
 from nsdrill.orbit.shooting import Orbit
 from nsdrill.orbit.special import (
+    ELSEWHERE,
     LOCATION_TOLERANCE,
     LabelledPoint,
     Stability,
@@ -34,6 +44,7 @@ STEPS_BEYOND_CORNER = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
 # between the tangent at the end of that step and its chord, or the tangent after the
 # next shorter step
 STRAIGHT_COSINE = 0.95
+NEAR_BRANCH_POINT = 0.01  # of a step: so near to a branch point Newton's method may fail
 NO_CONVERGENCE = "no convergence"  # how the reason begins where a branch is lost
 
 
@@ -60,8 +71,10 @@ class Rules:
     neighbouring points returns a reason.
 
     ``has_kink`` of the solutions of two points says whether a kink of the equations
-    lies between them, at which the branch may have a corner. With ``stability``
-    intervals of instability that are narrower than a step are searched for."""
+    lies between them, at which the branch may have a corner. Without ``corners``, as on
+    circles, which end at kinks, neither these nor arms side by side are looked for. With
+    ``stability`` intervals of instability that are narrower than a step are searched
+    for."""
 
     bounds: tuple[float, float]
     max_points: int
@@ -71,6 +84,7 @@ class Rules:
     stability: Stability | None = None
     first_step: float = FIRST_STEP
     max_step: float = MAX_STEP
+    corners: bool = True
 
 
 def follow(problem: Problem, start: Point, direction: int, rules: Rules) -> Task[HalfBranch]:
@@ -87,7 +101,9 @@ def follow(problem: Problem, start: Point, direction: int, rules: Rules) -> Task
     for place in range(len(nodes) - 1):
         while step + 1 < len(steps) and steps[step + 1][1].s <= nodes[place].point.s:
             step += 1
-        if nodes[place + 1].point.s - nodes[place].point.s > MIN_STEP:
+        point, following = nodes[place].point, nodes[place + 1].point
+        # Beyond a corner the monodromy is not that before, continued.
+        if following.s - point.s > MIN_STEP and point.tangent @ following.tangent > MIN_COSINE:
             stencil = stencil_around(nodes, place)
             searches[place] = instability_interval(*steps[step], *stencil, rules.test_functions, rules.stability)
     intervals = yield from gather(searches)
@@ -136,6 +152,8 @@ def _followed(
         has_left = has_left or distance > 4.0 * MAX_STEP
         if has_left and distance < 1.5 * length and _passes_through(previous, current, origin):
             return HalfBranch(points, "closed")
+        if (turn := _turn([point for _, point in steps], current)) is not None:
+            return HalfBranch([entry for entry in points if entry.point.s < turn], "turned")
         problem, previous = problem.updated(current.x), current
         steps.append((problem, previous))
         if current.iterations <= FEW_ITERATIONS:
@@ -161,7 +179,8 @@ def _step(problem: Problem, previous: Point, length: float, rules: Rules) -> Tas
     (low, high), edge, failure = rules.bounds, None, ""
     while length >= MIN_STEP:
         current, failure = yield from _stepped(problem, previous, length, rules)
-        if length < CORNER_STEP and (current is None or rules.has_kink(previous.found, current.found)):
+        is_short = rules.corners and length < CORNER_STEP
+        if is_short and (current is None or rules.has_kink(previous.found, current.found)):
             corner = yield from _around_corner(problem, previous, length, rules)
             if corner is not None:
                 edge, current = corner
@@ -186,18 +205,59 @@ def _passes_through(previous: Point, current: Point, origin: Point) -> bool:
     return 0.0 <= fraction <= 1.0 and offset < 0.2 * np.linalg.norm(chord) and float(origin.tangent @ chord) > 0.0
 
 
+def _turn(points: list[Point], current: Point) -> float | None:
+    """The arclength at which the branch through ``points`` has turned, where ``current``
+    lies on an earlier part of it, followed the other way; None where it does not. Cubics
+    through neighbouring points with their tangents tell."""
+    earlier = [point for point in points if current.s - point.s > 2.0 * MAX_STEP]
+    if len(earlier) < 2:
+        return None
+    x, tangents = np.stack([point.x for point in earlier]), np.stack([point.tangent for point in earlier])
+    chords = np.diff(x, axis=0)
+    lengths = np.maximum(np.linalg.norm(chords, axis=1, keepdims=True), 1e-150)
+    u = np.sum((current.x - x[:-1]) * chords, axis=1, keepdims=True) / lengths**2
+    bends = (1.0 - u) * (lengths * tangents[:-1] - chords) - u * (lengths * tangents[1:] - chords)
+    offsets = np.linalg.norm(x[:-1] + u * chords + u * (1.0 - u) * bends - current.x, axis=1)
+    is_met = (np.abs(u[:, 0] - 0.5) <= 0.5) & (offsets < DUPLICATE_DISTANCE) & (chords @ current.tangent < 0.0)
+    return 0.5 * (current.s + earlier[int(np.argmax(is_met))].s) if is_met.any() else None
+
+
 def _stepped(problem: Problem, previous: Point, length: float, rules: Rules) -> Task[tuple[Point | None, str]]:
     """The point after a step of this ``length``, or why there is none."""
     tangent = previous.tangent
     current = yield from corrected(problem, previous.x + length * tangent, tangent, tangent, previous)
     if current is None:
         return None, "Newton's method"
-    is_reversed = current.orientation != previous.orientation and rules.has_kink(previous.found, current.found)
-    if is_reversed or current.tangent @ previous.tangent < MIN_COSINE:
+    # Steps are that short only beside a kink.
+    is_corner = length < CORNER_STEP or rules.has_kink(previous.found, current.found)
+    is_reversed = rules.corners and current.orientation != previous.orientation
+    if (is_corner and is_reversed) or current.tangent @ previous.tangent < MIN_COSINE:
         return None, "the branch turns too sharply"
-    if np.linalg.norm(current.x - previous.x) > 3.0 * length:
+    leaps = np.linalg.norm(current.x - previous.x) > 3.0 * length
+    if leaps or (is_reversed and not (yield from _crosses_branch_point(problem, previous, current))):
         return None, "Newton's method leaps to another branch"
     return current, ""
+
+
+def _crosses_branch_point(problem: Problem, previous: Point, current: Point) -> Task[bool]:
+    """Whether the branch goes on from ``previous`` to ``current``, between which the
+    orientation changes: at a branch point the points on both sides of the change come
+    near each other. Those on two arms of a branch that lie side by side do not: from
+    there the branch would be followed back."""
+    a, b, low, high = previous, current, 0.0, float(previous.tangent @ (current.x - previous.x))
+    near = NEAR_BRANCH_POINT * high
+    while high - low > CORNER_STEP:
+        if np.linalg.norm(b.x - a.x) > 3.0 * (high - low):
+            return False
+        distances = tuple(low + share * (high - low) for share in (0.5, *ELSEWHERE))
+        found = yield from corrected_between(problem, previous, a, b, distances)
+        if found is None:
+            return high - low < near
+        if found[1].orientation == previous.orientation:
+            low, a = found
+        else:
+            high, b = found
+    return True
 
 
 def _around_corner(problem: Problem, previous: Point, length: float, rules: Rules) -> Task[tuple[Point, Point] | None]:
@@ -233,23 +293,26 @@ def _beyond_corner(problem: Problem, edge: Point, step: float, rules: Rules) -> 
     tangent_guess = edge.tangent
     for _ in range(4):  # the Jacobian depends on how far it is beyond the kink
         evaluation = yield from problem.evaluate(edge.x + step * tangent_guess)
-        if evaluation is None or not rules.has_kink(edge.found, evaluation.solution()):
-            return None
-        tangent = tangent_of(evaluation.jacobian, tangent_guess)
-        if tangent is None:
+        tangent = None if evaluation is None else tangent_of(evaluation.jacobian, tangent_guess)
+        if evaluation is None or tangent is None:
             return None
         tangent_guess = tangent * edge.orientation * orientation_of(evaluation.jacobian, tangent)
+        if not _is_beyond(edge, tangent_guess, evaluation.solution(), rules):
+            return None
         point = yield from corrected(problem, edge.x + step * tangent_guess, tangent_guess, tangent_guess, edge)
         if point is not None:
             chord = point.x - edge.x
             length = float(np.linalg.norm(chord))
             is_straight = length < 3.0 * step and chord @ point.tangent > STRAIGHT_COSINE * length
-            return (
-                point
-                if is_straight and point.orientation == edge.orientation and rules.has_kink(edge.found, point.found)
-                else None
-            )
+            is_on = is_straight and point.orientation == edge.orientation
+            return point if is_on and _is_beyond(edge, point.tangent, point.found, rules) else None
     return None
+
+
+def _is_beyond(edge: Point, tangent: Array, found: Orbit, rules: Rules) -> bool:
+    """Whether a solution with this ``tangent`` lies beyond the corner after ``edge``:
+    beyond a kink or, where that was passed before, where the branch is turning."""
+    return rules.has_kink(edge.found, found) or bool(tangent @ edge.tangent < STRAIGHT_COSINE)
 
 
 def _point_at_bound(problem: Problem, previous: Point, current: Point, bound: float) -> Task[Point | None]:

@@ -5,23 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, OWN
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, END, OWN
 from nsdrill.data import Array
-from nsdrill.orbit.arclength import Rules, follow
+from nsdrill.orbit.arclength import HalfBranch, Rules, follow
 from nsdrill.orbit.branch import Branch, problem_of
 from nsdrill.orbit.flow import Flow, Task, advance
 from nsdrill.orbit.newton import Evaluation, Point, corrected_at_parameter
-from nsdrill.orbit.periodic import Cycle, Periodic
+from nsdrill.orbit.periodic import Cycle, Periodic, lobe_starts
 from nsdrill.orbit.shooting import Orbit, monodromy_product, shooting_jacobian
-from nsdrill.orbit.special import LabelledPoint
+from nsdrill.orbit.special import LabelledPoint, TestFunction
 
 DUPLICATE_DISTANCE = 1e-4  # between equal special points, over the range
 MAX_SIDE_BY_SIDE = 8  # curves that advance at the same time
 # lengths of steps, in natural scales; long ones, as nothing is detected along a curve
 FIRST_STEP, MAX_STEP = 0.1, 6.0
+MERGED = 1e-3  # between the lobes of a motion that is one over fewer of them, in natural scales
 MAX_CORRECTION = 0.5  # from a special point to the first point of its curve, in natural scales
 
 
@@ -163,16 +165,58 @@ def _border(flow: Flow, special: _SpecialPoint, condition: Condition, frame: Fra
     low, high = np.array(frame.ranges[0]) / flow.scales[0]
     second_low, second_high = np.array(frame.ranges[1]) / flow.scales[1]
 
+    gaps = partial(_gaps, flow, special.branch.lobes)
+
     def stop(previous: Point, current: Point) -> str:
+        if _is_shorter(gaps(previous)):
+            return "shorter"
         return "" if low <= current.x[-2] <= high else "range"
 
-    rules = Rules((second_low, second_high), frame.points // 2, stop=stop, first_step=FIRST_STEP, max_step=MAX_STEP)
-    forward = yield from follow(problem, seed, 1, rules)
-    remaining = frame.points - len(forward.points)
-    backward = yield from follow(problem, seed, -1, replace(rules, max_points=remaining))
+    limits = (second_low, second_high), frame.points // 2
+    rules = Rules(*limits, partial(_mergers, gaps), stop, first_step=FIRST_STEP, max_step=MAX_STEP)
+    forward = _until_shorter((yield from follow(problem, seed, 1, rules)), gaps)
+    backward = HalfBranch([], forward.ended)
+    if forward.ended != "closed":
+        rules = replace(rules, max_points=frame.points - len(forward.points))
+        backward = _until_shorter((yield from follow(problem, seed, -1, rules)), gaps)
     before, after = ([entry.point for entry in half.points] for half in (backward, forward))
     line = [*before[::-1], seed, *after]
     return Border(*special.kind, line, (backward.ended, forward.ended), special.number)
+
+
+def _gaps(flow: Flow, lobes: int, point: Point) -> list[Array]:
+    """The states after every part of a motion's lobes over which a shorter one could
+    repeat, less that at its start, in natural scales [free]."""
+    orbit = point.found
+    parts = [part for part in range(1, lobes) if lobes % part == 0]
+    starts = lobe_starts(orbit, flow, lobes) if parts else []
+    state_scales = flow.state_scales(orbit.values)[0][list(orbit.free)]
+    return [(starts[part] - starts[0]) / state_scales for part in parts]
+
+
+def _is_shorter(gaps: list[Array]) -> bool:
+    """Whether a motion is one over fewer lobes."""
+    return any(np.linalg.norm(gap) < MERGED for gap in gaps)
+
+
+def _mergers(gaps: Callable[[Point], list[Array]], previous: Point, current: Point) -> list[TestFunction]:
+    """The test functions of the places between two points of a curve where the motion
+    becomes one over fewer lobes: a gap closes, or changes its sides."""
+
+    def value(place: int, normal: Array, point: Point) -> float:
+        return float(gaps(point)[place] @ normal) - 0.5 * MERGED
+
+    normals = [gap / np.linalg.norm(gap) for gap in gaps(previous)]
+    functions = [TestFunction(END, partial(value, *one)) for one in enumerate(normals)]
+    return [test for test in functions if test.value(previous) > 0.0 > test.value(current)]
+
+
+def _until_shorter(half: HalfBranch, gaps: Callable[[Point], list[Array]]) -> HalfBranch:
+    """A side of a curve as far as its motion becomes one over fewer lobes."""
+    for place, entry in enumerate(half.points):
+        if _is_shorter(gaps(entry.point)):
+            return HalfBranch([one for one in half.points[: place + 1] if not one.label or one is entry], "shorter")
+    return replace(half, points=[entry for entry in half.points if not entry.label])
 
 
 # Curves of special points in two parameters: folds, period doublings, torus and Hopf

@@ -26,14 +26,22 @@ ENDINGS = {
     "closed": "the branch comes back to its seed",
     "points": "as many points as the study allows",
     "half": "it joins the motion of half its period",
+    "shorter": "it joins a motion over fewer lobes",
     "still": "the cycle shrinks to a steady motion (Hopf)",
     "seed": "the bifurcation that it springs from",
     "range": "the end of the range of the first number",
     "shrunk": "the circle shrinks to a motion that repeats (torus)",
     "kinks": "the circle has lost its smoothness",
+    "turned": "it turns back over itself",
     "known": "it goes on as a branch that is there already",
     "wild": "the motion becomes too unstable to be followed",
 }
+
+
+def end_reason(ended: tuple[str, str]) -> str:
+    """The reasons for both ends, in words."""
+    first, last = (ENDINGS.get(word, word) for word in ended)
+    return first if first == last or "closed" in ended else f"{first}; {last}"
 
 
 @dataclass(frozen=True)
@@ -57,8 +65,7 @@ class Branch:
     @property
     def end_reason(self) -> str:
         """The reasons for both ends, in words."""
-        first, last = (ENDINGS.get(word, word) for word in self.ended)
-        return first if first == last or "closed" in self.ended else f"{first}; {last}"
+        return end_reason(self.ended)
 
     def __len__(self) -> int:
         return len(self.marked)

@@ -115,6 +115,7 @@ def followed_side(flow: Flow, orders: Orders, known: Known, one: Side) -> Task[H
         _stop(flow, orders, known, one),
         kink_predicate(0 if motion == CIRCLE else len(flow.equations.contacts)),
         None if motion == CIRCLE else stability_of(one.start.found.trivial),
+        corners=motion != CIRCLE,
     )
     problem, start = one.candidate.problem, one.start
     half = yield from follow(problem, start, one.direction, rules)

@@ -261,10 +261,10 @@ def _curve_lines(s: Answer, units: str) -> Iterator[str]:
         low, high = (value_text(over, value, units) for value in curve[over])
         first, last = (value_text(along, value, units) for value in curve[along])
         name = curve["label"].replace("_", " ")
-        yield (
-            f"\nCurve {curve['curve']}: {name} of {curve['words']}, {low} to {high}, at {first} to {last}; ends: "
-            f"{curve['end_reason']}"
-        )
+        where = f"{low} to {high}, at {first} to {last}"
+        if low == high:
+            where = f"lost beside its first point, {low} and {first}"
+        yield f"\nCurve {curve['curve']}: {name} of {curve['words']}, {where}; ends: {curve['end_reason']}"
 
 
 def _change(before: int | None, after: int | None) -> str:

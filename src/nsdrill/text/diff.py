@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator
 
+from nsdrill.analysis.bifurcations import motion_text
 from nsdrill.app.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
 from nsdrill.data import Answer
@@ -15,6 +16,7 @@ from nsdrill.text.window import WIDTH
 from nsdrill.text.words import aligned, in_words, point_text, rest, value_text
 
 MAX_CHANGES = 12
+MAX_VALUES = 3  # of special points in one cell
 
 
 def attribute_text(name: str, text: str | None, units: str) -> str | None:
@@ -91,12 +93,16 @@ def _number_lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
             yield (
                 f"sample: {axis['a']} and {axis['b']} samples, {axis['common']} with the same values of the unknowns."
             )
+        elif branches and not axis["same"]:
+            yield f"{axis['name']}: {axis['a']} and {axis['b']}, numbered by each file and not paired."
         elif not axis["same"]:
             rounded = " (to rounding)" if axis["common"] == axis["a"] == axis["b"] else ""
             yield (f"{axis['name']}: {axis['a']} and {axis['b']} values, {axis['common']} in common{rounded}.")
     swept = [axis["name"] for axis in d["axes"] if max(axis["a"], axis["b"]) > 1]
     if probabilities := d.get("probabilities"):
         yield from _probability_lines(probabilities, swept, units)
+    if branches:
+        yield from _special_lines(d, units)
     if not d["points"]:
         if probabilities:
             yield "The samples differ, so their runs are not compared one by one."
@@ -124,6 +130,28 @@ def _number_lines(d: Answer, units: str, bits: bool) -> Iterator[str]:
     if differing:
         headings = ("", f"{noun} that differ", "largest difference", "relative", "from" if trace else "at")
         yield from aligned([headings, *(_row(row, swept, units) for row in differing)])
+
+
+def _special_lines(d: Answer, units: str) -> Iterator[str]:
+    """The seeds of two files of branches, and their special points, which need no
+    numbers of branches."""
+    if d["seeds"][0] != d["seeds"][1]:
+        a, b = (f"{sum(seeds.values())} ({seeds.get('followed', 0)} followed)" for seeds in d["seeds"])
+        yield f"Seeds: {a} in a, {b} in b; which branches are found depends on them."
+    if not d["special"]:
+        return
+
+    def text(values: list[float]) -> str:
+        more = f" and {len(values) - MAX_VALUES} more" if len(values) > MAX_VALUES else ""
+        return ", ".join(value_text(d["along"], value, units) for value in values[:MAX_VALUES]) + more
+
+    yield "Special points by their kind and motion, whatever their branch:"
+    rows: list[tuple[str, ...]] = [("", "a", "b", "in both", "only in a", "only in b")]
+    for row in d["special"]:
+        name = f"{row['label'].replace('_', ' ')}, {motion_text(row['motion'], row['lobes'])}"
+        common = row["a"] - len(row["only_a"])
+        rows.append((name, *map(str, (row["a"], row["b"], common)), text(row["only_a"]), text(row["only_b"])))
+    yield from aligned(rows)
 
 
 def _probability_lines(probabilities: Answer, swept: list[str], units: str) -> Iterator[str]:
