@@ -76,7 +76,7 @@ def test_discard_removes_the_file(part):
     assert not part.exists()
 
 
-# The child writes as fast as it can and says after each sync which points are safe.
+# The child writes as fast as it can and says after each sync which points are kept.
 KILLED = """
 import sys
 import numpy as np
@@ -186,7 +186,7 @@ def test_a_full_disk_is_told_and_the_log_stays_usable(part, monkeypatch, code):
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "pwrite", half)
-        with pytest.raises(NsdrillError, match=f"10 of {POINTS} points are safe.*resume=True") as caught:
+        with pytest.raises(NsdrillError, match=f"10 of {POINTS} points are kept.*resume=True") as caught:
             log.write([12], records[[12]])
         assert caught.value.exit_code == 1
     assert not log.done()[12]
@@ -202,7 +202,7 @@ def test_after_a_failed_sync_no_later_sync_claims_success(part, monkeypatch):
         log.write([0], made(1, PEAKS))
         with monkeypatch.context() as patch:
             patch.setattr(os, "fsync", lambda fd: (_ for _ in ()).throw(OSError(errno.EIO, "Input/output error")))
-            with pytest.raises(NsdrillError, match=f"0 of {POINTS} points are safe"):
+            with pytest.raises(NsdrillError, match=f"0 of {POINTS} points are kept"):
                 log.sync()
         with pytest.raises(NsdrillError, match="0 of"):
             log.sync()

@@ -382,12 +382,6 @@ def test_of_three_files_it_is_said_that_two_are_compared(unknown, shared, tmp_pa
     assert text.index("other files stand side by side") < text.index(LIMITS) < text.index("1: ", text.index(LIMITS))
 
 
-def test_the_same_file_twice_is_refused(shared, tmp_path):
-    done = made(shared / "map.h5", shared / "x" / ".." / "map.h5", "-o", tmp_path / "two.html")
-    assert "found the same file twice; allowed: different files" in str(done.exception)
-    assert not list(tmp_path.iterdir())
-
-
 def test_the_window_is_a_picture_of_vectors_with_words(page):
     [shown] = re.findall(r'<img class="vectors" alt="([^"]*)" src="data:image/svg\+xml;base64,([^"]*)"', page)
     assert shown[0].startswith(("Run at", "No safe"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from typing import TypeGuard
@@ -69,13 +69,6 @@ def name_in(path: object, name: str = "results") -> str:
         return os.fspath(path)
     allowed = "the name of a file, or a Dataset" if name == "results" else "the name of a file"
     raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
-
-
-def check_distinct(paths: Sequence[str]) -> None:
-    """InputError where two of the files are the same one."""
-    for number, path in enumerate(paths):
-        if os.path.realpath(path) in map(os.path.realpath, paths[:number]):
-            raise InputError(f"{path}: found the same file twice; allowed: different files, as this one equals itself.")
 
 
 def output_in(path: object, *inputs: object, **meant: bool) -> str | None:

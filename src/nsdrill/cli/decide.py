@@ -17,7 +17,7 @@ with deferred():
     from nsdrill.analysis import sensitivity as indices
     from nsdrill.analysis import window as regions
     from nsdrill.app import answers as found_in
-    from nsdrill.app import arguments, pictures
+    from nsdrill.app import pictures
     from nsdrill.text import contrast as comparison
     from nsdrill.text import uncertain
     from nsdrill.text import window as text
@@ -65,7 +65,6 @@ def window(
         pictures.claim_picture(picture, overwrite)
     severity, confidence = given.get("severity"), given.get("confidence")
     names = [os.fspath(one) for one in (results, other) if one is not None]
-    arguments.check_distinct(names)
     data = [found_in.results_for_window(name, severity, confidence) for name in names]
     found: Answer
     if other is None:

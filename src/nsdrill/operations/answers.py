@@ -176,7 +176,6 @@ def window(
     if not datasets.is_dataset(other) and not isinstance(other, str | os.PathLike):  # the severity, in earlier scripts
         return answers.window(results, other, severity if confidence is None else confidence)
     both = (results, other)
-    arguments.check_distinct([os.fspath(one) for one in both if not datasets.is_dataset(one)])
     data = [answers.results_for_window(one, severity, confidence) for one in both]
     names = [
         letter if datasets.is_dataset(one) else os.path.basename(arguments.name_in(one))
@@ -360,7 +359,6 @@ def report(
         allowed = "names of files, as the page says how they were made"
         raise Refusal("results", "results in memory", allowed, 'Save them first: nsdrill.save(results, "out.h5").')
     names = [arguments.name_in(one) for one in given]
-    arguments.check_distinct(names)
     for name in names:
         if not datasets.is_study(name) and os.path.lexists(name) and store.kind_of(name) == "trace":
             raise InputError(f"{name}: found a trace; allowed: results or branches. Draw it with nsdrill plot.")
