@@ -9,8 +9,14 @@ from operator import attrgetter, itemgetter
 from typing import Any
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, bit_arm, derive, law_of_bit
-from nsdrill.models.christoforou_yigit.critical_speeds import CRITICAL_SPEEDS, Corner, critical, jumped, passed_over
-from nsdrill.models.christoforou_yigit.critical_speeds import lasting_motions as lasting_motions  # for the window
+from nsdrill.models.christoforou_yigit.critical_speeds import (
+    CRITICAL_SPEEDS,
+    Corner,
+    critical,
+    jumped,
+    lasting_motions,
+    passed_over,
+)
 from nsdrill.models.christoforou_yigit.derived_quantities import (
     derived_quantities,
     lateral_stiffness,
@@ -60,6 +66,7 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
     """Warnings of a study, each None where it does not apply. ``values`` are those of
     its corners."""
     corners = [Corner(each) for each in values]
+    lasting = lasting_motions(study, values)
     periods = (2 * math.pi * math.sqrt(float(corner.k.J) / float(corner.k.k_t)) for corner in corners)
     return [
         _buckled(corners, format_value),
@@ -69,8 +76,8 @@ def warnings(study: Any, values: list[Values], format_value: FormatValue) -> lis
         _eccentric(corners, format_value),
         swinging(study, values, _growth, format_value),
         _brought_to_wall(corners, format_value),
-        passed_over(study, values, format_value),
-        jumped(study, values, format_value),
+        passed_over(study, lasting, format_value),
+        jumped(lasting, format_value),
         _sensitive(study, corners, format_value),
         few_periods(study, max(periods)),
     ]

@@ -154,9 +154,10 @@ def _begins(name: str, corner: Corner) -> float | None:
     return float(speed) if is_possible else None
 
 
-def passed_over(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
-    """The warning of a sweep that begins above a critical speed."""
-    passed = [one for one in lasting_motions(study, corners) if one["from"] is not None]
+def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:
+    """The warning of a sweep that begins above a critical speed, of those of
+    :func:`lasting_motions`."""
+    passed = [one for one in lasting if one["from"] is not None]
     if not passed:
         return None
     descriptions = []
@@ -178,9 +179,9 @@ def passed_over(study: Any, corners: list[Values], format_value: FormatValue) ->
     )
 
 
-def jumped(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
+def jumped(lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:
     """The warning of steps that may jump across the speeds at which a motion begins."""
-    found = next((one["jumped"] for one in lasting_motions(study, corners) if one["jumped"]), None)
+    found = next((one["jumped"] for one in lasting if one["jumped"]), None)
     if found is None:
         return None
     low, high, step, enough = (format_value(found[name], "rad/s", "rad/s") for name in ("from", "to", "step", "enough"))
