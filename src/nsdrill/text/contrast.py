@@ -303,22 +303,23 @@ def contrast_lines(found: Answer, units: str, names: Sequence[str] = ()) -> Iter
     yield from textwrap.wrap(f"b: {answer_b}", WIDTH, subsequent_indent="   ")
     yield ""
     yield from aligned([("", "a", "b"), *table])
+    for heading, head, body in tables(found, units):
+        yield ""
+        yield from textwrap.wrap(f"{heading}:", WIDTH)
+        yield from aligned([head, *body[:MAX_ROWS]])
+        if len(body) > MAX_ROWS:
+            yield f"  and {len(body) - MAX_ROWS} more (all with --json)"
+    yield ""
+    yield from textwrap.wrap(f"A response counts from here: {thresholds(found)}.", WIDTH)
+
+
+def tables(found: Answer, units: str) -> Iterator[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+    """The tables of every line of the map: heading, columns and rows, of those that have
+    rows."""
     axis = Formatter(units).name(found["windows"][0]["axes"][0])
-    for heading, head, body in (
-        (
-            f"Safe intervals along the {axis}, and how far their ends moved from a to b:",
-            ("", "a", "b", "lower end", "upper end"),
-            border_rows(found, units),
-        ),
-        (
-            f"Where along the {axis} a response occurs, where that changed ({thresholds(found)}):",
-            ("", "", "", "a", "b"),
-            onset_rows(found, units),
-        ),
-    ):
-        if body:
-            yield ""
-            yield from textwrap.wrap(heading, WIDTH)
-            yield from aligned([head, *body[:MAX_ROWS]])
-            if len(body) > MAX_ROWS:
-                yield f"  and {len(body) - MAX_ROWS} more (all with --json)"
+    if rows := border_rows(found, units):
+        heading = f"Safe intervals along the {axis}, and how far their ends moved from a to b"
+        yield heading, ("", "a", "b", "lower end", "upper end"), rows
+    if rows := onset_rows(found, units):
+        heading = f"Where along the {axis} a response occurs, where that changed"
+        yield heading, ("", "way", "response", "a", "b"), rows

@@ -30,7 +30,7 @@ from nsdrill.plot.answer import (
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import Look
-from nsdrill.text.contrast import border_rows, difference, notes, onset_rows, sentence, side_by_side, thresholds
+from nsdrill.text.contrast import difference, notes, sentence, side_by_side, tables, thresholds
 from nsdrill.text.point import outcome, point_notes
 from nsdrill.text.studied import studied
 from nsdrill.text.uncertain import conclusion
@@ -180,7 +180,6 @@ def comparison(
     except InputError as error:
         return "", paragraph(f"The two windows are not compared: {error}")
     body, head = side_by_side(found, units)[1:], ("", f"a: {names[0]}", f"b: {names[1]}")
-    axis = Formatter(units).name(found["windows"][0]["axes"][0])
     data = [with_lasting_motions(one) for one in results]
     look = Look(warnings=False)  # the page has them
     drawn = draw_two(data[0], data[1], names, units, severity, confidence, look)
@@ -194,22 +193,10 @@ def comparison(
         image(svg(drawn), sentence(found, units)),
     ]
     pieces = []
-    for heading, columns, rows in (
-        (
-            f"Safe intervals along the {axis}, and how far their ends moved",
-            ("", "a", "b", "lower end", "upper end"),
-            border_rows(found, units),
-        ),
-        (
-            f"Where along the {axis} a response occurs, where that changed",
-            ("", "way", "response", "a", "b"),
-            onset_rows(found, units),
-        ),
-    ):
-        if rows:
-            pieces.append(f"<h3>{escaped(heading)}</h3>{table(columns, rows[:MAX_ROWS])}")
-            if len(rows) > MAX_ROWS:
-                pieces.append(paragraph(f"And {len(rows) - MAX_ROWS} more: nsdrill window A.h5 B.h5 --json."))
+    for heading, columns, rows in tables(found, units):
+        pieces.append(f"<h3>{escaped(heading)}</h3>{table(columns, rows[:MAX_ROWS])}")
+        if len(rows) > MAX_ROWS:
+            pieces.append(paragraph(f"And {len(rows) - MAX_ROWS} more: nsdrill window A.h5 B.h5 --json."))
     return "".join(first), "".join(pieces)
 
 
