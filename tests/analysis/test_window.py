@@ -26,9 +26,11 @@ WALL = {
     "axis": "rotary_speed",
     "name": "wall_speed",
     "words": "it",
+    "told": "IT MAY LAST",
     "safe_while": "it is fair",
     "min": 0.5,
     "max": 0.7,
+    "lasts": [0.6, 0.8],
     "from": None,
     "everywhere": False,
     "each": False,
@@ -482,26 +484,28 @@ def test_steps_that_may_jump_across_a_critical_speed_are_told():
         assert text.startswith("No setting can be recommended; the best hint" if is_told else "No safe point")
 
 
-def test_a_point_above_a_critical_speed_is_safe_on_a_condition():
-    """The sweep passes through 0.5 to 0.7 rad/s, where a motion begins that may last at any
-    higher speed. The neighbours of one sweep may pass it otherwise, so its best point
-    is a hint; a point below has no such warning."""
+def test_a_point_at_which_another_motion_may_last_is_safe_on_a_condition():
+    """From 0.6 to 0.8 rad/s on, at any higher speed, whatever sets it going. The neighbours of
+    one sweep may come to it, so its best point is a hint; a point below has no such
+    warning, nor has one of a sweep that passes over the speed at which it begins."""
     speeds, weights, line = [0.4, 2.0, 3.0, 4.0, 5.0], [1e3, 2e3, 3e3], "s...w"
     condition = (
-        "ABOVE A CRITICAL SPEED, 0.5 to 0.7 rad/s (4.77 to 6.68 rpm), it: the best point is safe only while it is"
+        "IT MAY LAST above 0.6 to 0.8 rad/s (5.73 to 7.64 rpm): the best point is safe only while it is fair. Many"
     )
     for maps, first in (
         (([line] * 3), "Run at 2 kN"),
         ([line], "No setting can be recommended; the best hint is 3 rad/s"),
     ):
         results = grid({"up": [maps], "down": [maps]}, speeds, weights[: len(maps)])
-        assert "CRITICAL SPEED" not in said(results)[1]
+        assert "MAY LAST" not in said(results)[1]
         results.attrs["lasting_motions"] = json_text([WALL])
         text, warned = said(results)
         assert text.startswith(first)
         assert condition in warned
-        results.attrs["lasting_motions"] = json_text([{**WALL, "min": 3.0, "max": 3.5}])
-        assert "CRITICAL SPEED" not in said(results)[1]
+        for other in ({"lasts": [3.0, 3.5]}, {"lasts": None}, {"from": 0.4, "everywhere": True}):
+            results.attrs["lasting_motions"] = json_text([{**WALL, **other}])
+            assert "MAY LAST" not in said(results)[1]
+        results.attrs["lasting_motions"] = json_text([{**WALL, "lasts": None}])
         assert find_window(results)["passed_over"] == []
 
 

@@ -13,7 +13,7 @@ import nsdrill
 from model.cases import features
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.columns import weights
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, lateral_stiffness, rolling_speed
 from nsdrill.models.christoforou_yigit.further_quantities import wall_inclination
 from nsdrill.models.leaves import with_values
 from nsdrill.study import Study, parse_study
@@ -203,7 +203,13 @@ def test_contained_whirl_on_stabilisers_needs_little_friction():
 def test_where_rolling_on_the_wall_is_lost(speed, rolls):
     """Whirl over bit speed -R_c/r, -1.489 within the wall; lost below (c0/R_c)
     sqrt(k_r/(m_l - c_h c0/mu)), 4.58 rad/s with mu = 0.3."""
-    assert GAP / COLLAR * math.sqrt(HELD / (M_L - C_H * GAP / 0.3)) == pytest.approx(4.58, abs=5e-3)
+    limit = GAP / COLLAR * math.sqrt(HELD / (M_L - C_H * GAP / 0.3))
+    assert limit == pytest.approx(4.58, abs=5e-3)
+    study = whirl(speed=speed)
+    k = derive(study.parameters, 5000.0, 22.24e3, speed)
+    assert rolling_speed(study.parameters, study.operation, k) == pytest.approx(limit, rel=1e-5)
+    slippery = with_values(study.parameters, {"well.friction.dynamic": 0.9 * C_H * GAP / M_L})
+    assert rolling_speed(slippery, study.operation, k) is None
     r = 0.0766
     start = f"initial: {{x: {1e3 * r} mm, vy: {-speed * COLLAR} m/s}}"
     found = features(whirl(start, speed=speed))

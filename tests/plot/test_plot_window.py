@@ -151,6 +151,8 @@ def test_the_answer_and_its_warnings_are_in_the_picture(both):
         "axis": "rotary_speed",
         "name": "wall_speed",
         "words": "the speed at which the collar reaches the wall",
+        "told": "A COLLAR ON THE WALL MAY STAY THERE",
+        "lasts": [2.0, 3.0],
         "min": 0.5,
         "max": 0.7,
         "safe_while": "nothing brings the collar to the wall",

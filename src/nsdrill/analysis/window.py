@@ -378,7 +378,7 @@ def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
                 return None  # it begins here
             if begin == first != place:
                 return {"code": STARTS_ON_WALL, **found}
-            if begin != place and any(safe_on):
+            if begin != place and (is_beside or any(safe_on)):
                 return {"code": STAYS_ON_WALL, **found}
         elif any(safe_on) and there[place]:
             code = BOUNCE_LASTS if there[place] & BIT_BOUNCE else STICKING_LASTS

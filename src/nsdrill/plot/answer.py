@@ -134,12 +134,20 @@ def answer(summary: Answer, units: str) -> str:
         text += f"; {safe} from {fmt.range(speed, ends)}"
     if summary["confidence"] is not None:
         text += f"; with a probability of {percent(best)}"
-    text += ", whatever the history" if summary["history_examined"] else ", on the one history that was run"
+    text += f", {_in_histories(summary)}"
     may = summary["confidence"] is not None  # some of the samples do
     words = {side: _side_verb(sides[side], "below" if side == "less" else "above", may) for side in ("less", "more")}
     if all(side["why"] == "edge" for side in sides.values()):
         return f"{text}; the map ends on both sides."
     return f"{text}; {words['less']}, {words['more']}."
+
+
+def _in_histories(summary: Answer) -> str:
+    """``coming up and coming down``: the histories that were run."""
+    ways = [WAYS.get(name, name) for name in summary["procedures"]]
+    if not summary["history_examined"]:
+        return "on the one history that was run"
+    return " and ".join(ways) if len(ways) == summary["histories"] else f"in all {summary['histories']} histories"
 
 
 def has_no_room(best: Answer) -> bool:
@@ -151,7 +159,8 @@ def has_no_room(best: Answer) -> bool:
 def is_hint(summary: Answer, best: Answer) -> bool:
     """Whether the best point of a map is a hint, not a setting: it has no room, its
     motion had not settled, the sweep begins above a critical speed or may jump across
-    it, or it is one sweep that passes one, as its neighbours may pass it otherwise."""
+    it, or it is one sweep at whose point another motion may last, which neighbours may
+    come to."""
     is_one_sweep = len(summary["axes"]) == 1 and not summary["third"]
     is_above = is_one_sweep and bool(_below(summary, best))
     is_missed = bool(summary["passed_over"]) or any(one["jumped"] for one in summary["lasting_motions"])
@@ -159,10 +168,11 @@ def is_hint(summary: Answer, best: Answer) -> bool:
 
 
 def _below(summary: Answer, point: Answer) -> list[Answer]:
-    """The critical speeds that lie below a point and that the sweep does not pass
-    over: a motion that begins there may last at the point."""
+    """The motions that may last at a point, once they begin, and whose critical speeds
+    the sweep does not pass over."""
     speed = {**summary["fixed"], **point}.get("rotary_speed", -math.inf)
-    return [one for one in summary["lasting_motions"] if one["from"] is None and one["min"] < speed]
+    met = [one for one in summary["lasting_motions"] if one["from"] is None]
+    return [one for one in met if one["lasts"] and one["lasts"][0] < speed]
 
 
 def chosen_map(summary: Answer) -> Answer | None:
@@ -196,7 +206,7 @@ def _nothing_safe(summary: Answer, fmt: Formatter) -> str:
     known = summary["points"] - summary["unknown"]
     if not known:
         return "No answer: no run that decides on a point ended well."
-    what = "whatever the history" if summary["history_examined"] else "in the history that was run"
+    what = _in_histories(summary)
     text = f"No safe point: none of {summary['points']} is {safe_words(summary['severity'])} "
     if summary["confidence"] is not None:
         text += f"with a probability of {100 * summary['confidence']:g} %"
@@ -372,10 +382,9 @@ def _of_recommended(summary: Answer, fmt: Formatter) -> Iterator[str]:
             "would show more."
         )
     for one in _below(summary, {**plane.get("at", {}), **best}):
-        axis = one["axis"]
         yield (
-            f"ABOVE A CRITICAL SPEED, {fmt.range(axis, [one['min'], one['max']])}, "
-            f"{one['words'].removeprefix('the speed ')}: the best point is safe only while {one['safe_while']}. "
+            f"{one['told']} above {fmt.range(one['axis'], one['lasts'])}: the best point is safe only while "
+            f"{one['safe_while']}. "
             "Many starts of every point (--set sweep.procedure=same --set initial.ensemble=64) show how likely that is."
         )
     if edges:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, wall_speeds
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, rolling_speed, wall_speeds
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import FormatValue
@@ -25,10 +25,11 @@ CRITICAL_SPEEDS = {
 
 FINE = 0.01  # of a speed: a step that is always fine enough
 
-# What a string may do that passes through them, and what a point above them is safe from.
+# What a string may do that passes through them, what is said of that, and while what does
+# not happen a point is safe from it.
 LASTING_MOTIONS = {
-    "wall_speed": ("stay on the wall", "nothing brings the collar to the wall, where it may stay"),
-    "lobe_resonance": ("go on bouncing", "nothing sets the bit bouncing, which may last"),
+    "wall_speed": ("stay on the wall", "A COLLAR ON THE WALL MAY STAY THERE", "nothing brings it to the wall"),
+    "lobe_resonance": ("go on bouncing", "A BOUNCE MAY LAST", "nothing sets the bit bouncing"),
 }
 
 
@@ -69,7 +70,7 @@ def critical(parameters: Parameters, operation: Operation) -> dict[str, float | 
 
 
 def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
-    """The critical speeds above which a motion may last that begins there. A string that is
+    """The critical speeds at which a motion begins that may last. A string that is
     brought up to speed passes through them; a sweep that begins above one passes over
     it. Empty for many starts, which find such motions. Each is a dict:
 
@@ -77,9 +78,12 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     ``axis``        ``rotary_speed``
     ``name``        name of the derived quantity
     ``words``       its description
-    ``safe_while``  the condition under which a point above it stays safe
     ``min``,        least and greatest value [rad/s] over the corners; of one that is
-    ``max``         passed over, over those where it is
+    ``max``         passed over, over those where it is; None where there is none
+    ``lasts``       least and greatest speed [rad/s] above which the motion may last,
+                    whatever sets it going; None where it cannot
+    ``told``,       that in words, and the condition under which a point above is safe
+    ``safe_while``
     ``from``        first speed of the sweep [rad/s], where that is above it: it is passed
                     over; else None
     ``everywhere``  whether it is passed over at all corners of that speed
@@ -96,10 +100,11 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     carried = study.procedure != "same"
     start = (max if each or study.procedure == "down" else min)(float(corner.operation[2]) for corner in corners)
     found: list[dict[str, Any]] = []
-    for name, (_, safe_while) in LASTING_MOTIONS.items():
+    for name, (_, told, safe_while) in LASTING_MOTIONS.items():
         speeds = [(speed, corner.speed) for corner in map(Corner, corners) if (speed := _begins(name, corner))]
+        lasts = [speed for corner in map(Corner, corners) if (speed := _lasts(name, corner)) is not None]
         over = [speed for speed, at in speeds if carried and speed < start == at]
-        if not speeds:
+        if not speeds and not lasts:
             continue
         values = over or [speed for speed, _ in speeds]
         found.append(
@@ -107,9 +112,11 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "axis": "rotary_speed",
                 "name": name,
                 "words": CRITICAL_SPEEDS[name],
+                "min": min(values, default=None),
+                "max": max(values, default=None),
+                "lasts": [min(lasts), max(lasts)] if lasts else None,
+                "told": told,
                 "safe_while": safe_while,
-                "min": min(values),
-                "max": max(values),
                 "from": start if over else None,
                 "everywhere": len(over) == sum(float(corner.operation[2]) == start for corner in corners),
                 "each": each,
@@ -144,14 +151,23 @@ def _begins(name: str, corner: Corner) -> float | None:
     """The critical speed [rad/s] of this name; None where its motion cannot occur, or is
     there from the initial state on."""
     speed = critical(corner.parameters, corner.operation).get(name)
-    if not speed:
-        return None
+    return float(speed) if speed and _is_possible(name, corner) else None
+
+
+def _lasts(name: str, corner: Corner) -> float | None:
+    """The speed [rad/s] above which the motion may last; None where it cannot, or is there
+    from the initial state on."""
     if name == "lobe_resonance":
-        is_possible = float(corner.parameters.bit.surface_amplitude) != 0.0
-    else:
-        start: Any = corner.values.initial
-        is_possible = math.hypot(float(start.x), float(start.y)) < float(corner.k.gap)
-    return float(speed) if is_possible else None
+        return _begins(name, corner)
+    is_free = corner.parameters.modes.lateral == "free"
+    return rolling_speed(*corner.point) if is_free and _is_possible(name, corner) else None
+
+
+def _is_possible(name: str, corner: Corner) -> bool:
+    if name == "lobe_resonance":
+        return float(corner.parameters.bit.surface_amplitude) != 0.0
+    start: Any = corner.values.initial
+    return math.hypot(float(start.x), float(start.y)) < float(corner.k.gap)
 
 
 def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatValue) -> str | None:

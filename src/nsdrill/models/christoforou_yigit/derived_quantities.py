@@ -187,6 +187,25 @@ def wall_speeds(parameters: Parameters, operation: Operation, k: Coefficients) -
     return (roots[0], roots[1] if len(roots) > 1 else math.inf) if roots else None
 
 
+def rolling_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
+    """Speed [rad/s] above which a collar that rolls along the wall without slip goes on,
+    as friction carries the drag of the mud:
+
+        (c0/R_c) sqrt(k_r (c0 - s0) / (c0 (m_l - c_h c0/mu)))
+
+    with the dynamic coefficient mu and mud that does not rotate; None where the drag is
+    greater at any speed, 0 if the span is buckled. The smoothed law loses it 1.6 % later.
+    """
+    stiffness, mu = lateral_stiffness(parameters, operation, k), parameters.well.friction.dynamic
+    clearance = parameters.stabilizer.clearance or 0.0
+    if stiffness <= 0:
+        return 0.0
+    carried = mu * k.m_l - k.c_h * k.gap
+    if carried <= 0:
+        return None
+    return float(k.gap / k.collar_radius * math.sqrt(stiffness * (1.0 - clearance / k.gap) * mu / carried))
+
+
 def lift_off_wob(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
     """Weight on bit [N] below which linear steady contact over the lobes is lost at
     this speed:
