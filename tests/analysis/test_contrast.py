@@ -71,7 +71,7 @@ def test_what_a_severity_allows_is_said_in_the_sentence():
         for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
             one.variables[name] = np.where(one["response"] > 0, 4, 3).astype(np.int8)
     found = app_contrast(*data, severity=3)
-    assert " 4 of 6 common points are safe (vibration up to strong allowed), with " in sentence(found, "si")
+    assert "Of 6 common points 4 are safe (vibration up to strong allowed) with b, " in sentence(found, "si")
     assert all("safe (vibration up to strong allowed) from 1 to" in answer(one, "si") for one in found["windows"])
     none = [answer(app_contrast(*data, severity=level)["windows"][0], "si") for level in (2, 0)]
     assert "none of 6 is safe (vibration up to moderate allowed) " in none[0]
@@ -206,12 +206,27 @@ def test_a_comparison_says_what_is_lost_and_names_the_two():
         one.attrs["study_resolved"] = json.dumps({"drive": {"kind": kind}, "title": kind})
         data.append(one)
     text = sentence(app_contrast(*data), "si")
-    assert text.startswith("With the soft torque drive (b) 3 of 10 common points are safe, with the ")
-    assert "with the ideal drive (a) 3: 3 gained, 3 lost" in text
+    assert text.startswith(
+        "With the soft torque drive (b) no setting can be recommended (best hint 10 kN and 3 rad/s (28.6 rpm)); with "
+        "the ideal drive (a) no setting can be recommended (best hint 20 kN and 3 rad/s (28.6 rpm)). Of 10 common "
+        "points 3 are safe with b, 3 with a: 3 gained, 3 lost; "
+    )
     assert "at the best point 3.6 m/h instead of 7.2 m/h (-50.0 %), at the fastest safe point 3.6" in text
     data[1].attrs["study_resolved"] = json.dumps({"drive": {"kind": "ideal"}, "mud": {"swirl": 1}})
     assert "at the best point 3.6 m/h in both" in sentence(app_contrast(data[1], data[1]), "si")
     found = app_contrast(*data, names=["one.h5", "two.h5"])
-    assert sentence(found, "si").startswith("With two.h5 (b) 3 of 10")
+    assert sentence(found, "si").startswith("With two.h5 (b) no setting")
+    assert "; with one.h5 (a) no setting" in sentence(found, "si")
+    roomy = [grid({"up": [line], "down": [line]}, SPEEDS, [1e4, 2e4, 3e4]) for line in (["s...ww"] * 3, ["ssssww"] * 3)]
+    text = sentence(app_contrast(*roomy), "si")
+    assert " borders " not in text  # there is none in both
+    moved = [grid({"up": [[line, "......"]]}, SPEEDS, [1e4, 2e4]) for line in ("s....w", "ss...w")]
+    text_of_moved = sentence(app_contrast(*moved), "si")
+    assert "; lower borders that both have lie 0.5 rad/s (4.77 rpm) further up on average" in text_of_moved
+    one = [grid({"up": [line]}, SPEEDS) for line in ("s....w", "ss...w")]
+    assert "; lower borders that both have lie 1 rad/s (9.55 rpm) further up; " in sentence(app_contrast(*one), "si")
+    assert text.startswith(
+        "With b no point is safe; with a run at 20 kN and 3 rad/s (28.6 rpm). Of 18 common points 0 "
+    )
     assert ("best point", "20 kN, 3 rad/s (28.6 rpm)", "10 kN, 3 rad/s (28.6 rpm)") in side_by_side(found, "si")
     assert thresholds(found).startswith("bit-bounce: off the rock for more than 1 % of the time")

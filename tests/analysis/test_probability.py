@@ -210,6 +210,22 @@ def test_too_few_samples_to_show_the_confidence_are_told():
     assert [samples_for(level) for level in (0.5, 0.9, 0.95)] == [4, 35, 73]
 
 
+def test_samples_that_do_not_show_the_probability_are_told():
+    """Wilson's interval of 39 of 40 is 87.1 to 99.6 %, of 390 of 400 95.5 to 98.6 %, of 20 of 40
+    35.2 to 64.8 %, where no point is safe."""
+
+    def warned(safe, count):
+        response = np.full((1, 1, 3, count), WHIRL)
+        response[..., :safe] = 0
+        note = find_window(made_up(response), confidence=0.9)
+        return [text for text in warnings(note, "si") if text.startswith("FEW SAMPLES")]
+
+    told = "FEW SAMPLES: 40 give the probability to about"
+    assert warned(39, 40) == [f"{told} 6 %, and do not show that it reaches 90 %; four times as many halve that."]
+    assert warned(390, 400) == []
+    assert warned(20, 40) == [f"{told} 15 %; four times as many halve that."]
+
+
 def test_the_history_decides_a_window_of_samples_as_well():
     up, down = map_of_safety([[0.95, 0.10]]), map_of_safety([[0.10, 0.10]])
     note = find_window(made_up(np.concatenate([up, down])), confidence=0.9)

@@ -54,7 +54,7 @@ def test_what_changed_for_the_driller_is_said_first(call, shared):
     found = nsdrill.diff(shared / "small.h5", "calm.h5")
     assert found["same_study"]
     first, _, numbers = answer.out.partition("Compared: all 16 points.")
-    assert "With b 7 of 8 common points are safe, with a " in " ".join(first.split())
+    assert "Of 8 common points 7 are safe with b, " in " ".join(first.split())
     assert "moved borders" in first
     assert "Variables: " in numbers
     assert "--bits names the others." in numbers

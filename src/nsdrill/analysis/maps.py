@@ -113,7 +113,10 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
     swept = axes_of(results)
     if swept is None:
         if not results.swept:
-            raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
+            raise InputError(
+                "window: found a single operating point; allowed: a sweep of at least one axis. nsdrill show and "
+                "report tell of a point."
+            )
         raise InputError(
             f"window: found the axes {', '.join(results.swept)}; allowed: a sweep of one to three, among them words as "
             "one, beside one or two of numbers."

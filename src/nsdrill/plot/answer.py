@@ -397,11 +397,13 @@ def _of_samples(summary: Answer, point: Answer) -> Iterator[str]:
     told = list(_too_few_samples(summary))
     yield from told
     if "probability" in point and not told:
-        half = (point["probability_high"] - point["probability_low"]) / 2
-        if half > FEW_SAMPLES:
+        half, level = (point["probability_high"] - point["probability_low"]) / 2, summary["confidence"]
+        is_shown = not point["probability_low"] < level <= point["probability"]
+        if half > FEW_SAMPLES or not is_shown:
             yield (
-                f"FEW SAMPLES: {summary['counted']} give the probability to about "
-                f"{100 * half:.0f} %; four times as many halve that."
+                f"FEW SAMPLES: {summary['counted']} give the probability to about {100 * half:.0f} %"
+                f"{'' if is_shown else f', and do not show that it reaches {100 * level:g} %'}; four times as many "
+                "halve that."
             )
 
 

@@ -15,6 +15,7 @@ from nsdrill.plot.answer import (
     answer,
     chosen_map,
     in_order,
+    is_hint,
     obstacle_words,
     of_both,
     percent,
@@ -50,7 +51,7 @@ def thresholds(found: Answer) -> str:
 
 
 def sentence(found: Answer, units: str) -> str:
-    """What b wins and costs against a, in one sentence."""
+    """Where to run with b and with a, and what b wins and costs against a."""
     fmt, points = Formatter(units), found["points"]
     a, b = found["names"]
     safe = safe_words(found["windows"][0]["severity"])
@@ -58,15 +59,27 @@ def sentence(found: Answer, units: str) -> str:
     if level is not None and level == other:
         safe += f" with a probability of {100 * level:g} %"
     if found["both"] + found["gained"] + found["lost"]:
+        of_a, of_b = (_setting(window, fmt) for window in found["windows"])
         text = (
-            f"With {b} {found['both'] + found['gained']} of {points} common points are {safe}, "
-            f"with {a} {found['both'] + found['lost']}: {found['gained']} gained, {found['lost']} lost"
+            f"With {b} {of_b}; with {a} {of_a}. Of {points} common points {found['both'] + found['gained']} are {safe} "
+            f"with b, {found['both'] + found['lost']} with a: {found['gained']} gained, {found['lost']} lost"
         )
         parts = [_moves(found, fmt), _occurrence(found), _cost(found, fmt)]
     else:
         text = f"None of {points} common points is {safe}, neither with {b} nor with {a}"
         parts = [_most_probable(found), _occurrence(found)]
     return "; ".join([text, *filter(None, parts)]) + "."
+
+
+def _setting(window: Answer, fmt: Formatter) -> str:
+    """Where a window says to run, or its hint."""
+    best = (chosen_map(window) or {}).get("recommended")
+    if not best:
+        return "no point is safe"
+    setting = " and ".join(fmt.setting(best, window["axes"]).split(", "))
+    if is_hint(window, best):
+        return f"no setting can be recommended (best hint {setting})"
+    return f"run at {setting}" + (f", safe with {percent(best)}" if "probability" in best else "")
 
 
 def _most_probable(found: Answer) -> str:
@@ -101,9 +114,10 @@ def _moves(found: Answer, fmt: Formatter) -> str:
         if not moved or not any(moved):
             continue
         mean = sum(moved) / len(moved)
-        way = "up" if mean > 0 else "down"
-        parts.append(f"its {end} border lies {fmt.value(axis, abs(mean))} further {way}")
-    return f"on average {' and '.join(parts)}" if parts else ""
+        way, average = "up" if mean > 0 else "down", " on average" if len(moved) > 1 else ""
+        by = fmt.value(axis, float(f"{abs(mean):.3g}"))
+        parts.append(f"{end} borders that both have lie {by} further {way}{average}")
+    return " and ".join(parts)
 
 
 def _cost(found: Answer, fmt: Formatter) -> str:
@@ -239,7 +253,7 @@ def border_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
         spans = []
         for side in ("a", "b"):
             ends = [row["lower"][side], row["upper"][side]]
-            spans.append("not safe" if ends[0] is None else fmt.range(axis, ends))
+            spans.append("not safe there" if ends[0] is None else fmt.range(axis, ends))
         moves = [_moved(axis, row[end], fmt) for end in ENDS]
         table.append((where, *spans, *moves))
     return table

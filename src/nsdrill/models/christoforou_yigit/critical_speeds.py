@@ -135,7 +135,7 @@ def _jumped(study: Any, corners: list[Values]) -> dict[str, float] | None:
     ranges = [
         found
         for corner in map(Corner, corners)
-        if _begins("wall_speed", corner) and (found := wall_speeds(*corner.point)) and found[0] > speeds[0]
+        if _begins("wall_speed", corner) and (found := wall_speeds(*corner.point))
     ]
     if not ranges:
         return None

@@ -122,7 +122,7 @@
   // The answer of a window, and its warnings: their words in capitals, and all on request.
   function tellAnswer({ answer, warnings }) {
     if (!answer) return;
-    const names = warnings.map((text) => text.match(/^[A-Z]{2,}(?: [A-Z]+)*(?![a-z])/)[0]);
+    const names = warnings.map((text) => text.match(/^[A-Z ]*(?![a-z])/)[0].trim());
     const told = make("details", {}, make("summary", {}, names.join(" · ")), make("ul", {}, ...warnings.map((text) => make("li", {}, text))));
     $("answer").replaceChildren(make("p", {}, answer), ...(warnings.length ? [told] : []));
     $("answer").hidden = false;
