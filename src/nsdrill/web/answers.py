@@ -181,7 +181,7 @@ def comparison(
         return "", paragraph(f"The two windows are not compared: {error}")
     body, head = side_by_side(found, units)[1:], ("", f"a: {names[0]}", f"b: {names[1]}")
     data = [with_lasting_motions(one) for one in results]
-    look = Look(warnings=False)  # the page has them
+    look = Look(title=False, warnings=False)  # the page has the answers and the warnings
     drawn = draw_two(data[0], data[1], names, units, severity, confidence, look)
     first = [
         paragraph(sentence(found, units), "answer"),

@@ -272,11 +272,10 @@ def _draw_two(windows: Sequence[Window], names: Sequence[str], units: str) -> Fi
     places = [_answered(window) for window in windows]
     for letter, name, window, place, axes in zip("ab", names, windows, places, panels, strict=True):
         window.draw(axes, place)
-        if has_title():
-            where = f", {window.where(place)}" if window.maps.third else ""
-            words = (f"{letter}: {name}{where}", answer(window.numbers, units))
-            wrapped = "\n".join(textwrap.fill(line, characters) for line in words)
-            axes.set_title(wrapped, loc="left", fontsize=font_size(7), parse_math=False)
+        where = f", {window.where(place)}" if window.maps.third else ""
+        words = [f"{letter}: {name}{where}", *([answer(window.numbers, units)] if has_title() else [])]
+        wrapped = "\n".join(textwrap.fill(line, characters) for line in words)
+        axes.set_title(wrapped, loc="left", fontsize=font_size(7), parse_math=False)
         for handle in window.entries():
             # shares are of one of the two
             label = str(handle.get_label()).rpartition(" (")[0] or str(handle.get_label())
