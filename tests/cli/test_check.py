@@ -203,6 +203,9 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(told, wall_speed):
     wide = ("drillstring.eccentricity=12.7 mm", "sweep.rotary_speed={from: 80 rpm, to: 140 rpm, points: 4}")
     start = r"Start: .* begins at 80 rpm.* reaches the wall \(([\d.]+) rpm to ([\d.]+) rpm\)"
     found = re.search(start, told(*wide))
+    assert re.search(
+        r"Begin the sweep below [\d.]+ rpm, in steps of at most [\d.]+ rpm up to [\d.]+ rpm, even if", told(*wide)
+    )
     for wob, said in zip((25, 5), found.groups(), strict=True):
         at = (wide[0], f"operation.wob={wob} klbf", "operation.rotary_speed=80 rpm")
         assert wall_speed(*at) == pytest.approx(float(said), rel=1e-3)

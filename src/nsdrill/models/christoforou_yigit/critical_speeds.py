@@ -89,9 +89,11 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     ``everywhere``  whether it is passed over at all corners of that speed
     ``each``        whether every chain begins at a speed of its own, as the state is
                     carried along another axis; ``from`` is then the greatest
-    ``jumped``      where steps may jump across the speeds at which the motion begins:
-                    these, ``from`` and ``to``, the ``step`` and that which would do,
-                    ``enough`` [rad/s]; else None
+    ``range``       the speeds between which the motion begins, ``from`` and ``to``, and
+                    the step of a sweep that is fine ``enough`` there [rad/s]; None
+                    where they are not known
+    ``jumped``      where steps may jump across these: the same, with the ``step``;
+                    else None
     ==============  =================================================================
     """
     if study.initial.starts:
@@ -120,18 +122,15 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "from": start if over else None,
                 "everywhere": len(over) == sum(float(corner.operation[2]) == start for corner in corners),
                 "each": each,
-                "jumped": _jumped(study, corners) if name == "wall_speed" else None,
+                **_of_steps(study, _range_of_wall(corners) if name == "wall_speed" else None),
             }
         )
     return found
 
 
-def _jumped(study: Any, corners: list[Values]) -> dict[str, float] | None:
-    """The steps of a sweep up that are wider than the least range of speeds at which the
-    imbalance brings the collar to the wall. Between them the sweep may jump over it."""
-    if study.along != "rotary_speed" or study.procedure not in ("up", "up-down"):
-        return None
-    speeds = np.asarray(study.axes["rotary_speed"], float)
+def _range_of_wall(corners: list[Values]) -> dict[str, float] | None:
+    """The speeds between which the imbalance brings the collar to the wall, over all
+    corners and up to the greatest of their speeds, and the width of the least range."""
     ranges = [
         found
         for corner in map(Corner, corners)
@@ -140,11 +139,20 @@ def _jumped(study: Any, corners: list[Values]) -> dict[str, float] | None:
     if not ranges:
         return None
     low, high = min(first for first, _ in ranges), max(last for _, last in ranges)
-    enough = max(min(last - first for first, last in ranges), FINE * low)
-    steps = np.diff(speeds)[(speeds[1:] > low) & (speeds[:-1] < high)]
-    if not (steps > enough * (1 + FINE)).any():
-        return None
-    return {"from": low, "to": min(high, float(speeds[-1])), "step": float(steps.max()), "enough": enough}
+    high = min(high, max(Corner(each).speed for each in corners))
+    least = min(min(last, high) - first for first, last in ranges)
+    return {"from": low, "to": high, "enough": max(least, FINE * low)}
+
+
+def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, float] | None]:
+    """A range of speeds, and whether the steps of a sweep up may jump over it."""
+    found: dict[str, dict[str, float] | None] = {"range": wall, "jumped": None}
+    if wall is not None and study.along == "rotary_speed" and study.procedure in ("up", "up-down"):
+        speeds = np.asarray(study.axes["rotary_speed"], float)
+        steps = np.diff(speeds)[(speeds[1:] > wall["from"]) & (speeds[:-1] < wall["to"])]
+        if (steps > wall["enough"] * (1 + FINE)).any():
+            found["jumped"] = {**wall, "step": float(steps.max())}
+    return found
 
 
 def _begins(name: str, corner: Corner) -> float | None:
@@ -188,6 +196,9 @@ def passed_over(study: Any, lasting: list[dict[str, Any]], format_value: FormatV
     if passed[0]["each"]:
         begins = f"the state is carried along {study.along}, each speed by itself, up to {first}, which lies{part}"
         remedy = f"Carry it along rotary_speed, from below {least}"
+    if wall := next((one["range"] for one in passed if one["range"]), None):
+        enough, high = (format_value(wall[name], "rad/s", "rad/s") for name in ("enough", "to"))
+        remedy += f", in steps of at most {enough} up to {high}"
     return (
         f"Start: {begins} above {' and '.join(descriptions)}. A string that is brought up to speed "
         f"passes through that, and may {consequences} from there on; this sweep does not, so a "
