@@ -244,10 +244,7 @@ def learn(folder: Path) -> None:
     nsdrill("new", "--example", "rotary-assembly", "-o", str(study), "--overwrite")
     text = study.read_text(encoding="utf-8")
     unknown = folder / "uncertain.yaml"
-    head, name, tail = text.partition("uncertain:\n")
-    unknown.write_text(
-        head.removesuffix("# ") + name + re.sub(r"^#  ", " ", tail, flags=re.MULTILINE), encoding="utf-8"
-    )
+    unknown.write_text(text.replace("# uncertain:", "uncertain:"), encoding="utf-8")
     for source, name, kind in ((study, "window", "window"), (unknown, "tradeoff", "trade-off")):
         results = folder / f"engineer_{name}.h5"
         if not results.exists():
