@@ -290,12 +290,11 @@ def largest_margin(safe: Array, y: Array, x: Array) -> tuple[int, int, float] | 
 def _with_room(safe: Array) -> Array:
     """Where ``safe`` [y, x] has safe neighbours on both sides of each axis of several
     values."""
-    with_room = safe.copy()
-    for axis, length in enumerate(safe.shape):
-        if length > 1:
-            wide = np.pad(safe, [(int(other == axis),) * 2 for other in range(safe.ndim)])
-            with_room &= np.take(wide, range(length), axis) & np.take(wide, range(2, length + 2), axis)
-    return with_room
+    from scipy import ndimage
+
+    of_axes = tuple(slice(None) if length > 1 else slice(1, 2) for length in safe.shape)
+    neighbours = ndimage.generate_binary_structure(safe.ndim, 1)[of_axes]
+    return np.asarray(ndimage.binary_erosion(safe, neighbours))
 
 
 def normalised(values: Array) -> Array:

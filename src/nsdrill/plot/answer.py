@@ -162,12 +162,12 @@ def is_hint(summary: Answer, best: Answer) -> bool:
     it, or it is one sweep at whose point another motion may last, which neighbours may
     come to."""
     is_one_sweep = len(summary["axes"]) == 1 and not summary["third"]
-    is_above = is_one_sweep and bool(_below(summary, best))
+    others_last = is_one_sweep and bool(_may_last(summary, best))
     is_missed = bool(summary["passed_over"]) or any(one["jumped"] for one in summary["lasting_motions"])
-    return has_no_room(best) or not best["settled"] or is_missed or is_above
+    return has_no_room(best) or not best["settled"] or is_missed or others_last
 
 
-def _below(summary: Answer, point: Answer) -> list[Answer]:
+def _may_last(summary: Answer, point: Answer) -> list[Answer]:
     """The motions that may last at a point, once they begin, and whose critical speeds
     the sweep does not pass over."""
     speed = {**summary["fixed"], **point}.get("rotary_speed", -math.inf)
@@ -381,7 +381,7 @@ def _of_recommended(summary: Answer, fmt: Formatter) -> Iterator[str]:
             "NO MARGIN to one side or more of the best point: it is a hint, not a setting. A finer map around it "
             "would show more."
         )
-    for one in _below(summary, {**plane.get("at", {}), **best}):
+    for one in _may_last(summary, {**plane.get("at", {}), **best}):
         yield (
             f"{one['told']} above {fmt.range(one['axis'], one['lasts'])}: the best point is safe only while "
             f"{one['safe_while']}. "

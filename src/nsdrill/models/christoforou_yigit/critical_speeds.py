@@ -60,6 +60,10 @@ class Corner:
     def speed(self) -> float:
         return float(self.operation.rotary_speed)
 
+    @cached_property
+    def critical(self) -> dict[str, float | None]:
+        return critical(self.parameters, self.operation)
+
 
 def critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
     """The critical speeds of the motions that are free."""
@@ -98,13 +102,14 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     """
     if study.initial.starts:
         return []
+    points = [Corner(each) for each in corners]
     each = study.along != "rotary_speed"
     carried = study.procedure != "same"
-    start = (max if each or study.procedure == "down" else min)(float(corner.operation[2]) for corner in corners)
+    start = (max if each or study.procedure == "down" else min)(point.speed for point in points)
     found: list[dict[str, Any]] = []
     for name, (_, told, safe_while) in LASTING_MOTIONS.items():
-        speeds = [(speed, corner.speed) for corner in map(Corner, corners) if (speed := _begins(name, corner))]
-        lasts = [speed for corner in map(Corner, corners) if (speed := _lasts(name, corner)) is not None]
+        speeds = [(speed, point.speed) for point in points if (speed := _begins(name, point))]
+        lasts = [speed for point in points if (speed := _lasts(name, point)) is not None]
         over = [speed for speed, at in speeds if carried and speed < start == at]
         if not speeds and not lasts:
             continue
@@ -120,26 +125,22 @@ def lasting_motions(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 "told": told,
                 "safe_while": safe_while,
                 "from": start if over else None,
-                "everywhere": len(over) == sum(float(corner.operation[2]) == start for corner in corners),
+                "everywhere": len(over) == sum(point.speed == start for point in points),
                 "each": each,
-                **_of_steps(study, _range_of_wall(corners) if name == "wall_speed" else None),
+                **_of_steps(study, _range_of_wall(points) if name == "wall_speed" else None),
             }
         )
     return found
 
 
-def _range_of_wall(corners: list[Values]) -> dict[str, float] | None:
+def _range_of_wall(points: list[Corner]) -> dict[str, float] | None:
     """The speeds between which the imbalance brings the collar to the wall, over all
     corners and up to the greatest of their speeds, and the width of the least range."""
-    ranges = [
-        found
-        for corner in map(Corner, corners)
-        if _begins("wall_speed", corner) and (found := wall_speeds(*corner.point))
-    ]
+    ranges = [found for point in points if _begins("wall_speed", point) and (found := wall_speeds(*point.point))]
     if not ranges:
         return None
     low, high = min(first for first, _ in ranges), max(last for _, last in ranges)
-    high = min(high, max(Corner(each).speed for each in corners))
+    high = min(high, max(point.speed for point in points))
     least = min(min(last, high) - first for first, last in ranges)
     return {"from": low, "to": high, "enough": max(least, FINE * low)}
 
@@ -158,7 +159,7 @@ def _of_steps(study: Any, wall: dict[str, float] | None) -> dict[str, dict[str, 
 def _begins(name: str, corner: Corner) -> float | None:
     """The critical speed [rad/s] of this name; None where its motion cannot occur, or is
     there from the initial state on."""
-    speed = critical(corner.parameters, corner.operation).get(name)
+    speed = corner.critical.get(name)
     return float(speed) if speed and _is_possible(name, corner) else None
 
 
