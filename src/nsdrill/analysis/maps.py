@@ -97,8 +97,38 @@ def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:
     return numbers[0], numbers[1] if len(numbers) > 1 else None, third
 
 
+def axes_or_refusal(results: Results) -> tuple[str, str | None, str | None]:
+    """As :func:`axes_of`. InputError where the axes do not make maps."""
+    if (swept := axes_of(results)) is not None:
+        return swept
+    if not results.swept:
+        raise InputError(
+            "window: found a single operating point; allowed: a sweep of at least one axis. nsdrill show and "
+            "report tell of a point."
+        )
+    raise InputError(
+        f"window: found the axes {', '.join(results.swept)}; allowed: a sweep of one to three, among them words as "
+        "one, beside one or two of numbers."
+    )
+
+
 Planes = Callable[[Array], Array]  # from the grid of the runs to [third, y, x, history]
 Cell = tuple[int, int, int]  # of the maps: third, y, x
+
+
+def planes_of(results: Results, x: str, y: str | None, third: str | None) -> Planes:
+    """What arranges an array on the grid as [third, y, x, history]. Axes that are not
+    swept have length 1; they are merged with the third one."""
+    axes = results.axes
+    order = [axis for axis in axes if axis not in (x, y)] + [axis for axis in (y, x) if axis]
+    lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, x)]
+
+    def planes(array: Array) -> Array:
+        transposed = np.moveaxis(array, 0, len(axes))
+        transposed = transposed.transpose(*(axes.index(axis) for axis in order), *range(len(axes), array.ndim))
+        return transposed.reshape(*lengths, -1)
+
+    return planes
 
 
 def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:
@@ -110,29 +140,8 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
 
     An inferred point has a response but no severity: by severity it is unknown.
     """
-    swept = axes_of(results)
-    if swept is None:
-        if not results.swept:
-            raise InputError(
-                "window: found a single operating point; allowed: a sweep of at least one axis. nsdrill show and "
-                "report tell of a point."
-            )
-        raise InputError(
-            f"window: found the axes {', '.join(results.swept)}; allowed: a sweep of one to three, among them words as "
-            "one, beside one or two of numbers."
-        )
-    x, y, third = swept
-
-    def planes(array: Array) -> Array:
-        """``array`` as [third, y, x, history]. Axes that are not swept have length 1;
-        they are merged with the third one."""
-        axes = results.axes
-        order = [axis for axis in axes if axis not in (x, y)] + [axis for axis in (y, x) if axis]
-        transposed = np.moveaxis(array, 0, len(axes))
-        transposed = transposed.transpose(*(axes.index(axis) for axis in order), *range(len(axes), array.ndim))
-        lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, x)]
-        return transposed.reshape(*lengths, -1)
-
+    swept = axes_or_refusal(results)
+    planes = planes_of(results, *swept)
     runs = run_safety(results, severity)
     if confidence is None:
         found = _by_histories(results, runs, planes)

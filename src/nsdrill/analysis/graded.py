@@ -1,0 +1,220 @@
+"""A sweep as maps of grades: the class of every operating point from the runs of it, of
+each sample of uncertain numbers, or of all starts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from nsdrill.analysis.histories import Grade, Label, Ways, is_allowed, of_starts
+from nsdrill.analysis.hysteresis import carried_axis
+from nsdrill.analysis.maps import axes_or_refusal, planes_of
+from nsdrill.analysis.probability import effective_number, independent, interval, known, run_safety
+from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
+from nsdrill.models.responses import RESPONSES
+from nsdrill.variables import SAMPLE
+
+Swept = tuple[str, str | None, str | None]  # the axes x, y and third
+
+# What shows that a motion that may last was met and left: the response, and of whirl its kind.
+MET = {"wall_speed": ("whirl", "backward_rolling"), "lobe_resonance": ("bit_bounce", None)}
+
+
+@dataclass(frozen=True)
+class Graded:
+    """The grades of a sweep over the axes ``x``, ``y`` and ``third``; the last two are
+    None where no such axis is swept, and their length is then 1.
+
+    ``labels`` and ``bits`` are [way, third, y, x, world], the :class:`Label` and the
+    responses of every run; a world is a sample, or a start. ``grades`` are
+    [third, y, x, world], of all starts together [third, y, x, 1]. ``share`` is the
+    share of starts that are safe, [third, y, x]; None without starts. ``effective`` is
+    the effective number of samples, ``confidence`` the share of them that must be
+    allowed; both None without samples.
+    """
+
+    results: Results
+    x: str
+    y: str | None
+    third: str | None
+    along: str | None
+    labels: Array
+    bits: Array
+    grades: Array
+    share: Array | None = None
+    confidence: float | None = None
+    effective: float | None = None
+
+    def values(self, axis: str | None) -> Array:
+        """The values of an axis; a single zero for None."""
+        return np.zeros(1) if axis is None else np.asarray(self.results.coords[axis], dtype=float)
+
+    @property
+    def ways(self) -> tuple[str, ...]:
+        """The procedures of the file."""
+        return self.results.procedures
+
+    @cached_property
+    def allowed(self) -> Array:
+        """Which points may be recommended, [third, y, x]; of samples those at which the
+        share of all samples reaches the confidence, whatever became of those that
+        failed."""
+        return self._at_confidence(is_allowed(self.grades))
+
+    @cached_property
+    def better(self) -> Array:
+        """Which of them are safe after any history."""
+        return self._at_confidence(self.grades == Grade.ANY_HISTORY)
+
+    def _at_confidence(self, chosen: Array) -> Array:
+        if self.confidence is None:
+            return np.asarray(chosen.all(axis=-1))
+        return np.asarray(chosen.mean(axis=-1) >= self.confidence - 1e-9)
+
+    @cached_property
+    def grade(self) -> Array:
+        """The grade of each point, [third, y, x]. Of samples that of allowed points; of
+        others the commonest one that is not allowed, and of two the worse."""
+        if self.confidence is None:
+            return np.asarray(self.grades[..., 0])
+        counts = np.stack([(self.grades == grade).sum(axis=-1) for grade in Grade if not grade.allowed])
+        below = np.where(self.better, Grade.ANY_HISTORY, Grade.FROM_BELOW_ONLY)
+        return np.asarray(np.where(self.allowed, below, np.argmax(counts, axis=0)))
+
+    def probability(self, any_history: bool = False) -> tuple[Array, Array, Array]:
+        """The share of the known samples in which each point is allowed, or safe after any
+        history, and the ends of its 95 % interval, which holds whatever the samples
+        that failed would have given; arrays [third, y, x]."""
+        chosen = self.grades == Grade.ANY_HISTORY if any_history else is_allowed(self.grades)
+        count, total = chosen.sum(axis=-1), chosen.shape[-1]
+        open_ = (self.grades == Grade.UNKNOWN).sum(axis=-1)
+        scale = (self.effective or total) / total
+        known_ = np.maximum(total - open_, 1)
+        low, _ = interval(count * scale, total * scale)
+        _, high = interval((count + open_) * scale, total * scale)
+        return np.where(total > open_, count / known_, np.nan), low, high
+
+    def bits_on(self, way: str) -> Array:
+        """The responses on a way, [third, y, x]: of samples those that may prevent that
+        the confidence is reached, of starts those of any."""
+        bits = self.bits[self.ways.index(way)]
+        if self.confidence is None:
+            return np.asarray(np.bitwise_or.reduce(bits, axis=-1))
+        least = (1.0 - self.confidence) / len(RESPONSES)
+        return np.asarray(sum(one.bit * ((bits & one.bit > 0).mean(axis=-1) >= least) for one in RESPONSES.values()))
+
+    @property
+    def way_in(self) -> str:
+        """The way on which a point is reached: up, else where it starts, else down."""
+        return next(way for way in ("up", "same", "down") if way in self.ways)
+
+
+def labels_of(results: Results, severity: int | None = None) -> Array:
+    """The :class:`Label` of every run, on the grid. With ``severity`` a run with responses
+    of that severity at most is clear."""
+    runs = run_safety(results, severity)
+    bits = np.where(known(results["status"]), results["response"], 0).astype(int)
+    touches = np.zeros(results.shape, dtype=bool)
+    for one in RESPONSES.values():
+        name = one.feature if one.share else one.severity.name
+        if name in results.variables:
+            with np.errstate(invalid="ignore"):
+                touches |= results[name] > 0
+    labels = np.where(runs.safe, Label.CLEAR, np.where(runs.unsafe, Label.CRITICAL, Label.UNKNOWN))
+    labels = np.where((labels == Label.CLEAR) & touches & (bits == 0), Label.TOUCHING, labels)
+    if stalled := RESPONSES.get("stalled"):
+        labels = np.where(runs.unsafe & (bits & stalled.bit > 0), Label.STALLED, labels)
+    return np.asarray(labels)
+
+
+def graded(results: Results, severity: int | None = None, confidence: float | None = None) -> Graded:
+    """The grades of a sweep. InputError where its axes do not make maps."""
+    swept = axes_or_refusal(results)
+    planes = planes_of(results, *swept)
+    counted = independent(results) if SAMPLE in results.coords else slice(None)
+
+    def worlds(array: Array) -> Array:
+        """``array`` on the grid as [way, third, y, x, world]."""
+        if SAMPLE in results.coords:
+            array = array[..., counted]
+        return np.array([planes(part[None]) for part in array])
+
+    labels = worlds(labels_of(results, severity))
+    bits = worlds(np.where(known(results["status"]), results["response"], 0).astype(int))
+    along = carried_axis(results)
+    by_way = dict(zip(results.procedures, labels, strict=True))
+    if "start" in results.coords:
+        (starts,) = by_way.values()
+        grades = of_starts(starts)[..., None]
+        is_known = np.maximum((starts != Label.UNKNOWN).sum(axis=-1), 1)
+        return Graded(
+            results, *swept, along, labels, bits, grades, share=(starts >= Label.TOUCHING).sum(axis=-1) / is_known
+        )
+    place = _place_of(along, swept)
+
+    def first(array: Array | None) -> Array | None:
+        return None if array is None else np.moveaxis(array, place, 0)
+
+    up, down, same = (first(by_way.get(way)) for way in ("up", "down", "same"))
+    met = None if down is None else first(_met(results, worlds, along, swept))
+    ways = Ways(up, down, same, True if met is None else met)
+    samples = SAMPLE in results.coords
+    return Graded(
+        results,
+        *swept,
+        along,
+        labels,
+        bits,
+        np.moveaxis(ways.grades(), 0, place),
+        confidence=confidence if samples else None,
+        effective=effective_number(results, counted) if samples else None,
+    )
+
+
+def lasting(results: Results) -> list[Answer]:
+    """The motions that may last above a critical speed, once they begin."""
+    found: list[Answer] = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
+    return found
+
+
+def _met(results: Results, worlds: Callable[[Array], Array], along: str | None, swept: Swept) -> Array:
+    """Where every motion that may last was met higher up on the way down, or cannot last
+    at that speed, [third, y, x, world]. A motion whose critical speed lies above the
+    sweep cannot have been met, and does not begin in it."""
+    down = results.procedures.index("down")
+    axis = _place_of(along, swept)
+    speeds = np.asarray(results.coords["rotary_speed"], dtype=float)
+    shape = [1, 1, 1, 1]
+    if "rotary_speed" in swept:
+        shape[_place_of("rotary_speed", swept)] = len(speeds)
+    speed = speeds[: np.prod(shape)].reshape(shape)
+    everything = None
+    for one in lasting(results):
+        response, kind = MET.get(one["name"], (None, None))
+        if not one["lasts"] or response is None:
+            continue
+        begins = float(one["lasts"][0])
+        if one["name"] == "lobe_resonance" and begins > speeds[-1]:
+            continue
+        name = RESPONSES[response].kind
+        if kind is not None and name is not None and name.name in results.variables:
+            wanted = (name.flag_meanings or "").split().index(kind)
+            there = worlds(results[name.name] == wanted)[down]
+        else:
+            there = worlds(results["response"].astype(int) & RESPONSES[response].bit > 0)[down]
+        above = np.flip(np.logical_or.accumulate(np.flip(there, axis), axis=axis), axis)
+        met = above | (speed < begins)
+        everything = met if everything is None else everything & met
+    like = worlds(results["status"])[down]
+    return np.ones(like.shape, dtype=bool) if everything is None else np.broadcast_to(everything, like.shape)
+
+
+def _place_of(axis: str | None, swept: Swept) -> int:
+    """The place of an axis among [third, y, x]; that of x where the axis is not among
+    them."""
+    x, y, third = swept
+    return 2 if axis == x or axis is None else 1 if axis == y else 0 if axis == third else 2

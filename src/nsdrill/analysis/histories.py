@@ -1,0 +1,181 @@
+"""The class of an operating point, from what was run of it: brought up from below, lowered
+from above, and started at the point.
+
+A string is brought up to its speed, or its weight, from below. So the way up decides
+whether a setting is allowed, and the way up is known before its last point is chosen.
+The way down tells what a vibration that was met higher up does here: whether it lasts.
+It gives the grade of an allowed point, and it withdraws a point where the motion is
+near a threshold. Hence the end of a sweep changes no allowed point below it, but for
+borderline ones; and as nothing is taken for granted of a run that failed, a run that
+fails never makes a point safer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from nsdrill.data import Array
+
+
+class Label(IntEnum):
+    """What is known of one run, the worse first."""
+
+    UNKNOWN = 0
+    """It failed, is missing, or its check failed."""
+    STALLED = 1
+    """The bit stays stuck."""
+    CRITICAL = 2
+    """It has a response, or its checks disagree."""
+    TOUCHING = 3
+    """It has none, but touches the wall, leaves the rock, or oscillates in torsion."""
+    CLEAR = 4
+
+
+class Grade(IntEnum):
+    """The class of a point."""
+
+    UNKNOWN = 0
+    STALLED = 1
+    CRITICAL = 2
+    ONLY_FROM_ABOVE = 3
+    BORDERLINE = 4
+    FROM_START = 5
+    FROM_BELOW_ONLY = 6
+    FROM_BELOW = 7
+    ANY_HISTORY = 8
+
+    @property
+    def allowed(self) -> bool:
+        """Whether the point may be recommended."""
+        return self >= Grade.FROM_START
+
+    @property
+    def words(self) -> str:
+        """What the grade says."""
+        return _WORDS[self]
+
+
+_WORDS = {
+    Grade.UNKNOWN: "unknown",
+    Grade.STALLED: "stalled",
+    Grade.CRITICAL: "critical",
+    Grade.ONLY_FROM_ABOVE: "only from above",
+    Grade.BORDERLINE: "borderline",
+    Grade.FROM_START: "safe from a quick start only",
+    Grade.FROM_BELOW_ONLY: "safe from below only",
+    Grade.FROM_BELOW: "safe from below",
+    Grade.ANY_HISTORY: "safe after any history",
+}
+
+
+def is_allowed(grades: Array) -> Array:
+    """Where the :class:`Grade` of points is one that is allowed."""
+    return np.asarray(grades >= Grade.FROM_START)
+
+
+@dataclass(frozen=True)
+class Ways:
+    """The labels of the runs of a map, arrays of :class:`Label` with the axis along
+    which the state is carried first: on the way ``up`` and ``down``, and started at the
+    point, ``same``; None where that was not run. ``met`` says where the motions that
+    may last were met higher up on the way down, or cannot last there.
+    """
+
+    up: Array | None = None
+    down: Array | None = None
+    same: Array | None = None
+    met: Array | bool = True
+
+    def grades(self) -> Array:
+        """The :class:`Grade` of every point."""
+        down = None if self.down is None else carried(self.down[::-1])[::-1]
+        if self.up is None:
+            return _alone(self.same, down)
+        up = carried(self.up)
+        is_clear = up == Label.CLEAR
+        grades = np.select(
+            [up == Label.UNKNOWN, up == Label.STALLED, up == Label.CRITICAL, up == Label.TOUCHING],
+            [Grade.UNKNOWN, Grade.STALLED, Grade.CRITICAL, Grade.BORDERLINE],
+            Grade.FROM_BELOW,
+        )
+        if down is not None:
+            after = excursion(up, down)
+            ends_well = (down == Label.CLEAR) & after_all(self.met, down)
+            vibrates = (down == Label.CRITICAL) | (down == Label.STALLED)
+            grades = np.select(
+                [
+                    is_clear & ends_well,
+                    is_clear & vibrates & after,
+                    is_clear & (down == Label.STALLED),
+                    is_clear & (down == Label.UNKNOWN),
+                    is_clear & (down != Label.CLEAR),
+                    (up == Label.CRITICAL) & (down == Label.STALLED),
+                    (up == Label.CRITICAL) & (down >= Label.TOUCHING),
+                ],
+                [
+                    Grade.ANY_HISTORY,
+                    Grade.FROM_BELOW_ONLY,
+                    Grade.STALLED,
+                    Grade.UNKNOWN,
+                    Grade.BORDERLINE,
+                    Grade.STALLED,
+                    Grade.ONLY_FROM_ABOVE,
+                ],
+                grades,
+            )
+        if self.same is not None:
+            is_started = self.same == Label.CLEAR
+            has_way = np.isin(grades, (Grade.CRITICAL, Grade.ONLY_FROM_ABOVE))
+            grades = np.where(has_way & is_started, Grade.FROM_START, grades)
+            grades = np.where((grades == Grade.ANY_HISTORY) & ~is_started, Grade.FROM_BELOW, grades)
+        return np.asarray(grades)
+
+
+def _alone(same: Array | None, down: Array | None) -> Array:
+    """The grades where nothing was brought up: how a point is reached was not run."""
+    if same is None:
+        assert down is not None, "a map has at least one way"
+        grades, clear = down, Grade.ONLY_FROM_ABOVE
+    else:
+        grades, clear = same, Grade.FROM_START
+    return np.select(
+        [grades == label for label in (Label.UNKNOWN, Label.STALLED, Label.CRITICAL, Label.TOUCHING)],
+        [Grade.UNKNOWN, Grade.STALLED, Grade.CRITICAL, Grade.BORDERLINE],
+        clear,
+    )
+
+
+def carried(labels: Array) -> Array:
+    """The labels of a way whose first point is the first: after a run of which nothing is
+    known no state was carried, and so nothing is known of the rest of its chain."""
+    return np.where(np.logical_or.accumulate(labels == Label.UNKNOWN, axis=0), Label.UNKNOWN, labels)
+
+
+def excursion(up: Array, down: Array) -> Array:
+    """Where a vibration was met before on the way down: at a point higher up on it, or at
+    the last point of the way up."""
+    begins = np.isin(up[-1:], (Label.CRITICAL, Label.STALLED))
+    higher = np.isin(down[:0:-1], (Label.CRITICAL, Label.STALLED))
+    return np.asarray(np.logical_or.accumulate(np.concatenate([begins, higher]), axis=0)[::-1])
+
+
+def after_all(met: Array | bool, like: Array) -> Array:
+    return np.broadcast_to(np.asarray(met, dtype=bool), like.shape)
+
+
+def of_starts(labels: Array) -> Array:
+    """The grades of points that were run from many starts, the last dimension of
+    ``labels``: safe after any history where every start is, safe from some where some
+    are. The point itself says nothing of how they are reached."""
+    is_known = labels != Label.UNKNOWN
+    is_safe = labels >= Label.TOUCHING
+    some = is_safe.any(axis=-1)
+    stalls = (labels == Label.STALLED).any(axis=-1)
+    return np.select(
+        [is_safe.all(axis=-1), some, ~is_known.all(axis=-1), stalls],
+        [Grade.ANY_HISTORY, Grade.FROM_BELOW_ONLY, Grade.UNKNOWN, Grade.STALLED],
+        Grade.CRITICAL,
+    )

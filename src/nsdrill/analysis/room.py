@@ -1,0 +1,139 @@
+"""How much room an allowed setting has, and which setting to recommend.
+
+A setting is held to within a tolerance, of the rotary speed and of the weight on bit. The
+room of a point is its distance from the nearest point that is not allowed, or from the
+edge of the map, in tolerances: the larger of the two along the axes (Chebyshev), as both
+may be off at once.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+
+from nsdrill.analysis.maps import stretches
+from nsdrill.data import Array
+
+# of the axes that are settings: the least tolerance, in SI
+LEAST = {"rotary_speed": 5 * np.pi / 30, "wob": 4448.2216152605}  # 5 rpm, 1 klbf
+RELATIVE = 0.1
+# not held by anyone: each value has a map, or a row, of its own
+NO_SETTINGS = ("depth",)
+ENOUGH, PLENTY = 1.0, 2.0  # tolerances
+_CHUNK = 4_000_000  # pairs of points that are compared at once
+
+
+class Kind(StrEnum):
+    """How much room the best point has."""
+
+    RUN = "run"
+    """A tolerance or more: a setting."""
+    NARROW = "narrow"
+    """Less: a hint."""
+    POINT = "point"
+    """None: a hint, of which the neighbours are not allowed."""
+    NONE = "none"
+    """There is no allowed point."""
+
+
+def tolerance(axis: str | None, values: Array) -> Array:
+    """To how much of each value an axis is held; infinite on an axis that no one sets, and
+    on one that is not swept."""
+    if axis is None or axis in NO_SETTINGS or len(values) < 2:
+        return np.full(len(values), np.inf)
+    least = LEAST.get(axis, 1e-9 * float(np.ptp(values)))
+    return np.maximum(RELATIVE * np.abs(values), least)
+
+
+def room(allowed: Array, y: tuple[str | None, Array], x: tuple[str, Array]) -> Array:
+    """The room [y, x] of each point of ``allowed`` [y, x] in tolerances; -1 where a point
+    is not allowed. The axes are their names and ascending values. A point that is not
+    allowed reaches to its neighbours, as a limit lies anywhere between the two. Rows of
+    an axis that no one sets are judged each by itself.
+    """
+    found = np.full(allowed.shape, -1.0)
+    if y[0] in NO_SETTINGS:
+        for row, one in enumerate(allowed):
+            found[row] = room(one[None], (None, np.zeros(1)), x)[0]
+        return found
+    rows, columns = np.nonzero(allowed)
+    if not rows.size:
+        return found
+    nearest = np.full(len(rows), np.inf)
+    of_axes = []
+    for (axis, values), places in ((y, rows), (x, columns)):
+        scale = tolerance(axis, values)[places]
+        at = values[places]
+        if np.isfinite(scale[0]):  # else the axis has no edge
+            nearest = np.minimum(nearest, np.minimum(at - values[0], values[-1] - at) / scale)
+        reach = np.clip(np.arange(len(values)) + np.array([[-1], [1]]), 0, len(values) - 1)
+        of_axes.append((at, scale, *values[reach]))
+    bad_rows, bad_columns = np.nonzero(~allowed)
+    step = max(1, _CHUNK // max(1, len(bad_rows)))
+    for begin in range(0, len(rows) if bad_rows.size else 0, step):
+        part = slice(begin, begin + step)
+        away = np.zeros((len(rows[part]), len(bad_rows)))
+        for (at, scale, low, high), bad in zip(of_axes, (bad_rows, bad_columns), strict=True):
+            gap = np.maximum(low[bad] - at[part, None], at[part, None] - high[bad])
+            away = np.maximum(away, np.maximum(gap, 0.0) / scale[part, None])
+        nearest[part] = np.minimum(nearest[part], away.min(axis=1))
+    found[rows, columns] = nearest
+    return found
+
+
+def choose(
+    allowed: Array, better: Array, y: tuple[str | None, Array], x: tuple[str, Array], rate: Array
+) -> tuple[tuple[int, int] | None, Kind, bool]:
+    """The point to recommend, [y, x]; how much room it has; and whether it lies in its own
+    field of ``better`` points, those safe after any history, which are ``allowed`` too.
+
+    Points that are safe after any history come first, if they have a tolerance of room and
+    lie inside their own field. Of those with plenty of room the one that drills fastest
+    is taken, else the deepest inside. ``rate`` is the rate of penetration, NaN where it
+    is not known.
+    """
+    of_allowed, of_better = room(allowed, y, x), room(better, y, x)
+    fast = np.nan_to_num(rate, nan=0.0)
+    tie = 1e-6 * fast / (np.max(fast, initial=0.0) or 1.0)
+    for field, inside, is_better in (
+        (better & (of_allowed >= ENOUGH) & (of_better > 0.0), of_better, True),
+        (allowed & (of_allowed >= ENOUGH), of_allowed, False),
+    ):
+        if field.any():
+            wide = field & (inside >= PLENTY)
+            finite = np.minimum(inside, 1e6)
+            value = (
+                np.where(wide, fast + 1e-9 * finite, -np.inf) if wide.any() else np.where(field, finite + tie, -np.inf)
+            )
+            return _place(value), Kind.RUN, is_better
+    for field, kind in ((allowed & (of_allowed > 0.0), Kind.NARROW), (allowed, Kind.POINT)):
+        if field.any():
+            inside = of_allowed if kind == Kind.NARROW else _along_row(allowed, x)
+            return _place(np.where(field, inside + tie, -np.inf)), kind, False
+    return None, Kind.NONE, False
+
+
+def _place(values: Array) -> tuple[int, int]:
+    """The first place of the greatest of ``values`` [y, x]."""
+    row, column = np.unravel_index(int(np.argmax(values)), values.shape)
+    return int(row), int(column)
+
+
+def _along_row(allowed: Array, x: tuple[str, Array]) -> Array:
+    """How far each allowed point is from the ends of its stretch of its row, in
+    tolerances."""
+    axis, values = x
+    scale = tolerance(axis, values)
+    found = np.full(allowed.shape, -1.0)
+    for row, one in enumerate(allowed):
+        for first, last in stretches(one):
+            here = slice(first, last + 1)
+            ends = np.minimum(values[here] - values[first], values[last] - values[here])
+            found[row, here] = ends / scale[here]
+    return found
+
+
+def stretch(chosen: Array, place: int) -> tuple[int, int]:
+    """The stretch of ``chosen`` [n] around a place that is chosen."""
+    return next((first, last) for first, last in stretches(chosen) if first <= place <= last)

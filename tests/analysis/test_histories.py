@@ -1,0 +1,143 @@
+"""The class of a point from its histories: the table, and what makes it an answer: neither
+the end of a sweep nor a run that fails makes a point safer."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from nsdrill.analysis.histories import Grade, Label, Ways, carried, excursion, is_allowed, of_starts
+
+U, X, C, T, S = Label.UNKNOWN, Label.STALLED, Label.CRITICAL, Label.TOUCHING, Label.CLEAR
+
+
+def grades(up=None, down=None, same=None, met=True):
+    ways = [None if way is None else np.array(way) for way in (up, down, same)]
+    return [Grade(int(grade)) for grade in Ways(*ways, met=met).grades()]
+
+
+# Of three points the middle one is graded; the third says what was met above.
+@pytest.mark.parametrize(
+    ("up", "down", "above", "grade"),
+    [
+        (S, S, S, Grade.ANY_HISTORY),
+        (S, S, C, Grade.ANY_HISTORY),
+        (S, C, C, Grade.FROM_BELOW_ONLY),
+        (S, C, X, Grade.FROM_BELOW_ONLY),
+        (S, X, X, Grade.FROM_BELOW_ONLY),
+        (S, C, S, Grade.BORDERLINE),
+        (S, T, C, Grade.BORDERLINE),
+        (S, X, S, Grade.STALLED),
+        (S, U, S, Grade.UNKNOWN),
+        (S, S, U, Grade.UNKNOWN),
+        (T, S, S, Grade.BORDERLINE),
+        (C, S, S, Grade.ONLY_FROM_ABOVE),
+        (C, T, S, Grade.ONLY_FROM_ABOVE),
+        (C, C, S, Grade.CRITICAL),
+        (C, U, S, Grade.CRITICAL),
+        (C, X, S, Grade.STALLED),
+        (X, S, S, Grade.STALLED),
+        (U, S, S, Grade.UNKNOWN),
+    ],
+)
+def test_the_table(up, down, above, grade):
+    assert grades([S, up, S], [S, down, above])[1] == grade
+
+
+def test_a_motion_that_may_last_and_was_not_met_leaves_the_way_down_open():
+    assert grades([S, S], [S, S], met=np.array([False, True])) == [Grade.FROM_BELOW, Grade.ANY_HISTORY]
+
+
+def test_the_last_point_of_the_way_up_is_met_on_the_way_down():
+    assert grades([S, S, C], [C, C, C]) == [Grade.FROM_BELOW_ONLY, Grade.FROM_BELOW_ONLY, Grade.CRITICAL]
+
+
+def test_one_history():
+    assert grades(up=[S, T, C, X, U, S]) == [
+        Grade.FROM_BELOW,
+        Grade.BORDERLINE,
+        Grade.CRITICAL,
+        Grade.STALLED,
+        Grade.UNKNOWN,
+        Grade.UNKNOWN,  # nothing is carried over a run that failed
+    ]
+    assert grades(down=[S, U, S]) == [Grade.UNKNOWN, Grade.UNKNOWN, Grade.ONLY_FROM_ABOVE]
+    assert grades(same=[S, C, U, S]) == [Grade.FROM_START, Grade.CRITICAL, Grade.UNKNOWN, Grade.FROM_START]
+
+
+def test_a_start_at_the_point_frees_what_the_slow_way_up_does_not():
+    assert grades([S, C, C, S], [S, S, C, S], [S, S, S, C]) == [
+        Grade.ANY_HISTORY,
+        Grade.FROM_START,
+        Grade.FROM_START,
+        Grade.FROM_BELOW,  # not any history: the start at the point vibrates
+    ]
+
+
+def test_many_starts():
+    starts = np.array([[S, S, T], [S, C, U], [C, C, U], [C, X, C], [C, C, C], [U, U, U], [S, S, U]])
+    assert [Grade(int(g)) for g in of_starts(starts)] == [
+        Grade.ANY_HISTORY,
+        Grade.FROM_BELOW_ONLY,
+        Grade.UNKNOWN,
+        Grade.STALLED,
+        Grade.CRITICAL,
+        Grade.UNKNOWN,
+        Grade.FROM_BELOW_ONLY,
+    ]
+
+
+def test_what_is_met_and_what_is_carried():
+    assert excursion(np.array([S, S, C]), np.array([S, S, S])).tolist() == [True, True, True]
+    assert excursion(np.array([S, S, S]), np.array([C, C, S])).tolist() == [True, False, False]
+    assert carried(np.array([[S, U], [U, S], [S, S]])).tolist() == [[S, U], [U, U], [U, U]]
+
+
+def ways(length, wide):
+    return arrays(np.int64, (length, wide), elements=st.sampled_from([int(one) for one in Label]))
+
+
+@st.composite
+def runs(draw):
+    """Labels of a map: always a way up, perhaps a way down and a start at the point."""
+    length, wide = draw(st.integers(1, 8)), draw(st.integers(1, 3))
+    given_ways = [draw(ways(length, wide))] + [draw(st.none() | ways(length, wide)) for _ in range(2)]
+    return given_ways, draw(arrays(bool, (length, wide)))
+
+
+@given(runs(), st.data())
+def test_the_end_of_a_sweep_changes_no_allowed_point_but_borderline_ones(given_runs, data):
+    """The way up to a lower end is the same; the way down from there is another one, which
+    may find anything."""
+    (up, down, same), met = given_runs
+    last = data.draw(st.integers(1, len(up)))
+    other = None if down is None else data.draw(ways(last, up.shape[1]))
+    whole = Ways(up, down, same, met).grades()[:last]
+    cut = Ways(up[:last], other, None if same is None else same[:last], met[:last]).grades()
+    withdrawn = (Grade.BORDERLINE, Grade.STALLED, Grade.UNKNOWN)
+    changed = is_allowed(whole) != is_allowed(cut)
+    for grade in np.where(is_allowed(whole), cut, whole)[changed]:
+        assert grade in withdrawn
+    # with no run that fails or stalls without having been met, only borderline ones differ
+    if other is not None and not np.isin(np.concatenate([down, other]), (U, X)).any():
+        assert np.isin(np.where(is_allowed(whole), cut, whole)[changed], Grade.BORDERLINE).all()
+
+
+@given(runs(), st.data())
+def test_a_run_that_fails_makes_no_point_safer(given_runs, data):
+    (up, down, same), met = given_runs
+    before = Ways(up, down, same, met).grades()
+    way = data.draw(st.sampled_from([one for one in (up, down, same) if one is not None]))
+    place = tuple(data.draw(st.integers(0, size - 1)) for size in way.shape)
+    way[place] = U
+    after = Ways(up, down, same, met).grades()
+    assert not np.any(is_allowed(after) & ~is_allowed(before))
+    assert np.all(np.where(is_allowed(after), after <= before, True))
+
+
+@given(arrays(np.int64, (1, 6), elements=st.sampled_from([int(one) for one in Label])), st.integers(0, 5))
+def test_a_start_that_fails_makes_no_point_safer(labels, place):
+    before = of_starts(labels)
+    labels[0, place] = U
+    assert of_starts(labels) <= before or not is_allowed(of_starts(labels))
