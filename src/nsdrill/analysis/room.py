@@ -20,7 +20,8 @@ LEAST = {"rotary_speed": 5 * np.pi / 30, "wob": 4448.2216152605}  # 5 rpm, 1 klb
 RELATIVE = 0.1
 # not held by anyone: each value has a map, or a row, of its own
 NO_SETTINGS = ("depth",)
-ENOUGH, PLENTY = 1.0, 2.0  # tolerances
+_SLACK = 1e-9  # the last bits of a grid decide on nothing
+ENOUGH, PLENTY = 1.0 - _SLACK, 2.0 - _SLACK  # tolerances
 _CHUNK = 4_000_000  # pairs of points that are compared at once
 
 
@@ -97,7 +98,7 @@ def choose(
     fast = np.nan_to_num(rate, nan=0.0)
     tie = 1e-6 * fast / (np.max(fast, initial=0.0) or 1.0)
     for field, inside, is_better in (
-        (better & (of_allowed >= ENOUGH) & (of_better > 0.0), of_better, True),
+        (better & (of_allowed >= ENOUGH) & (of_better > _SLACK), of_better, True),
         (allowed & (of_allowed >= ENOUGH), of_allowed, False),
     ):
         if field.any():
@@ -107,7 +108,7 @@ def choose(
                 np.where(wide, fast + 1e-9 * finite, -np.inf) if wide.any() else np.where(field, finite + tie, -np.inf)
             )
             return _place(value), Kind.RUN, is_better
-    for field, kind in ((allowed & (of_allowed > 0.0), Kind.NARROW), (allowed, Kind.POINT)):
+    for field, kind in ((allowed & (of_allowed > _SLACK), Kind.NARROW), (allowed, Kind.POINT)):
         if field.any():
             inside = of_allowed if kind == Kind.NARROW else _along_row(allowed, x)
             return _place(np.where(field, inside + tie, -np.inf)), kind, False

@@ -1,0 +1,289 @@
+"""The answer in words: a sentence of at most thirty, and at most five lines beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from nsdrill.analysis.advice import Advice, Border, Kind, Recovery, Stretch
+from nsdrill.analysis.histories import Grade
+from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
+from nsdrill.plot.answer import ORDER, Formatter, in_order
+from nsdrill.quantity import quantity
+
+MOST_LINES = 5
+_SIDES = {"rotary_speed": ("Slower", "Faster"), "wob": ("Lighter", "Heavier"), "depth": ("Shallower", "Deeper")}
+
+
+class Words:
+    """The words of an answer in units: of an ``advice`` on a sweep that was ``begun_above``
+    a critical speed, by the ``severity`` and the ``confidence`` of the window."""
+
+    def __init__(
+        self,
+        advice: Advice,
+        axes: tuple[str, ...],
+        units: str,
+        ways: tuple[str, ...],
+        severity: int | None = None,
+        confidence: float | None = None,
+        begun_above: str = "",
+    ) -> None:
+        self.advice, self.axes, self.ways, self.fmt = advice, axes, ways, Formatter(units)
+        self.severity, self.confidence, self.begun_above = severity, confidence, begun_above
+
+    @property
+    def along(self) -> str:
+        """The first axis of the maps."""
+        return self.axes[0]
+
+    @property
+    def free(self) -> str:
+        """What an allowed point is."""
+        if self.severity is None:
+            return "free of vibration"
+        return f"with {MILD_TO_SEVERE[self.severity]} vibration at most" if self.severity else "without any vibration"
+
+    def setting(self) -> str:
+        """``25 klbf and 100 rpm``, with a third axis ``with soft torque``."""
+        point = {axis: value for axis, value in self.advice.point.items() if axis != "depth"}
+        parts = [
+            self.fmt.value(axis, point[axis])
+            if axis in ORDER
+            else f"{quantity(axis).words} {self.fmt.value(axis, point[axis])}"
+            for axis in in_order(point)
+        ]
+        at = self.advice.at
+        where = f" with {self.fmt.setting(at, at)}" if at else ""
+        return " and ".join(parts) + where
+
+    def within(self) -> str:
+        """``85 to 115 rpm``, the stretch along the first axis."""
+        return self._range(self.advice.stay_within[self.along])
+
+    def _range(self, one: Stretch) -> str:
+        return self.fmt.range(self.along, [one.low, one.high])
+
+    def sentence(self) -> str:
+        """The answer in one sentence."""
+        kind = self.advice.kind
+        if kind == Kind.UNKNOWN:
+            return "No answer: no run ended well."
+        if kind == Kind.NOTHING:
+            return self._nothing()
+        if self.advice.depths is not None:
+            return self._over_depths()
+        if kind == Kind.HINT:
+            return self._hint()
+        if self.advice.share is not None:
+            return (
+                f"Bring up to {self.setting()} from below; {self.free} with {self._percent()}. "
+                f"Stay within {self.within()}."
+            )
+        if kind == Kind.ANY_HISTORY:
+            return (
+                f"Run at {self.setting()}: {self.free} at {self.within()}, brought up from below or back down after "
+                "vibration."
+            )
+        if kind == Kind.QUICK_START:
+            return self._quick_start()
+        return self._from_below()
+
+    def _percent(self) -> str:
+        """``56 % (33 to 77)``."""
+        share = self.advice.share
+        assert share is not None
+        return f"{100 * share.probability:.0f} % ({100 * share.low:.0f} to {100 * share.high:.0f})"
+
+    def _from_below(self) -> str:
+        text = f"Bring up to {self.setting()} from below and stay at {self.within()}"
+        found = self.advice.recover
+        if "down" not in self.ways or found is None:
+            return f"{text}. What a disturbance does was not run."
+        motion = self._motion(found.responses, found.lasts_above)
+        if found.outcome == Recovery.LASTS:
+            return f"{text}: {motion}, once started, does not stop."
+        if found.outcome == Recovery.ENDS and not self._wall_may_hold():
+            assert found.at is not None
+            return f"{text}: {motion}, once started, ends when lowered to {self.fmt.value(self.along, found.at)}."
+        return f"{text}: {self._motion(('whirl',) if self._wall_may_hold() else (), None)}, once started, may not stop."
+
+    def _wall_may_hold(self) -> bool:
+        """Whether the wall may hold a collar at the point, of which the way down said
+        nothing."""
+        found = self.advice.recover
+        if found is None or found.lasts_above is None or "whirl" in found.responses:
+            return False
+        speed = self.advice.point.get("rotary_speed")
+        return speed is not None and speed > found.lasts_above
+
+    def _motion(self, responses: Iterable[str], lasts_above: float | None) -> str:
+        names = list(responses)
+        return RESPONSES[names[0]].words if len(names) == 1 else "vibration"
+
+    def _quick_start(self) -> str:
+        if "up" not in self.ways:
+            return f"Run at {self.setting()}, started there: {self.free} at {self.within()}. How it is reached was not run."
+        way = self.advice.way_in
+        rate = way.passing_rate if way else None
+        fast = f", {self.fmt.value('rotary_speed', 2 * rate)}/s or faster" if rate else ""
+        return (
+            f"Go to {self.setting()} quickly{fast}; stay at {self.within()}. Brought up slowly it vibrates, and "
+            "that may not stop."
+        )
+
+    def _hint(self) -> str:
+        if self.begun_above:
+            return (
+                f"Hint only: {self.setting()}. The sweep begins above {self.begun_above}; nothing was brought up through "
+                "it."
+            )
+        how = f"brought up from below, {self._percent()}" if self.advice.share else f"{self._how()}"
+        return f"No setting has room. Narrow hint: {self.setting()}, {how}, {self.within()}; {self._tail()}."
+
+    def _how(self) -> str:
+        if self.advice.grade == Grade.FROM_START:
+            return "safe started there"
+        return "safe brought up from below" if "up" in self.ways else "safe"
+
+    def _tail(self) -> str:
+        """What lies beside a hint without room."""
+        for axis in self.axes[1:]:
+            for border, word in zip(self._borders(axis), ("at", "from"), strict=True):
+                if border and border.grade == Grade.STALLED and border.value is not None:
+                    return f"{word} {self.fmt.value(axis, border.value)} the bit stalls"
+                if border and border.grade == Grade.UNKNOWN and border.value is not None:
+                    return f"at {self.fmt.value(axis, border.value)} nothing is known"
+        return "a finer map around it would show more"
+
+    def _borders(self, axis: str) -> tuple[Border | None, Border | None]:
+        one = self.advice.stay_within.get(axis)
+        return (one.below, one.above) if one else (None, None)
+
+    def _over_depths(self) -> str:
+        assert self.advice.depths is not None
+        first, last, beyond = self.advice.depths
+        ends = self.fmt.range("depth", [first, last])
+        text = f"From {ends} {self.setting()} is {self.free}, {self._how().removeprefix('safe ')}"
+        if first == last:
+            text = f"At {ends} {self.setting()} is {self.free}, {self._how().removeprefix('safe ')}"
+        return f"{text}; at {self.fmt.value('depth', beyond)} no longer." if beyond is not None else f"{text}."
+
+    def _nothing(self) -> str:
+        if self.confidence is not None:
+            text = f"Nothing is {100 * self.confidence:g} % safe"
+            if self.advice.point:
+                return f"{text}. Best: {self.setting()}, brought up from below, {self._percent()}."
+            return f"{text}, at no point in any sample: {self._stops()}."
+        if self.advice.grade == Grade.ONLY_FROM_ABOVE:
+            return (
+                f"Nothing is safe brought up from below. {self.setting()} is free only when lowered from above; "
+                f"{self._stops()}."
+            )
+        return f"Nothing is safe: {self._stops()}."
+
+    def _stops(self) -> str:
+        found = [
+            f"{RESPONSES[name].words} at {self.fmt.range(self.along, [low, high])}"
+            for name, low, high in self.advice.stops
+        ]
+        return ", ".join(found) or "every point is borderline or unknown"
+
+    # The lines beside it.
+
+    def lines(self) -> list[str]:
+        """What lies beside the setting, the way in, the way out, and what is seen at the
+        surface."""
+        if self.advice.kind in (Kind.NOTHING, Kind.UNKNOWN):
+            return []
+        return list(self._lines())[:MOST_LINES]
+
+    def _lines(self) -> Iterator[str]:
+        for axis in self.axes:
+            if axis in self.advice.stay_within and axis in _SIDES:
+                yield self._beside(axis)
+        if self.advice.way_in is not None:
+            yield self._way_in()
+        if self.advice.recover is not None:
+            yield self._way_out()
+        if self.advice.surface is not None and self.advice.surface.torque is not None:
+            yield self._at_surface()
+
+    def _beside(self, axis: str) -> str:
+        """``Slower: at 80 rpm it sticks. Faster: at 120 rpm it whirls. Never exceed 115
+        rpm.``"""
+        below, above = self._borders(axis)
+        ends = "the sweep" if axis == self.along else "the map"
+        low = self._beyond(axis, below) or f"{ends} begins there"
+        high = self._beyond(axis, above) or f"{ends} ends, extend it to learn more"
+        less, more = _SIDES[axis]
+        text = f"{less}: {low}. {more}: {high}."
+        if axis == self.along and self.advice.never_exceed is not None:
+            return f"{text} Never exceed {self.fmt.value(axis, self.advice.never_exceed)}."
+        if axis == self.along and self.advice.known_to is not None:
+            return f"{text} Known to {self.fmt.value(axis, self.advice.known_to)}."
+        return text
+
+    def _beyond(self, axis: str, border: Border | None) -> str:
+        """What lies beyond an end; empty where nothing does."""
+        if border is None or border.value is None:
+            return ""
+        at = f"at {self.fmt.value(axis, border.value)}"
+        verbs = " and ".join(RESPONSES[name].verb + "s" for name in border.responses)
+        if border.grade in (Grade.FROM_BELOW, Grade.FROM_BELOW_ONLY):
+            return f"{at} it is free from below only" + (f": coming down it {verbs}" if verbs else "")
+        if border.grade == Grade.UNKNOWN:
+            return f"{at} nothing is known"
+        if border.grade == Grade.BORDERLINE:
+            return f"{at} it is near a limit" + (f": coming down it {verbs}" if verbs else "")
+        return f"{at} it {verbs or 'is critical'}"
+
+    def _way_in(self) -> str:
+        way, fmt = self.advice.way_in, self.fmt
+        assert way is not None
+        assert way.begins is not None
+        text = f"Way in: set the weight at {fmt.value('rotary_speed', way.begins)} or less, then raise the speed"
+        if self.advice.grade == Grade.FROM_START and way.wall is not None:
+            text = f"Way in: off bottom through {fmt.range('rotary_speed', list(way.wall))}"
+            if way.passing_rate:
+                text += f" at {fmt.value('rotary_speed', 2 * way.passing_rate)}/s or faster"
+            return f"{text}, then set the weight."
+        if way.through is not None:
+            text += f", through stick-slip up to {fmt.value('rotary_speed', way.through)}"
+        if way.first_speed_touches is not None and self.advice.grade != Grade.FROM_START:
+            text += (
+                ". Not first the speed: at the lightest weight the collar goes to the wall at "
+                f"{fmt.value('rotary_speed', way.first_speed_touches)}"
+            )
+        return f"{text}."
+
+    def _way_out(self) -> str:
+        found, fmt = self.advice.recover, self.fmt
+        assert found is not None
+        rolls = (
+            "" if found.lasts_above is None else f"; rolling lasts above {fmt.value('rotary_speed', found.lasts_above)}"
+        )
+        again = "pick up, stop the rotation, start again"
+        if found.outcome == Recovery.LASTS:
+            return f"If it vibrates: it does not stop in the map; {again}{rolls}."
+        if found.outcome == Recovery.NOT_MET:
+            return f"If it vibrates: what a vibration does here was not met; {again}{rolls}."
+        assert found.at is not None
+        at = fmt.value(self.along, found.at)
+        if self._wall_may_hold():
+            return f"If it vibrates: lower to {at}. If it whirls: not run; {again}{rolls}."
+        return f"If it vibrates: lower to {at}; the way down was free from there."
+
+    def _at_surface(self) -> str:
+        seen, fmt = self.advice.surface, self.fmt
+        assert seen is not None
+        assert seen.torque is not None
+        text = f"Surface: free {fmt.value('surface_torque_mean', seen.torque)}, steady"
+        if seen.sticking is not None:
+            text += f"; stick-slip swings {fmt.range('surface_torque_mean', list(seen.sticking))}"
+            if seen.period is not None:
+                text += f" every {seen.period:.2g} s"
+        if seen.whirling is not None:
+            text += f"; whirl shows {fmt.value('surface_torque_mean', seen.whirling)}"
+            if seen.acceleration is not None:
+                text += f" only, but {seen.acceleration / 9.80665:.1f} g r.m.s. downhole"
+        return f"{text}."
