@@ -13,8 +13,9 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill import __version__
-from nsdrill.analysis.hysteresis import hysteresis
-from nsdrill.analysis.probability import effective_number, independent, probabilities_of
+from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.hysteresis import hysteresis, not_compared
+from nsdrill.analysis.probability import counts_of, effective_number, independent, known, probabilities_of
 from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, count, option
 from nsdrill.late import deferred
@@ -71,6 +72,8 @@ def _summarize_results(results: Results) -> Answer:
         "procedures": list(results.procedures),
         "points": int(status.size),
         "status": _counts("status", status),
+        "runs": counts_of(results),
+        "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
         **_labels(results),
         "ranges": _ranges(results),
         "settled": int(np.count_nonzero(results["settled"][status == OK])),
@@ -88,6 +91,7 @@ def _summarize_results(results: Results) -> Answer:
         return summary | starts | {"operating_points": grouping.attractors(results)}
     else:
         summary["hysteresis"] = hysteresis(results)
+        summary["compared"] = not_compared(results)
         if len(results.swept) == 1:
             summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:
@@ -156,8 +160,10 @@ def _uncertain(results: Results) -> Answer:
 
 def _probabilities(results: Results) -> list[Answer]:
     """One row for each operating point, and for each procedure and for all of them
-    where there are several: the axes in SI, and of each outcome the ``probability`` and
-    the ends ``low`` and ``high`` of its 95 % interval."""
+    where there are several: the axes in SI, of how many samples (``of``) every run is
+    ``known``, and one ``failed`` or is ``pending``, and of each outcome the
+    ``probability`` among the samples of which it is ``known`` (None where it is of none),
+    and the ends ``low`` and ``high`` of its 95 % interval, which covers the others."""
     estimates = probabilities_of(results, None, model_in(results.attrs).responses)
     share, (low, high) = estimates.share, estimates.interval
     table = []
@@ -168,10 +174,15 @@ def _probabilities(results: Results) -> list[Answer]:
                 for axis, i in zip(results.axes, place, strict=True)
                 if axis in results.certain_axes
             }
-            row: Answer = {**values, "history": history}
+            row: Answer = {**values, "history": history, **estimates.runs.at((number, *place))}
             for which, outcome in enumerate(estimates.outcomes):
                 cell = (number, which, *place)
-                row[outcome] = {"probability": float(share[cell]), "low": float(low[cell]), "high": float(high[cell])}
+                row[outcome] = {
+                    "probability": float(share[cell]) if estimates.known[cell] else None,
+                    "low": float(low[cell]),
+                    "high": float(high[cell]),
+                    "known": int(estimates.known[cell]),
+                }
             table.append(row)
     return table
 
