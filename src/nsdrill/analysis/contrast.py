@@ -23,7 +23,8 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
     - ``windows``: the two, as of :func:`nsdrill.analysis.window.find_window`;
     - ``points``: the operating points that both have; how many of them are safe in
       ``both``, ``gained`` (in b alone), ``lost`` (in a alone), and ``unknown`` in
-      either; and for each of the ``responses`` at how many it occurs in ``a`` and in
+      either; ``not_known``, at how many of them a run is not known in ``a`` and in
+      ``b``; and for each of the ``responses`` at how many it occurs in ``a`` and in
       ``b``, in any history;
     - ``borders``: for each line of the map along its first axis the safe intervals of
       the two that meet: ``at``, and for the ends ``lower`` and ``upper`` the last safe
@@ -60,6 +61,10 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
         "gained": int(np.count_nonzero(safe[1] & ~safe[0])),
         "lost": int(np.count_nonzero(safe[0] & ~safe[1])),
         "unknown": int(np.count_nonzero((state[0] == UNKNOWN) | (state[1] == UNKNOWN))),
+        "not_known": {
+            side: int(np.count_nonzero(one.counts.known[np.ix_(*place)] < one.counts.of[np.ix_(*place)]))
+            for side, one, place in zip("ab", maps, places, strict=True)
+        },
         "responses": _responses(maps, places),
         "borders": _borders(maps, places),
         "onsets": _onsets(maps, places),

@@ -15,7 +15,7 @@ import numpy as np
 from nsdrill import __version__
 from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
-from nsdrill.analysis.probability import counts_of, effective_number, independent, known, probabilities_of
+from nsdrill.analysis.probability import counts_of, effective_number, independent, known, known_runs, probabilities_of
 from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, count, option
 from nsdrill.late import deferred
@@ -35,6 +35,7 @@ with deferred():  # they run the model, and the parser is slow to import
 
 # the origins of the variables that decide labels
 MEASURED = ("feature", "label", "section", "trust")
+NOT_CARRIED = -1  # beside the statuses of runs: it ended well, after one in its chain that failed
 EXPONENT = ("lyapunov_exponent", "lyapunov_error")  # where it is recorded
 
 
@@ -102,7 +103,8 @@ def _summarize_results(results: Results) -> Answer:
 def _labels(results: Results) -> Answer:
     """The counts of the labels of each procedure."""
     status, names = results["status"], model_in(results.attrs).severities
-    ok, procedures = status == OK, results.procedures
+    is_known, procedures = known_runs(results), results.procedures
+    ok = is_known & (status == OK)
 
     def counts(name: str, where: np.ndarray) -> dict[str, dict[str, int]]:
         if name not in results.variables:
@@ -111,7 +113,7 @@ def _labels(results: Results) -> Answer:
 
     severities = {name: counts(name, ok) for name in names if name in results.variables}
     return {
-        "responses": counts("response", ok | (status == INFERRED)),
+        "responses": counts("response", is_known),
         **{
             f"{name}s": counts(name, ok & (results[name] > 0)) if name in results.variables else {}
             for name in RESPONSE_KINDS
@@ -240,25 +242,29 @@ def _counts(name: str, values: np.ndarray) -> dict[str, int]:
 
 def intervals(results: Results) -> list[Answer]:
     """Runs of neighbouring points with one response along the swept axis of a one-axis
-    sweep."""
+    sweep; ``not_carried`` where a run before them in the chain failed."""
     axis = results.swept[0]
     values = results.coords[axis]
-    rows = []
+    rows, not_carried = [], after_failure(results) & known(results["status"])
     for i, procedure in enumerate(results.procedures):
         response = results["response"][i].ravel()
         status = results["status"][i].ravel()
         status = np.where(status == INFERRED, OK, status)
+        status = np.where(not_carried[i].ravel(), NOT_CARRIED, status)
         start = 0
         for end in range(1, len(values) + 1):
             if (
                 end < len(values)
                 and not words_along(axis)
-                and response[end] == response[start]
+                and (response[end] == response[start] or status[start] == NOT_CARRIED)
                 and status[end] == status[start]
             ):
                 continue
-            state = "response" if status[start] == OK else "status"
-            word = BY_NAME[state].words(int((response if state == "response" else status)[start]))
+            if status[start] == NOT_CARRIED:
+                word = "not_carried"
+            else:
+                state = "response" if status[start] == OK else "status"
+                word = BY_NAME[state].words(int((response if state == "response" else status)[start]))
             rows.append(
                 {
                     "procedure": str(procedure),

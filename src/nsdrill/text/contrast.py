@@ -103,7 +103,10 @@ def _occurrence(found: Answer) -> str:
         parts.append(f"{RESPONSES[name].words} at {number} point{'' if number == '1' else 's'} {other}")
     shares = {_share(window) for window in found["windows"]}
     share = shares.pop() if len(shares) == 1 and parts else ""
-    return ", ".join(parts) + (f" ({share})" if share else "")
+    open_at = [f"at {number} points of {side}" for side, number in found["not_known"].items() if number]
+    notes = [share, f"not all is known {' and '.join(open_at)}" if open_at else ""]
+    words = "; ".join(filter(None, notes))
+    return ", ".join(parts or ["no response is known"] * bool(open_at)) + (f" ({words})" if words else "")
 
 
 def _moves(found: Answer, fmt: Formatter) -> str:
@@ -183,7 +186,10 @@ def notes(found: Answer, units: str) -> Iterator[str]:
             "or lost by that alone."
         )
     if found["unknown"]:
-        yield f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points."
+        yield (
+            f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points. There a point may be "
+            "gained or lost by that alone."
+        )
     if not found["points"]:
         yield "NO COMMON POINT: the axes of the two have no value in common."
     yield from of_both(*(warnings(window, units) for window in found["windows"]))

@@ -155,10 +155,10 @@ def _probability_lines(s: Answer, units: str, everything: bool) -> Iterator[str]
             f"\nProbability{condition}, in brackets its 95 % interval from "
             f"{samples_text(s['counted'], s['effective'])}:"
         )
+        if any(map(open_words, history_rows)):
+            yield "  Of the samples that are known; the intervals cover whatever the others would show."
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
         most = len(history_rows) if everything else MAX_POINTS
-        if any(map(open_words, history_rows)):
-            yield "  of the samples that are known; the intervals cover whatever the others would show"
         for row in evenly_spaced(history_rows, most):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
             open_runs = open_words(row)
