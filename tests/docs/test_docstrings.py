@@ -133,8 +133,8 @@ def test_the_responses_of_a_dataset(here):
     for name, expected in (("bouncing", [0, 1, 0, 0, 0]), ("sticking", [0, 0, 1, 0, 0]), ("whirling", [0, 0, 0, 1, 0])):
         found = getattr(up, name)
         assert found.dims == data.response.dims
-        assert found.dtype == bool
-        assert found[0].values.tolist() == [bool(one) for one in expected]
+        assert found[0].values[:-1].tolist() == expected[:-1]
+        assert np.isnan(found[0, -1]), "what a run shows that failed is not known"
         assert found.attrs["long_name"].startswith("whether the ")
     assert up.safe()[0].values.tolist() == [True, False, False, False, False]
     needed = ["status", "response", "stick_slip_severity", "bounce_severity", "whirl_severity"]

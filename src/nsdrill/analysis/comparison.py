@@ -340,8 +340,7 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
     rows = []
     for name in probabilities[0].outcomes:
         (in_a, *interval_a), (in_b, *interval_b) = (
-            [part[selection] for part in one.of(name)]
-            for one, selection in zip(probabilities, selections, strict=True)
+            [part[selection] for part in one.of(name)] for one, selection in zip(probabilities, selections, strict=True)
         )
         change = in_b - in_a
         in_both = np.isfinite(change)

@@ -33,7 +33,8 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
       a window (``edge`` beyond the map). An end is None where the interval is only in
       the other; its responses are then those that occur there instead;
     - ``onsets``: for each line, way and response, the intervals in which it occurs in
-      ``a`` and in ``b``, by their first and last value;
+      ``a`` and in ``b``, by their first and last value, and ``a_unknown`` and
+      ``b_unknown``, those in which a run is not known;
     - ``rate``: the rate of penetration [m/s] at the recommended point, at the fastest
       safe point, and on average over the points that are safe in both;
     - ``most_probable``: of two with samples the points that are most probably safe,
@@ -173,9 +174,12 @@ def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, .
             for name, response in RESPONSES.items():
                 row: Answer = {"at": at, "axis": maps[0].x, "procedure": way, "response": name}
                 for side, one, cell in zip(("a", "b"), maps, cells, strict=True):
-                    bits = one.bits_in[(one.results.procedures.index(way), *cell)]
-                    places_along = stretches((bits & response.bit).astype(bool))
-                    row[side] = [one.values(one.x)[list(ends)].tolist() for ends in places_along]
+                    line = (one.results.procedures.index(way), *cell)
+                    for key, chosen in (
+                        (side, (one.bits_in[line] & response.bit).astype(bool)),
+                        (f"{side}_unknown", ~one.is_known_in[line]),
+                    ):
+                        row[key] = [one.values(one.x)[list(ends)].tolist() for ends in stretches(chosen)]
                 if row["a"] or row["b"]:
                     rows.append(row)
     return rows

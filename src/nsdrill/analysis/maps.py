@@ -50,8 +50,9 @@ class Classes:
     - ``unsettled``: whether any history was finished and did not settle; with a
       ``confidence`` whether more runs did not, or are not known, than may be critical.
 
-    ``bits_in`` and ``is_safe_in`` are [procedure, third, y, x]: the responses in each
-    procedure, and whether it is safe.
+    ``bits_in``, ``is_safe_in`` and ``is_known_in`` are [procedure, third, y, x]: the
+    responses in each procedure, whether it is safe, and whether all of its runs are
+    known.
 
     ``over_all``: this is one map of what holds at all values of a third axis. ``histories``
     and ``failed_runs`` are the numbers of histories and of failed runs,
@@ -72,6 +73,7 @@ class Classes:
     yields: dict[str, Array]
     bits_in: Array
     is_safe_in: Array
+    is_known_in: Array
     unsettled: Array
     counts: Counts
     confidence: float | None = None
@@ -149,6 +151,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         failed=np.asarray(planes(runs.failed).any(axis=-1)),
         distrusted=np.asarray(planes(runs.distrusted).any(axis=-1)),
         failed_runs=int(np.count_nonzero(runs.failed)),
+        is_known_in=np.array([planes(part[None]).all(axis=-1) for part in known_runs(results)]),
         yields={name: mean_known(planes(results[name])) for name in YIELDS if name in results.variables},
         **found,
     )

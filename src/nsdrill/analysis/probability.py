@@ -91,7 +91,9 @@ def interval(count: Array, total: Array | float, unknown: Array | float = 0.0) -
 
     def end(occurred: Array, side: int) -> Array:
         share = occurred / n
-        half_width = NORMAL_QUANTILE / (1 + z2 / n) * np.sqrt(np.maximum(share * (1 - share), 0.0) / n + z2 / (4 * n**2))
+        half_width = (
+            NORMAL_QUANTILE / (1 + z2 / n) * np.sqrt(np.maximum(share * (1 - share), 0.0) / n + z2 / (4 * n**2))
+        )
         return np.asarray((share + z2 / (2 * n)) / (1 + z2 / n) + side * half_width)
 
     most = count + unknown

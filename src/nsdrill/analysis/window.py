@@ -180,6 +180,7 @@ def _throughout(maps: Classes) -> Classes:
         unsettled=at_any(maps.unsettled),
         yields={name: mean_known(np.moveaxis(array, 0, -1))[None] for name, array in maps.yields.items()},
         is_safe_in=np.asarray(maps.is_safe_in.all(axis=1, keepdims=True)),
+        is_known_in=np.asarray(maps.is_known_in.all(axis=1, keepdims=True)),
         safety=() if least is None else tuple(np.take_along_axis(part, least, axis=0) for part in maps.safety),
         counts=Counts(*(np.take_along_axis(part, fewest, axis=0) for part in vars(maps.counts).values())),
         over_all=True,

@@ -158,7 +158,10 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     counts = {
         "failed": (estimates.runs.failed, "number of samples in which a run failed"),
         "pending": (estimates.runs.pending, "number of other samples in which a run has not been made"),
-        "unknown": (estimates.open[:, 0] / estimates.total, "part of the samples of which it is open whether they are safe"),
+        "unknown": (
+            estimates.open[:, 0] / estimates.total,
+            "part of the samples of which it is open whether they are safe",
+        ),
     }
     for name, (values, words) in counts.items():
         data[name] = (("history", *results.axes), values, {"long_name": words})

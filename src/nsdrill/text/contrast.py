@@ -290,11 +290,20 @@ def onset_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     for row in found["onsets"]:
         if row["a"] == row["b"]:
             continue
-        spans = [_intervals(row["axis"], row[side], fmt) for side in ("a", "b")]
+        spans = [_occurs(row, side, fmt) for side in ("a", "b")]
         where = fmt.setting(row["at"], row["at"])
         way = WAYS.get(row["procedure"], row["procedure"])
         table.append((where, way, row["response"].replace("_", "-"), *spans))
     return table
+
+
+def _occurs(row: Answer, side: str, fmt: Formatter) -> str:
+    """Where a response occurs in a or b, and where that is not known."""
+    text = _intervals(row["axis"], row[side], fmt)
+    if unknown := row[f"{side}_unknown"]:
+        where = _intervals(row["axis"], unknown, fmt)
+        text = f"not known at {where}" if not row[side] else f"{text}; not all known at {where}"
+    return text
 
 
 def _intervals(axis: str, intervals: list[list[float]], fmt: Formatter) -> str:
