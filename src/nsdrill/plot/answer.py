@@ -334,7 +334,7 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
             "simulation.max_steps)."
         )
     if others := summary["undecided_runs"]:
-        yield f"NOT DECIDED: of {count(others, 'run')} that ended well the answer is not known, as a check of it failed."
+        yield f"NOT DECIDED: {count(others, 'run')} ended well, but the answer is not known, as a check of it failed."
 
 
 def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:

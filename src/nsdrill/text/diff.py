@@ -159,7 +159,7 @@ def _probability_lines(probabilities: Answer, swept: list[str], units: str) -> I
     yield (f"Probabilities at {count(probabilities['points'], 'operating point')}, means and largest change:")
     for side in ("a", "b"):
         if words := open_words(probabilities[side], "samples"):
-            yield f"  in {side} {words}: the means are of the points known in both, the intervals cover what is not known"
+            yield f"  in {side} {words}: means are of the points known in both, intervals cover what is not known"
     rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "at", "intervals apart")]
     for row in probabilities["outcomes"]:
         apart, name = f"at {count(row['apart'], 'point')}", in_words(row["name"])

@@ -331,9 +331,11 @@ def _point_lines(point: Answer, units: str) -> list[str]:
             f"   {100 * share:5.1f} %  in {len(others)} smaller groups, {count(members, 'start')}, "
             f"{unsettled} unsettled"
         )
-    for name in ("failed", "pending", "ungrouped"):
+    for name in ("failed", "pending"):
         if point[name]:
-            lines.append(f"   {point[name]} {'of the starts not yet grouped' if name == 'ungrouped' else name}")
+            lines.append(f"   {point[name]} of {point['starts']} starts {name}: on which attractor is not known")
+    if point["ungrouped"]:
+        lines.append(f"   {point['ungrouped']} of the starts not yet grouped")
     return lines
 
 
@@ -359,7 +361,7 @@ def _attractor_line(attractor: Answer, units: str) -> str:
 def _unsettled_lines(points: list[Answer]) -> Iterator[str]:
     unsettled = sum(point["unsettled"] for point in points)
     total = sum(point["starts"] - point["failed"] - point["pending"] for point in points)
-    if total and unsettled > 0.05 * total:
+    if unsettled:
         yield (
             f"  {unsettled} of {total} starts are unsettled: chaotic, or still on their way. A "
             "motion that loses its share as simulation.transient grows is no attractor."
