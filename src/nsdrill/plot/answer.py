@@ -329,8 +329,8 @@ def _of_unknown_runs(summary: Answer) -> Iterator[str]:
         yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}. {meaning}"
     if after := summary["after_failure"]:
         yield (
-            f"NOT CARRIED to {count(after, 'run')}: a run before them in their chain failed, so they began at the start "
-            f"of the study and their history is not known. Run them again (--retry-failed, with a larger "
+            f"NOT CARRIED to {count(after, 'run')}: a run before them in their chain failed, so they began at the "
+            "start of the study and their history is not known. Run them again (--retry-failed, with a larger "
             "simulation.max_steps)."
         )
     if others := summary["undecided_runs"]:
