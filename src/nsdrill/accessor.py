@@ -13,9 +13,8 @@ import numpy as np
 from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
-from nsdrill.analysis.probability import SEVERITIES
 from nsdrill.errors import InputError
-from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
 from nsdrill.variables import INFERRED, OK, TRUST
 
@@ -59,6 +58,12 @@ class Accessor:
         """Where the collar whirls, by the thresholds of the file."""
         return self._shows(WHIRL, "the collar whirls")
 
+    @property
+    def stalled(self) -> DataArray:
+        """Where the bit is stalled: it stays stuck, and shows none of the other
+        responses."""
+        return self._shows(STALLED, "the bit is stalled")
+
     def safe(self, severity: int | None = None) -> DataArray:
         """Where a run is safe: it ended well, without a critical response, and no check of
         it gave another one.
@@ -67,7 +72,7 @@ class Accessor:
         ----------
         severity : int, optional
             0 to 4: safe is a run none of whose severities exceeds this one, whatever its
-            response.
+            response; but a stalled one never is.
 
         Returns
         -------
@@ -97,7 +102,7 @@ class Accessor:
             return _named(self._shows(None, "") & trusted, "the run is safe")
         if severity not in range(5) or isinstance(severity, bool):
             raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
-        safe = trusted & (self._variable("status") == OK)
+        safe = trusted & (self._variable("status") == OK) & (self._variable("response") & STALLED == 0)
         graded = [name for name in SEVERITIES if name in self._data]
         if not graded:
             raise InputError("severity: found results without severities; allowed: None, for the responses.")
