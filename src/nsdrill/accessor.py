@@ -14,10 +14,9 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
 from nsdrill.analysis.counts import after_failure
-from nsdrill.analysis.probability import SEVERITIES
 from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
 from nsdrill.variables import INFERRED, OK, TRUST, dimension_of
 
@@ -66,6 +65,12 @@ class Accessor:
         return self._shows(WHIRL, "the collar whirls")
 
     @property
+    def stalled(self) -> DataArray:
+        """Where the bit is stalled: it stays stuck, and shows none of the other
+        responses."""
+        return self._shows(STALLED, "the bit is stalled")
+
+    @property
     def known(self) -> DataArray:
         """Where the response of a run is known: it ended well, or was inferred from the runs
         around it. Not where it failed, has not been made, or comes after a failed one in
@@ -80,7 +85,7 @@ class Accessor:
         ----------
         severity : int, optional
             0 to 4: safe is a run none of whose severities exceeds this one, whatever its
-            response.
+            response; but a stalled one never is.
 
         Returns
         -------
@@ -111,6 +116,7 @@ class Accessor:
         if severity not in range(5) or isinstance(severity, bool):
             raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
         safe = trusted & self._is_known() & (self._variable("status") == OK)
+        safe = safe & (self._variable("response") & STALLED == 0)
         graded = [name for name in SEVERITIES if name in self._data]
         if not graded:
             raise InputError("severity: found results without severities; allowed: None, for the responses.")

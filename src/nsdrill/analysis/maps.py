@@ -23,6 +23,7 @@ from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
+from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import OK
 
 # axes of the maps: the first of these that is swept is x, the next one y
@@ -189,8 +190,9 @@ def _unsettled(results: Results) -> Array:
 
 def least_share(confidence: float) -> float:
     """The probability from which a response counts among those that may prevent that a
-    point is safe: one of the three must have a third of 1 less ``confidence``."""
-    return (1.0 - confidence) / 3
+    point is safe: one of the four must have a quarter of 1 less
+    ``confidence``."""
+    return (1.0 - confidence) / len(RESPONSES)
 
 
 def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes) -> Answer:
@@ -204,7 +206,8 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
 
     def bits_of(share: Array) -> Array:
         occurs = np.nan_to_num(share) >= least_share(confidence)
-        return np.asarray(sum(placed(response).astype(int) << number for number, response in enumerate(occurs)))
+        bits = (one.bit * placed(occurs_here) for one, occurs_here in zip(RESPONSES.values(), occurs, strict=True))
+        return np.asarray(sum(bits))
 
     unsettled, unknown = planes(_unsettled(results)), planes(~known_runs(results))
     procedures = len(results.coords["procedure"])

@@ -16,12 +16,11 @@ import numpy as np
 from nsdrill.analysis.counts import Counts, after_failure, knowledge, with_failures
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import RESPONSES, SEVERITIES, STALLED
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE
 
 NORMAL_QUANTILE = 1.959963984540054  # of the two-sided 95 % interval
-SEVERITIES = tuple(response.severity.name for response in RESPONSES.values())
 # an unknown history: safe where every procedure is, with the responses of any of them
 EVERY = "every"
 SAFE = "safe"
@@ -46,8 +45,9 @@ def needed(severity: int | None) -> tuple[str, ...]:
 
 def run_safety(results: Results, severity: int | None = None) -> RunSafety:
     """Which runs are safe: with ``severity`` those where none of the three severities
-    exceeds it, whatever the response bits are. An inferred point has a response but no
-    severity: by severity its safety is not known."""
+    exceeds it and the bit is not stalled, whatever the other response bits are. An
+    inferred point has a response but no severity: by severity its safety is not
+    known."""
     # A point is not trusted where its checks gave another response. (Other numbers are
     # normal where the motion is chaotic.) An inferred point was not run and so not
     # checked; the runs around it were.
@@ -60,7 +60,8 @@ def run_safety(results: Results, severity: int | None = None) -> RunSafety:
     else:
         is_known, has_no_response = (
             is_known & (results["status"] == OK),
-            np.all([results[name] <= severity for name in SEVERITIES if name in results.variables], axis=0),
+            np.all([results[name] <= severity for name in SEVERITIES if name in results.variables], axis=0)
+            & (results["response"] & STALLED == 0),
         )
     check_failed = is_known & has_no_response & (verdicts == CHECK_FAILED)
     return RunSafety(

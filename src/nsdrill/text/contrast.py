@@ -44,7 +44,7 @@ def thresholds(found: Answer) -> str:
     told = []
     for limits, window in zip(found["thresholds"], found["windows"], strict=True):
         level, share = window["confidence"], _share(window)
-        why = f"; {share}, a third of the {100 - 100 * level:.3g} % that need not be safe" if share else ""
+        why = f"; {share}, a quarter of the {100 - 100 * level:.3g} % that need not be safe" if share else ""
         told.append(f"{limits}{why}")
     a, b = told
     return a if a == b else f"in a {a}; in b {b}"
