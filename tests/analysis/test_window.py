@@ -53,7 +53,7 @@ def test_safe_history_dependent_and_critical_are_counted(both):
     assert both["fixed"] == {"depth": 5000.0}
     assert both["axes"] == ["rotary_speed", "wob"]
     # By row: 5, 1, 1, 1; 7 of the last: bit-bounce. Whirl: 2 + 2 + 3 + 3, in either.
-    assert both["obstacles"] == {"bit_bounce": 7, "stick_slip": 8, "whirl": 10}
+    assert both["obstacles"] == {"bit_bounce": 7, "stick_slip": 8, "whirl": 10, "stalled": 0}
 
 
 def test_each_procedure_is_counted_over_all_axes():

@@ -13,7 +13,7 @@ from nsdrill.models.friction import LAWS, Numbers, values
 from nsdrill.models.leaves import Values, lane_values, lanes_of
 from nsdrill.models.numbers import drilled
 from nsdrill.models.registry import BY_NAME, NAMES, described
-from nsdrill.models.responses import RESPONSES, Thresholds
+from nsdrill.models.responses import RESPONSES, STALLED, STICK_SLIP, Stalled, Thresholds, present, severities
 from nsdrill.models.sections import Cutting
 from nsdrill.observe.channels import Mean, TimeAbove, measured_by
 from nsdrill.study import parse_study
@@ -34,14 +34,56 @@ def test_numbers_are_lane_parameters_under_the_names_they_declare(name):
 
 
 def test_every_response_has_its_threshold_bounds_and_variables():
-    assert [response.bit for response in RESPONSES.values()] == [1, 2, 4]  # as in files of every version
+    assert [response.bit for response in RESPONSES.values()] == [1, 2, 4, 8]  # as in files of every version
     for response in RESPONSES.values():
         section = getattr(Thresholds(), response.name)
         assert getattr(section, response.feature) > 0.0
+        assert response.feature in BY_NAME
+        if response.severity is None:
+            assert response.name == "stalled", "one without a severity is never safe"
+            continue
         bounds = response.bounds_in(Thresholds())
         assert list(bounds) == sorted(bounds)
         assert len(response.bands) == len(bounds) + 1 == len(response.severity.flag_values or ())
         assert {response.feature, response.graded, response.severity.name} <= set(BY_NAME)
+
+
+@pytest.mark.parametrize("index", [49.0, 165.0, math.inf])
+def test_a_bit_that_stays_stuck_is_stalled_and_nothing_else(index):
+    """The index of a bit that creeps is arbitrary, and infinite where it does not turn
+    at all; a whirling collar does not change that the bit stands."""
+    features = {
+        "stick_slip_index": np.array([index]),
+        "stuck_fraction": np.array([1.0]),
+        "lift_off_fraction": np.array([0.2]),
+        "wall_contact_fraction": np.array([1.0]),
+        "lateral_acceleration_rms": np.array([6.0]),
+    }
+    response = present(features, Thresholds())
+    assert response.tolist() == [STALLED]
+    labels = severities(features, response, Thresholds())
+    assert {name: value.tolist() for name, value in labels.items()} == {
+        "bounce_severity": [2],
+        "stick_slip_severity": [0],
+        "whirl_severity": [2],
+    }
+
+
+def test_a_bit_is_stalled_above_the_threshold_and_where_its_mean_speed_is_zero():
+    stuck = {"stick_slip_index": np.array([300.0, 300.0]), "stuck_fraction": np.array([0.99, 0.9901])}
+    assert present(stuck, Thresholds()).tolist() == [STICK_SLIP, STALLED]
+    limits = Thresholds(stalled=Stalled(stuck_fraction=0.9))
+    assert present(stuck, limits).tolist() == [STALLED, STALLED]
+    # of a model that does not measure how long the bit is stuck
+    assert present({"stick_slip_index": np.array([300.0, np.inf])}, Thresholds()).tolist() == [STICK_SLIP, STALLED]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_model_whose_bit_turns_can_show_that_it_is_stalled(name):
+    response = next(variable for variable in described(name).variables if variable.name == "response")
+    assert response.flag_masks[-1] == STALLED
+    assert response.words(STALLED) == "stalled"
+    assert {"tight_stuck_fraction", "long_stuck_fraction"} <= {one.name for one in described(name).variables}
 
 
 def test_a_record_is_measured_unless_a_feature_of_that_name_is_declared():

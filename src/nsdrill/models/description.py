@@ -174,7 +174,8 @@ class Description:
         none.
     Variables
         ``labels`` follow ``response``, which has a bit for each of ``responses``, those
-        that the model can show. ``check_features`` are the features from which the
+        that the model can show; ``stalled`` is among them wherever a bit that turns is
+        measured. ``check_features`` are the features from which the
         responses are made, by default all of those that are measured, ``shown`` those whose range ``show`` prints,
         ``distinguishing`` those that are printed for an attractor. ``derived`` are
         variables made from the features and the numbers of the study
@@ -249,11 +250,11 @@ class Description:
         if self.explicit_only is _OPEN:
             reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
             self._set("explicit_only", lambda parameters: reason)
+        measured = {variable.name for variable in self.features}
+        if "stalled" not in self.responses and measured & {RESPONSES[one].feature for one in ("stalled", "stick_slip")}:
+            self._set("responses", (*self.responses, "stalled"))
         if not self.check_features:
-            measured, present = (
-                {variable.name for variable in self.features},
-                (RESPONSES[one] for one in self.responses),
-            )
+            present = (RESPONSES[one] for one in self.responses)
             self._set("check_features", tuple(one.feature for one in present if one.feature in measured))
 
     def _set(self, attribute: str, value: object) -> None:

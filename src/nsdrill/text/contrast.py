@@ -44,7 +44,7 @@ def thresholds(found: Answer) -> str:
     told = []
     for limits, window in zip(found["thresholds"], found["windows"], strict=True):
         level, share = window["confidence"], _share(window)
-        why = f"; {share}, a third of the {100 - 100 * level:.3g} % that need not be safe" if share else ""
+        why = f"; {share}, a quarter of the {100 - 100 * level:.3g} % that need not be safe" if share else ""
         told.append(f"{limits}{why}")
     a, b = told
     return a if a == b else f"in a {a}; in b {b}"
@@ -103,7 +103,10 @@ def _occurrence(found: Answer) -> str:
         parts.append(f"{RESPONSES[name].words} at {number} point{'' if number == '1' else 's'} {other}")
     shares = {_share(window) for window in found["windows"]}
     share = shares.pop() if len(shares) == 1 and parts else ""
-    return ", ".join(parts) + (f" ({share})" if share else "")
+    open_at = [f"at {number} points of {side}" for side, number in found["not_known"].items() if number]
+    notes = [share, f"not all is known {' and '.join(open_at)}" if open_at else ""]
+    words = "; ".join(filter(None, notes))
+    return ", ".join(parts or ["no response is known"] * bool(open_at)) + (f" ({words})" if words else "")
 
 
 def _moves(found: Answer, fmt: Formatter) -> str:
@@ -183,7 +186,10 @@ def notes(found: Answer, units: str) -> Iterator[str]:
             "or lost by that alone."
         )
     if found["unknown"]:
-        yield f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points."
+        yield (
+            f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points. There a point may be "
+            "gained or lost by that alone."
+        )
     if not found["points"]:
         yield "NO COMMON POINT: the axes of the two have no value in common."
     yield from of_both(*(warnings(window, units) for window in found["windows"]))
@@ -284,11 +290,20 @@ def onset_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     for row in found["onsets"]:
         if row["a"] == row["b"]:
             continue
-        spans = [_intervals(row["axis"], row[side], fmt) for side in ("a", "b")]
+        spans = [_occurs(row, side, fmt) for side in ("a", "b")]
         where = fmt.setting(row["at"], row["at"])
         way = WAYS.get(row["procedure"], row["procedure"])
         table.append((where, way, row["response"].replace("_", "-"), *spans))
     return table
+
+
+def _occurs(row: Answer, side: str, fmt: Formatter) -> str:
+    """Where a response occurs in a or b, and where that is not known."""
+    text = _intervals(row["axis"], row[side], fmt)
+    if unknown := row[f"{side}_unknown"]:
+        where = _intervals(row["axis"], unknown, fmt)
+        text = f"not known at {where}" if not row[side] else f"{text}; not all known at {where}"
+    return text
 
 
 def _intervals(axis: str, intervals: list[list[float]], fmt: Formatter) -> str:
