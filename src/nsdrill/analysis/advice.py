@@ -14,11 +14,12 @@ import numpy as np
 
 from nsdrill.analysis.graded import Graded, lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
-from nsdrill.analysis.maps import Cell, mean_known, planes_of, stretches
-from nsdrill.analysis.probability import known
+from nsdrill.analysis.planes import Cell, mean_known, planes_of, stretches
+from nsdrill.analysis.probability import interval, known_runs
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.room import choose, room, stretch
 from nsdrill.data import Answer, Array
+from nsdrill.models.leaves import in_words
 from nsdrill.models.responses import RESPONSES, STICK_SLIP, WHIRL
 
 RATE = "rate_of_penetration"
@@ -130,7 +131,7 @@ class Advice:
     room: float | None = None
     narrow: bool = False
     point: dict[str, float] = field(default_factory=dict)
-    at: dict[str, float] = field(default_factory=dict)
+    at: dict[str, float | str] = field(default_factory=dict)
     stay_within: dict[str, Stretch] = field(default_factory=dict)
     never_exceed: float | None = None
     known_to: float | None = None
@@ -206,8 +207,8 @@ def _values(maps: Graded, cell: Cell) -> dict[str, float]:
     return {axis: float(maps.values(axis)[place]) for axis, place in ((maps.x, cell[2]), (maps.y, cell[1])) if axis}
 
 
-def _third(maps: Graded, number: int) -> dict[str, float]:
-    return {maps.third: float(maps.values(maps.third)[number])} if maps.third else {}
+def _third(maps: Graded, number: int) -> dict[str, float | str]:
+    return dict(in_words({maps.third: float(maps.values(maps.third)[number])})) if maps.third else {}
 
 
 def _stretch(maps: Graded, chosen: Array, cell: Cell, place: int) -> Stretch:
@@ -313,13 +314,10 @@ def _surface(maps: Graded, cell: Cell) -> Surface | None:
 def _share(maps: Graded, cell: Cell) -> Share | None:
     """The probability of a point of results with samples, or the share of its starts."""
     if maps.share is not None:
-        from nsdrill.analysis.probability import interval
-
         labels = maps.labels[0][cell]
         count, total = int((labels >= Label.TOUCHING).sum()), len(labels)
         failed = int((labels == Label.UNKNOWN).sum())
-        low, _ = interval(np.asarray(count), total)
-        _, high = interval(np.asarray(count + failed), total)
+        low, high = interval(np.asarray(count), total, failed)
         return Share(float(maps.share[cell]), float(low), float(high), float(maps.share[cell]), total, failed)
     if maps.confidence is None:
         return None
@@ -334,7 +332,7 @@ def _yields(maps: Graded, name: str) -> Array:
     it is not known."""
     if name not in maps.results.variables:
         return np.full(maps.allowed.shape, np.nan)
-    values = np.where(known(maps.results["status"]), maps.results[name], np.nan)[maps.ways.index(maps.way_in)]
+    values = np.where(known_runs(maps.results), maps.results[name], np.nan)[maps.ways.index(maps.way_in)]
     return mean_known(planes_of(maps.results, maps.x, maps.y, maps.third)(values[None]))
 
 

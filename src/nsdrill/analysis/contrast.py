@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.analysis.comparison import common_places
-from nsdrill.analysis.maps import SAFE, UNKNOWN, YIELDS, Classes, axes_of, classes, stretches
+from nsdrill.analysis.maps import SAFE, UNKNOWN, YIELDS, Classes, classes
+from nsdrill.analysis.planes import axes_of, stretches
 from nsdrill.analysis.window import find_window, obstacle, usual_confidence
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.errors import InputError

@@ -12,10 +12,10 @@ import numpy as np
 
 from nsdrill.analysis.histories import Grade, Label, Ways, is_allowed, of_starts
 from nsdrill.analysis.hysteresis import carried_axis
-from nsdrill.analysis.maps import axes_or_refusal, planes_of
-from nsdrill.analysis.probability import effective_number, independent, interval, known, run_safety
+from nsdrill.analysis.planes import axes_or_refusal, planes_of
+from nsdrill.analysis.probability import effective_number, independent, interval, known_runs, run_safety
 from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results
-from nsdrill.models.responses import RESPONSES
+from nsdrill.models.responses import RESPONSES, STALLED
 from nsdrill.variables import SAMPLE
 
 Swept = tuple[str, str | None, str | None]  # the axes x, y and third
@@ -70,6 +70,16 @@ class Graded:
         """Which of them are safe after any history."""
         return self._at_confidence(self.grades == Grade.ANY_HISTORY)
 
+    @cached_property
+    def may_be(self) -> Array:
+        """Which points would be allowed if all that is not known of them were good."""
+        return self._at_confidence(is_allowed(self.grades) | (self.grades == Grade.UNKNOWN))
+
+    @property
+    def least(self) -> Array:
+        """The share of all samples in which each point is known to be allowed."""
+        return np.asarray(is_allowed(self.grades).mean(axis=-1))
+
     def _at_confidence(self, chosen: Array) -> Array:
         if self.confidence is None:
             return np.asarray(chosen.all(axis=-1))
@@ -94,8 +104,7 @@ class Graded:
         open_ = (self.grades == Grade.UNKNOWN).sum(axis=-1)
         scale = (self.effective or total) / total
         known_ = np.maximum(total - open_, 1)
-        low, _ = interval(count * scale, total * scale)
-        _, high = interval((count + open_) * scale, total * scale)
+        low, high = interval(count * scale, total * scale, open_ * scale)
         return np.where(total > open_, count / known_, np.nan), low, high
 
     def bits_on(self, way: str) -> Array:
@@ -117,18 +126,16 @@ def labels_of(results: Results, severity: int | None = None) -> Array:
     """The :class:`Label` of every run, on the grid. With ``severity`` a run with responses
     of that severity at most is clear."""
     runs = run_safety(results, severity)
-    bits = np.where(known(results["status"]), results["response"], 0).astype(int)
+    bits = np.where(known_runs(results), results["response"], 0).astype(int)
     touches = np.zeros(results.shape, dtype=bool)
     for one in RESPONSES.values():
-        name = one.feature if one.share else one.severity.name
+        name = "" if one.severity is None else one.feature if one.share else one.severity.name
         if name in results.variables:
             with np.errstate(invalid="ignore"):
                 touches |= results[name] > 0
     labels = np.where(runs.safe, Label.CLEAR, np.where(runs.unsafe, Label.CRITICAL, Label.UNKNOWN))
     labels = np.where((labels == Label.CLEAR) & touches & (bits == 0), Label.TOUCHING, labels)
-    if stalled := RESPONSES.get("stalled"):
-        labels = np.where(runs.unsafe & (bits & stalled.bit > 0), Label.STALLED, labels)
-    return np.asarray(labels)
+    return np.where(runs.unsafe & (bits & STALLED > 0), Label.STALLED, labels)
 
 
 def graded(results: Results, severity: int | None = None, confidence: float | None = None) -> Graded:
@@ -144,7 +151,7 @@ def graded(results: Results, severity: int | None = None, confidence: float | No
         return np.array([planes(part[None]) for part in array])
 
     labels = worlds(labels_of(results, severity))
-    bits = worlds(np.where(known(results["status"]), results["response"], 0).astype(int))
+    bits = worlds(np.where(known_runs(results), results["response"], 0).astype(int))
     along = carried_axis(results)
     by_way = dict(zip(results.procedures, labels, strict=True))
     if "start" in results.coords:

@@ -12,7 +12,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from nsdrill.analysis.maps import stretches
+from nsdrill.analysis.planes import stretches
 from nsdrill.data import Array
 
 # of the axes that are settings: the least tolerance, in SI

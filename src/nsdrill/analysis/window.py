@@ -13,24 +13,24 @@ from dataclasses import replace
 
 import numpy as np
 
+from nsdrill.analysis.advice import Kind, advise
 from nsdrill.analysis.counts import Counts, after_failure, carried_axis
+from nsdrill.analysis.graded import graded
+from nsdrill.analysis.histories import Grade
 from nsdrill.analysis.hysteresis import response_text
-from nsdrill.analysis.maps import (
-    CRITICAL,
-    HISTORY_DEPENDENT,
-    SAFE,
-    STATES,
-    UNKNOWN,
-    YIELDS,
-    Cell,
-    Classes,
-    classes,
-    largest_margin,
-    mean_known,
-    regions,
-    stretches,
+from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, STATES, UNKNOWN, YIELDS, Classes, classes, regions
+from nsdrill.analysis.planes import Cell, mean_known, stretches
+from nsdrill.analysis.probability import (
+    check_samples,
+    counts_of,
+    effective_number,
+    independent,
+    known,
+    needed,
+    one_procedure,
 )
-from nsdrill.analysis.probability import check_samples, counts_of, effective_number, independent, known, one_procedure
+from nsdrill.analysis.room import Kind as Room
+from nsdrill.analysis.room import choose
 from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words
@@ -39,6 +39,7 @@ from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
 USUAL_CONFIDENCE = 0.9
 LEAST = 3  # of the safety of a map: the share of samples that are known to be safe
+MILD = (1, 2)  # severities that may be allowed where nothing is free of vibration
 LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)  # of confidence whose costs are listed
 
 
@@ -60,6 +61,9 @@ def find_window(results: Results, severity: int | None = None, confidence: float
                 **_counts(maps.state),
                 **_outcomes(maps),
                 "confidence": confidence,
+                "answer": advise(maps.grades),
+                "milder": _milder(results, severity, confidence, maps),
+                "grades": _grades(maps),
                 **_samples(results),
                 "most_probable": _most_probable(maps),
                 "price": _confidence_costs(maps),
@@ -117,6 +121,24 @@ def _outcomes(maps: Classes) -> Answer:
         "safe_in": maps.safe_in,
         "obstacles": {one.name: int(np.count_nonzero(maps.bits & one.bit)) for one in RESPONSES.values()},
     }
+
+
+def _milder(results: Results, severity: int | None, confidence: float | None, maps: Classes) -> Answer | None:
+    """The least severity that allows a setting where no response is, and the setting;
+    None where there is none, or where a setting is allowed without."""
+    if severity is not None or maps.grades.allowed.any():
+        return None
+    for level in MILD if all(name in results.variables for name in needed(0)) else ():
+        found = advise(graded(results, level, confidence))
+        if found.kind not in (Kind.NOTHING, Kind.UNKNOWN):
+            return {"severity": level, "answer": found}
+    return None
+
+
+def _grades(maps: Classes) -> dict[str, int]:
+    """How many points have each grade."""
+    found = {grade.words: int(np.count_nonzero(maps.grades.grade == grade)) for grade in Grade}
+    return {words: number for words, number in found.items() if number}
 
 
 def _samples(results: Results) -> Answer:
@@ -251,16 +273,20 @@ def _everything(maps: Classes, cell: Cell) -> Answer:
 
 
 def _recommended(maps: Classes, number: int) -> Answer | None:
-    """The safe point with the largest margin; None where no point is safe."""
-    best = largest_margin(maps.state[number] == SAFE, maps.values(maps.y), maps.values(maps.x))
-    if best is None:
+    """The setting of one map, or its best hint (:mod:`nsdrill.analysis.room`); None where no
+    point is allowed."""
+    y, x = ((axis, maps.values(axis)) for axis in (maps.y, maps.x))
+    grades, rate = maps.grades, maps.yields.get(YIELDS[0])
+    rates = np.full(maps.state[number].shape, np.nan) if rate is None else rate[number]
+    place, how, _ = choose(grades.allowed[number], grades.better[number], y, (maps.x, x[1]), rates)
+    if place is None:
         return None
-    cell = (number, *best[:2])
+    cell = (number, *place)
     return {
         **_at(maps, cell, (maps.x, maps.y)),
         **_safety(maps, cell),
         **_yields(maps, cell),
-        "margin": best[2],
+        "hint": how != Room.RUN,
         "margins": {axis: _limits(maps, cell, place) for axis, place in ((maps.x, 2), (maps.y, 1)) if axis},
         "settled": not maps.unsettled[cell],
     }
@@ -330,7 +356,7 @@ def obstacle(maps: Classes, cell: Cell) -> Answer:
     the end of its row or column is at the edge."""
     if not all(0 <= place < length for place, length in zip(cell, maps.state.shape, strict=True)):
         return {"why": "edge", "responses": []}
-    bits, why = int(maps.bits[cell]), STATES[int(maps.state[cell])]
+    bits, why = int(maps.stops[cell]), STATES[int(maps.state[cell])]
     if why == "unknown" and maps.failed[cell]:
         why = "failed"
     elif bits == 0 and maps.distrusted[cell]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from nsdrill.analysis import contrast as analysis
 from nsdrill.analysis import sensitivity as indices
+from nsdrill.analysis.advice import data_of
 from nsdrill.analysis.comparison import compare_branches, compare_results, compare_traces
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, needed, probabilities_of
@@ -31,11 +32,13 @@ from nsdrill.data import (
     Trace,
     json_text,
     resolved_study,
+    units_of,
 )
 from nsdrill.errors import FileError, NsdrillError, Refusal
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES, Thresholds
 from nsdrill.plot import cut
+from nsdrill.plot.answer import warnings, words_of, would_help
 from nsdrill.store import read_results
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.store.layout import coordinate_attributes, in_words
@@ -54,7 +57,26 @@ def window(source: Source, severity: int | None = None, confidence: float | None
     may last, as :func:`nsdrill.analysis.window.find_window`. ``severity`` is the greatest one
     allowed (0 to 4; None: by response), ``confidence`` (0 to 1) that of results with
     samples."""
-    return find_window(results_for_window(source, severity, confidence), severity, confidence)
+    results = results_for_window(source, severity, confidence)
+    return plain_window(find_window(results, severity, confidence), units_of(results.attrs))
+
+
+def plain_window(summary: Answer, units: str) -> Answer:
+    """The ``summary`` of a window as plain data, with the sentences of the answer in
+    ``units``."""
+    words = words_of(summary, units)
+    told = {
+        "sentence": words.sentence(),
+        "lines": words.lines(),
+        "warnings": list(warnings(summary, units)),
+        "would_help": would_help(summary, units),
+    }
+    milder = summary["milder"]
+    return {
+        **summary,
+        "answer": {**data_of(summary["answer"]), **told},
+        "milder": milder and {**milder, "answer": data_of(milder["answer"])},
+    }
 
 
 def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:

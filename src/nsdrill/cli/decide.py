@@ -10,7 +10,17 @@ from nsdrill.errors import printable
 from nsdrill.late import deferred
 from nsdrill.operations import answers
 from nsdrill.operations import fit as fits
-from nsdrill.operations.arguments import Json, Other, Overwrite, Picture, Reported, ResultsLike, Severity, Units
+from nsdrill.operations.arguments import (
+    Everything,
+    Json,
+    Other,
+    Overwrite,
+    Picture,
+    Reported,
+    ResultsLike,
+    Severity,
+    Units,
+)
 from nsdrill.operations.fit import PictureOfFit, StudyPath
 
 with deferred():
@@ -45,16 +55,18 @@ def window(
     other: Other = None,
     units: Units = None,
     json: Annotated[Json, "Print JSON, with every map and region."] = False,
+    everything: Annotated[Everything, "All warnings, and the numbers behind the answer."] = False,
     picture: Annotated[Picture, "Picture to write as well: .png, .pdf or .svg."] = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Find the operating window: where every run is safe, whatever its history.
+    """Find where to run, how to get there, and what never to exceed.
 
     RESULTS is a map over weight on bit, speed or depth, or a sweep along one of them.
-    The answer has the points that are safe in every procedure, their largest region,
-    the point with the largest margin, how far each number may change from there and
-    what stops it, and how the window changes with depth. With uncertain numbers a point
-    is safe if a run is safe with a stated probability.
+    A setting is allowed if the string runs free of vibration there when it is brought
+    up from below; the way down tells whether a vibration, once started, ends. The
+    answer is the setting with enough room, what lies beside it, the way in, what ends a
+    vibration, and what is seen at the surface. With uncertain numbers a setting is
+    allowed with a stated probability.
 
     With OTHER, results over the same axes, it compares the two windows: points gained
     and lost, how far every border moved, where the responses begin, and the rate of
@@ -70,7 +82,8 @@ def window(
     if other is None:
         found = regions.find_window(data[0], severity, confidence)
         title = printable(f"{results}: operating window. {found['title']}".rstrip())
-        lines = [title, *text.lines(found, units)]
+        lines = [title, *text.lines(found, units, everything)]
+        found = found_in.plain_window(found, units)
     else:
         found = found_in.contrast(data[0], data[1], severity, confidence, [os.path.basename(name) for name in names])
         titles = [f"{file}: {one['title']}" for file, one in zip(names, found["windows"], strict=True)]

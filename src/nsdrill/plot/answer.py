@@ -12,217 +12,58 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
 from nsdrill.data import Answer
 from nsdrill.errors import count
-from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
-from nsdrill.plot.labels import quantity as shown_quantity
+from nsdrill.plot.values import WAYS, Formatter, in_order, response_words
+from nsdrill.plot.wording import Words
 from nsdrill.quantity import quantity
-from nsdrill.units import from_si
 
-ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
-WAYS = {"up": "coming up", "down": "coming down"}
 FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
 
 
-def in_order(axes: Iterable[str | None]) -> list[str]:
-    """The axes in the order in which drillers name them, further ones by name."""
-    return sorted(
-        (axis for axis in axes if axis), key=lambda axis: (ORDER.index(axis) if axis in ORDER else len(ORDER), axis)
+def words_of(summary: Answer, units: str) -> Words:
+    """The words of the answer of a window, the ``summary``."""
+    passed = summary["passed_over"]
+    return Words(
+        summary["answer"],
+        tuple(summary["axes"]),
+        units,
+        tuple(summary["procedures"]),
+        summary["severity"],
+        summary["confidence"],
+        passed[0]["words"] if passed else "",
     )
-
-
-class Formatter:
-    """Values as text in one system of units; a speed in rad/s with the rpm in
-    brackets."""
-
-    def __init__(self, units: str) -> None:
-        self.system = units
-
-    def unit(self, axis: str) -> str:
-        """The sign of the unit of an axis."""
-        return shown_quantity(axis, self.system).unit
-
-    def name(self, axis: str) -> str:
-        """The name of an axis in a sentence."""
-        return quantity(axis).words
-
-    def number(self, axis: str, value: float) -> str:
-        return shown_quantity(axis, self.system).number(value)
-
-    def value(self, axis: str, value: float | str) -> str:
-        if isinstance(value, str):  # a word
-            return value
-        return f"{self.number(axis, value)} {self.unit(axis)}".rstrip() + self._rpm(axis, value)
-
-    def range(self, axis: str, ends: list[float]) -> str:
-        """``105 to 150 rpm``; of two equal ends one."""
-        if ends[0] == ends[1]:
-            return self.value(axis, ends[0])
-        numbers = " to ".join(self.number(axis, end) for end in ends)
-        return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
-
-    def span(self, axis: str, ends: list[float]) -> str:
-        """As :meth:`range`, with the name of the axis before it."""
-        return f"{quantity(axis).words} {self.range(axis, ends)}"
-
-    def setting(self, point: Answer, axes: Iterable[str | None]) -> str:
-        """The values of a point, in order: ``25 klbf, 125 rpm``; further axes with
-        their names."""
-        return ", ".join(
-            self.value(axis, point[axis])
-            if axis in ORDER
-            else f"{quantity(axis).words} {self.value(axis, point[axis])}"
-            for axis in in_order(axes)
-        )
-
-    def _rpm(self, axis: str, *values: float) -> str:
-        if self.system == "field" or axis != "rotary_speed":
-            return ""
-        speeds = " to ".join(f"{from_si(value, 'rpm'):.3g}" for value in values)
-        return f" ({speeds} rpm)"
-
-
-def percent(point: Answer) -> str:
-    """``97.3 % (94.4 to 98.7)``: a probability with its interval; ``not known (2.1 to 100;
-    7 of 8 failed)`` where no sample tells it, and with what is not known otherwise too."""
-    ends = " to ".join(f"{100 * point[f'probability_{end}']:.1f}" for end in ("low", "high"))
-    words = open_words(point["samples_of"]) if "samples_of" in point else ""
-    value = "not known" if point["probability"] is None else f"{100 * point['probability']:.1f} %"
-    return f"{value} ({ends}{f'; {words}' if words else ''})"
-
-
-def drilling(point: Answer, fmt: Formatter) -> str:
-    """``rate of penetration 32 ft/h, specific energy 22 ksi``; "" where a file has
-    neither."""
-    words = {"rate_of_penetration": "rate of penetration", "mechanical_specific_energy": "specific energy"}
-    return ", ".join(f"{word} {fmt.value(name, point[name])}" for name, word in words.items() if name in point)
-
-
-def response_words(names: Iterable[str]) -> str:
-    """The responses with these names in words, with commas."""
-    return ", ".join(RESPONSES[name].words for name in names)
-
-
-def safe_words(severity: int | None) -> str:
-    """``safe``, with the vibration that a ``severity`` allows."""
-    if severity is None:
-        return "safe"
-    return f"safe ({f'vibration up to {MILD_TO_SEVERE[severity]}' if severity else 'no vibration'} allowed)"
 
 
 def answer(summary: Answer, units: str) -> str:
     """The answer in one sentence."""
-    fmt, safe = Formatter(units), safe_words(summary["severity"])
-    plane = chosen_map(summary)
-    if plane is None or plane["recommended"] is None:
-        return _nothing_safe(summary, fmt)
-    best, axes = plane["recommended"], summary["axes"]
-    speed = axes[0]
-    at = plane.get("at") or {}
-    where = f" at {fmt.setting(at, at)}" if at else ""
-    if summary["third"] and not at:
-        where = f", at every {quantity(summary['third']).words} of the file"
-    setting = " and ".join(fmt.setting(best, axes).split(", "))
-    if is_hint(summary, best):
-        text = f"No setting can be recommended; the best hint is {setting}{where}"
-    else:
-        text = f"Run{where} at {setting}" if at else f"Run at {setting}{where}"
-    sides = best["margins"][speed]
-    ends = [sides["less"]["safe_to"], sides["more"]["safe_to"]]
-    if ends[0] == ends[1]:
-        text += f"; no other {quantity(speed).words} next to it is {safe}"
-    else:
-        text += f"; {safe} from {fmt.range(speed, ends)}"
-    if summary["confidence"] is not None:
-        text += f"; with a probability of {percent(best)}"
-    text += f", {_in_histories(summary)}"
-    may = summary["confidence"] is not None  # some of the samples do
-    words = {side: _side_verb(sides[side], "below" if side == "less" else "above", may) for side in ("less", "more")}
-    if all(side["why"] == "edge" for side in sides.values()):
-        return f"{text}; the map ends on both sides."
-    return f"{text}; {words['less']}, {words['more']}."
+    return words_of(summary, units).sentence()
 
 
-def _in_histories(summary: Answer) -> str:
-    """``coming up and coming down``: the histories that were run."""
-    ways = [WAYS.get(name, name) for name in summary["procedures"]]
-    if not summary["history_examined"]:
-        return "on the one history that was run"
-    return " and ".join(ways) if len(ways) == summary["histories"] else f"in all {summary['histories']} histories"
-
-
-def has_no_room(best: Answer) -> bool:
-    """Whether a point has no margin to one side or more: it might not be safe on a finer
-    map."""
-    return any(side["margin"] == 0.0 for sides in best["margins"].values() for side in sides.values())
+def would_help(summary: Answer, units: str) -> list[str]:
+    """What would allow a setting, where none is free of vibration."""
+    milder = summary["milder"]
+    if milder is None:
+        return []
+    level = milder["severity"]
+    words = Words(milder["answer"], tuple(summary["axes"]), units, tuple(summary["procedures"]), level)
+    return [f"With {MILD_TO_SEVERE[level]} vibration (--severity {level}): {words.setting()}, {words.within()}."]
 
 
 def is_hint(summary: Answer, best: Answer) -> bool:
-    """Whether the best point of a map is a hint, not a setting: it has no room, its
-    motion had not settled, the sweep begins above a critical speed or may jump across
-    it, or it is one sweep at whose point another motion may last, which neighbours may
-    come to."""
-    is_one_sweep = len(summary["axes"]) == 1 and not summary["third"]
-    others_last = is_one_sweep and bool(_may_last(summary, best))
-    is_missed = bool(summary["passed_over"]) or any(one["jumped"] for one in summary["lasting_motions"])
-    return has_no_room(best) or not best["settled"] or is_missed or others_last
-
-
-def _may_last(summary: Answer, point: Answer) -> list[Answer]:
-    """The motions that may last at a point, once they begin, and whose critical speeds
-    the sweep does not pass over."""
-    speed = {**summary["fixed"], **point}.get("rotary_speed", -math.inf)
-    met = [one for one in summary["lasting_motions"] if one["from"] is None]
-    return [one for one in met if one["lasts"] and one["lasts"][0] < speed]
+    """Whether the best point of a map is a hint, not a setting: it has less than a
+    tolerance of room, or the sweep begins above a critical speed."""
+    return bool(best["hint"] or summary["passed_over"])
 
 
 def chosen_map(summary: Answer) -> Answer | None:
-    """The map that the answer is about: the only one; of several what is safe
-    throughout, else the one with the most safe points."""
+    """The map that the answer is about; of none that with the most safe points."""
     maps = summary["maps"]
-    if len(maps) == 1:
-        return {**maps[0], "at": {}}
-    if summary["throughout"] and summary["throughout"]["safe"]:
-        return {**summary["throughout"], "at": {}}
-    best: Answer = max(maps, key=lambda one: one["safe"])
+    cell = summary["answer"].cell
+    best: Answer = maps[cell[0]] if cell is not None else max(maps, key=lambda one: one["safe"])
     return best
-
-
-def _side_verb(side: Answer, where: str, may: bool) -> str:
-    """``below it sticks``, or that it ``may``; ``above the map ends``."""
-    if side["why"] == "edge":
-        return f"{where} the map ends"
-    if side["why"] == "distrusted":
-        return f"{where} the checks disagree"
-    if side["why"] in ("failed", "unknown"):
-        return f"{where} nothing is known"
-    depends = may or side["why"] == "rim"
-    verbs = [RESPONSES[name].verb + ("" if depends else "s") for name in side["responses"]]
-    if not verbs:
-        return f"{where} it {'may be' if depends else 'is'} critical"
-    return f"{where} it {'may ' if depends else ''}{' and '.join(verbs)}"
-
-
-def _nothing_safe(summary: Answer, fmt: Formatter) -> str:
-    known = summary["points"] - summary["unknown"]
-    if not known:
-        return "No answer: no run that decides on a point ended well."
-    what = _in_histories(summary)
-    text = f"No safe point: none of {summary['points']} is {safe_words(summary['severity'])} "
-    if summary["confidence"] is not None:
-        text += f"with a probability of {100 * summary['confidence']:g} %"
-        if best := summary["most_probable"]:
-            at = fmt.setting(best, (*summary["axes"], summary["third"]))
-            return f"{text}; the most probable one is {at}, with {percent(best)}."
-        return f"{text}, or in any of the samples."
-    text += what
-    found = [f"{name.replace('_', '-')} at {count}" for name, count in summary["obstacles"].items() if count]
-    if summary["rim"]:
-        text += f"; {summary['rim']} are on some histories"
-    return f"{text}; {', '.join(found)}." if found else f"{text}."
 
 
 def obstacle_words(why: str, responses: Iterable[str]) -> str:
@@ -284,21 +125,17 @@ def of_both(a: Iterable[str], b: Iterable[str]) -> list[str]:
     ]
 
 
+MOST_WARNINGS = 3  # beside an answer, unless all are asked for
+
+
 def warnings(summary: Answer, units: str) -> Iterator[str]:
-    """All that one must know before relying on the window, a sentence or two each."""
+    """All that one must know before relying on the answer, a sentence or two each, what may
+    make it wrong first."""
     fmt = Formatter(units)
-    if summary["safe"] or summary["most_probable"]:
-        yield from _of_critical_speeds(summary, fmt)
-    if not summary["history_examined"]:
+    if stalls := summary["obstacles"].get("stalled"):
         yield (
-            f"HISTORY WAS NOT EXAMINED: the file holds one procedure only ({summary['procedures'][0]}). Run the study "
-            "with procedure: up-down to learn whether the window holds whatever came before."
-        )
-    if len(summary["axes"]) == 1 and not summary["third"]:
-        held = fmt.setting(summary["fixed"], summary["fixed"])
-        yield (
-            f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
-            f"{f', at {held}' if held else ''}. Of other settings nothing is known."
+            f"THE BIT STALLS at {count(stalls, 'point')}: the drive cannot turn it there, or the rock holds it. These "
+            "points are not safe."
         )
     if summary["pending_runs"]:
         yield (
@@ -306,16 +143,34 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             "and their points are unknown."
         )
     yield from _of_unknown_runs(summary)
-    if inferred := summary["unknown"] - summary["unknown_failed"]:
-        yield (f"NOT KNOWN at {count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
+    if summary["safe"] or summary["most_probable"]:
+        yield from _of_critical_speeds(summary, fmt)
+    plane = chosen_map(summary) or {}
+    best = plane.get("recommended")
+    yield from _of_samples(summary, best or summary["most_probable"] or {})
+    yield from _of_motions(summary)
     if distrusted := summary["distrusted_points"]:
         is_one = distrusted == 1
         yield (
             f"CHECKS DISAGREE at {count(distrusted, 'point')}, which {'is' if is_one else 'are'} not to be trusted and "
             f"{'counts' if is_one else 'count'} as not safe."
         )
-    yield from _of_motions(summary)
-    yield from _of_recommended(summary, fmt)
+    if inferred := summary["unknown"] - summary["unknown_failed"]:
+        yield (f"NOT KNOWN at {count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
+    if not summary["history_examined"]:
+        yield (
+            f"HISTORY WAS NOT EXAMINED: the file holds one procedure only ({summary['procedures'][0]}). Run the study "
+            "with procedure: up-down to learn whether a vibration, once started, ends."
+        )
+    if len(summary["axes"]) == 1 and not summary["third"]:
+        held = fmt.setting(summary["fixed"], summary["fixed"])
+        yield (
+            f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
+            f"{f', at {held}' if held else ''}. Of other settings nothing is known."
+        )
+    yield from _of_edges(summary, best, fmt)
+    if best:
+        yield from _of_lasting_motions(summary, {**plane.get("at", {}), **best}, fmt)
 
 
 def _of_unknown_runs(summary: Answer) -> Iterator[str]:
@@ -360,8 +215,7 @@ def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
 
 
 def _of_motions(summary: Answer) -> Iterator[str]:
-    """Motions that had not settled and histories that decide, over the safe points; over
-    all where none is safe."""
+    """Motions that had not settled, over the safe points; over all where none is safe."""
     plane = chosen_map(summary)
     best = plane and plane["recommended"]
     which, of, points = "", "point", summary["points"]
@@ -374,22 +228,13 @@ def _of_motions(summary: Answer) -> Iterator[str]:
             f"NOT SETTLED: at {unsettled} of {count(points, of)}{which} a motion was still "
             "changing when it was observed. Run with a longer transient (simulation.transient)."
         )
-    if decided := summary["by_history"]:
-        yield (
-            f"HISTORY DECIDES at {count(decided, 'point')} ({100 * decided / summary['points']:.1f} %): there it "
-            "depends on the history whether the setting is safe."
-        )
 
 
-def _of_recommended(summary: Answer, fmt: Formatter) -> Iterator[str]:
-    """What is said of the recommended point, and of the edges of the map and the samples
-    also where there is none."""
-    plane = chosen_map(summary) or {}
-    best = plane.get("recommended")
+def _of_edges(summary: Answer, best: Answer | None, fmt: Formatter) -> Iterator[str]:
+    """The edges of the map at which the allowed points around the ``best`` end."""
     if not best:
         ends = " and ".join(fmt.range(axis, summary["ranges"][axis]) for axis in in_order(summary["axes"]))
         yield f"THE MAP ENDS: only {ends} was examined, and nothing is known beyond."
-        yield from _of_samples(summary, summary["most_probable"] or {})
         return
     edges = [
         fmt.value(axis, side["safe_to"])
@@ -397,20 +242,21 @@ def _of_recommended(summary: Answer, fmt: Formatter) -> Iterator[str]:
         for side in best["margins"][axis].values()
         if side["why"] == "edge"
     ]
-    if has_no_room(best):
-        yield (
-            "NO MARGIN to one side or more of the best point: it is a hint, not a setting. A finer map around it "
-            "would show more."
-        )
-    for one in _may_last(summary, {**plane.get("at", {}), **best}):
-        yield (
-            f"{one['told']} above {fmt.range(one['axis'], one['lasts'])}: the best point is safe only while "
-            f"{one['safe_while']}. "
-            "Many starts of every point (--set sweep.procedure=same --set initial.ensemble=64) show how likely that is."
-        )
     if edges:
-        yield (f"THE MAP ENDS at {' and '.join(edges)}, and the window with it: nothing is known beyond.")
-    yield from _of_samples(summary, best)
+        yield f"THE MAP ENDS at {' and '.join(edges)}: nothing is known beyond."
+
+
+def _of_lasting_motions(summary: Answer, point: Answer, fmt: Formatter) -> Iterator[str]:
+    """The motions that may last at a point, once they begin, and whose critical speeds
+    the sweep does not pass over."""
+    speed = {**summary["fixed"], **point}.get("rotary_speed", -math.inf)
+    for one in summary["lasting_motions"]:
+        if one["from"] is None and one["lasts"] and one["lasts"][0] < speed:
+            yield (
+                f"{one['told']} above {fmt.range(one['axis'], one['lasts'])}: the best point is safe only while "
+                f"{one['safe_while']}. Many starts of every point (--set sweep.procedure=same --set "
+                "initial.ensemble=64) show how likely that is."
+            )
 
 
 def _of_samples(summary: Answer, point: Answer) -> Iterator[str]:

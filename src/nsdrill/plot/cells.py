@@ -17,7 +17,7 @@ from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
-from nsdrill.analysis.maps import stretches
+from nsdrill.analysis.planes import stretches
 from nsdrill.data import Array
 from nsdrill.models.description import Description
 from nsdrill.observe.motion import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED

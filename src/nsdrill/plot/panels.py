@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
 from nsdrill.analysis.hysteresis import differences, spans
-from nsdrill.analysis.maps import stretches
+from nsdrill.analysis.planes import stretches
 from nsdrill.analysis.probability import FAILED_POINT
 from nsdrill.data import Array, Attributes, Results, resolved_study
 from nsdrill.models.registry import drawn_in

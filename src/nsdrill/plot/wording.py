@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from nsdrill.analysis.advice import Advice, Border, Kind, Recovery, Stretch
 from nsdrill.analysis.histories import Grade
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
-from nsdrill.plot.answer import ORDER, Formatter, in_order
+from nsdrill.plot.values import ORDER, Formatter, in_order
 from nsdrill.quantity import quantity
 
 MOST_LINES = 5
@@ -122,7 +122,10 @@ class Words:
 
     def _quick_start(self) -> str:
         if "up" not in self.ways:
-            return f"Run at {self.setting()}, started there: {self.free} at {self.within()}. How it is reached was not run."
+            return (
+                f"Run at {self.setting()}, started there: {self.free} at {self.within()}. How it is reached was not "
+                "run."
+            )
         way = self.advice.way_in
         rate = way.passing_rate if way else None
         fast = f", {self.fmt.value('rotary_speed', 2 * rate)}/s or faster" if rate else ""
@@ -134,8 +137,8 @@ class Words:
     def _hint(self) -> str:
         if self.begun_above:
             return (
-                f"Hint only: {self.setting()}. The sweep begins above {self.begun_above}; nothing was brought up through "
-                "it."
+                f"Hint only: {self.setting()}. The sweep begins above {self.begun_above}; nothing was brought up "
+                "through it."
             )
         how = f"brought up from below, {self._percent()}" if self.advice.share else f"{self._how()}"
         return f"No setting has room. Narrow hint: {self.setting()}, {how}, {self.within()}; {self._tail()}."

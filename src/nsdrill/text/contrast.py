@@ -9,19 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from nsdrill.analysis.maps import least_share
 from nsdrill.data import Answer
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.answer import (
-    WAYS,
-    Formatter,
-    answer,
-    chosen_map,
-    in_order,
-    is_hint,
-    obstacle_words,
-    of_both,
-    percent,
-    safe_words,
-    warnings,
-)
+from nsdrill.plot.answer import answer, chosen_map, is_hint, obstacle_words, of_both, warnings
+from nsdrill.plot.values import WAYS, Formatter, in_order, percent, safe_words
 from nsdrill.study.uncertain import HOW
 from nsdrill.text.window import MAX_ROWS, WIDTH
 from nsdrill.text.words import aligned

@@ -12,7 +12,7 @@ from nsdrill.data import Results
 from nsdrill.errors import count
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.answer import WAYS, Formatter, percent, safe_words
+from nsdrill.plot.values import WAYS, Formatter, percent, safe_words
 from nsdrill.variables import OK, SAMPLE
 
 

@@ -9,7 +9,8 @@ from collections.abc import Iterator, Sequence
 from nsdrill.analysis.window import unknown_words
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import count
-from nsdrill.plot.answer import ORDER, Formatter, answer, drilling, in_order, is_hint, limit, percent, warnings, why
+from nsdrill.plot.answer import MOST_WARNINGS, is_hint, limit, warnings, why, words_of, would_help
+from nsdrill.plot.values import ORDER, Formatter, drilling, in_order, percent
 from nsdrill.text.words import label_of, overrides_text, samples_text
 
 SIDES = {"less": "less", "more": "more"}
@@ -20,13 +21,26 @@ INDENT = 6 * " "
 CLASS_LABELS = {"rim": "history-dependent"}  # of the keys that are not words of the text
 
 
-def lines(summary: Answer, units: str) -> Iterator[str]:
-    """The lines of the summary in the units ``si`` or ``field``."""
-    yield from textwrap.wrap(answer(summary, units), WIDTH)
-    for warning in warnings(summary, units):
+def lines(summary: Answer, units: str, everything: bool = False) -> Iterator[str]:
+    """The lines of the summary in the units ``si`` or ``field``: the answer, what lies
+    beside it, and the first warnings; with ``everything`` all warnings and the
+    numbers."""
+    words, told = words_of(summary, units), list(warnings(summary, units))
+    yield from textwrap.wrap(words.sentence(), WIDTH)
+    for line in (*words.lines(), *would_help(summary, units)):
+        yield from textwrap.wrap(line, WIDTH, initial_indent="  ", subsequent_indent="    ")
+    shown = told if everything else told[:MOST_WARNINGS]
+    if shown:
+        yield ""
+    for warning in shown:
         yield from textwrap.wrap(warning, WIDTH, initial_indent="  ", subsequent_indent="  ")
-    yield ""
-    yield from number_lines(summary, units)
+    if everything:
+        yield ""
+        yield from number_lines(summary, units)
+    else:
+        more = len(told) - len(shown)
+        hidden = [count(more, "more warning")] * bool(more) + ["the numbers"]
+        yield f"  ({' and '.join(hidden)} with --all)"
 
 
 def number_lines(summary: Answer, units: str) -> Iterator[str]:

@@ -8,28 +8,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsdrill.app.answers import contrast, sensitivity, with_lasting_motions
-from nsdrill.app.answers import window as window_of
+from nsdrill.analysis.window import find_window
+from nsdrill.app.answers import contrast, results_for_window, sensitivity, with_lasting_motions
 from nsdrill.app.experiment import own_keys, study_of
 from nsdrill.data import Answer, Results
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import as_value, words_along
 from nsdrill.plot import draw, svg
-from nsdrill.plot.answer import (
-    Formatter,
-    answer,
-    chosen_map,
-    drilling,
-    explained,
-    in_order,
-    is_hint,
-    limit,
-    percent,
-    warnings,
-)
+from nsdrill.plot.answer import answer, chosen_map, explained, is_hint, limit, warnings
 from nsdrill.plot.kinds.window import draw_two
 from nsdrill.plot.labels import quantity, way_word
 from nsdrill.plot.look import Look
+from nsdrill.plot.values import Formatter, drilling, in_order, percent
 from nsdrill.text.contrast import difference, notes, sentence, side_by_side, tables, thresholds
 from nsdrill.text.point import outcome, point_notes
 from nsdrill.text.studied import studied
@@ -78,7 +68,7 @@ def file_answer(
         words, told = paragraph(outcome(results, units, severity), "answer"), warning_list(point_notes(results))
         return words + told + bounds + paragraph(_depends(results, severity, {}))
     try:
-        window = window_of(results, severity, confidence)
+        window = find_window(results_for_window(results, severity, confidence), severity, confidence)
     except NsdrillError as error:  # four axes, a part of a design
         return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer") + bounds
     sentence = answer(window, units)

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
-from nsdrill.analysis.maps import axes_of
+from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.probability import outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError

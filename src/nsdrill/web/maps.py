@@ -5,15 +5,15 @@ the basins of a slice of starts. Each is a map in the form of
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, Classes, axes_of, classes, largest_margin
+from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, Classes, classes
 from nsdrill.analysis.maps import SAFE as SAFE_STATE
+from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, outcome, probabilities_of
-from nsdrill.analysis.window import USUAL_CONFIDENCE
-from nsdrill.app.answers import window
+from nsdrill.analysis.window import USUAL_CONFIDENCE, find_window
+from nsdrill.app.answers import results_for_window
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
@@ -73,7 +73,7 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         raise InputError(f"name: found {name}; allowed: {', '.join(names) or 'none'}.")
     if name == PROBABILITY and len(results.swept) == 1:
         head, columns = probability_lines(results, units, results.swept[0])
-        return head | _told(results, units), columns
+        return head | _told(find_window(results_for_window(results)), units), columns
     if name == BASIN:
         head, columns = _basin(results, units)
         axes = {"x": (results.grid.index("start"), len(head["y"]["values"])), "y": (results.grid.index("start"), 1)}
@@ -87,7 +87,8 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         make = _window if name == WINDOW else _probabilities
         head, columns = make(results, units, maps, third)
         axes = {"x": (results.grid.index(maps.x), 1), "y": (results.grid.index(maps.y), 1)}
-        head |= {"recommended": _first_point(maps, safe)} | _told(results, units)
+        found = find_window(results_for_window(results))
+        head |= {"recommended": _first_point(found, maps, third)} | _told(found, units)
         columns |= {"safe": safe.astype(float)}
     place = [held.get(axis, 0) if axis in results.axes and name == WINDOW else 0 for axis in results.grid]
     for axis, (dimension, step) in axes.items():
@@ -96,17 +97,18 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
     return head | {"place": place, "title": WORDS[name]}, columns
 
 
-def _told(results: Results, units: str) -> Answer:
+def _told(found: Answer, units: str) -> Answer:
     """What the window of the file says, and its warnings."""
-    found = window(results)
     return {"answer": answer(found, units), "warnings": list(warnings(found, units))}
 
 
-def _first_point(maps: Classes, safe: Array) -> list[int] | None:
-    """The column and the row of the safe point with the largest margin; None where no
-    point is safe."""
-    best: Any = largest_margin(safe, maps.values(maps.y), maps.values(maps.x))
-    return None if best is None else [int(best[1]), int(best[0])]
+def _first_point(window: Answer, maps: Classes, third: int) -> list[int] | None:
+    """The column and the row of the point to choose first of a map; None where no point
+    is allowed."""
+    best = window["maps"][third]["recommended"]
+    if best is None:
+        return None
+    return [int(np.argmin(np.abs(maps.values(axis) - best[axis]))) for axis in (maps.x, maps.y) if axis]
 
 
 def _window(results: Results, units: str, maps: Classes, third: int) -> Reply:

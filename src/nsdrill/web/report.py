@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, REGULAR
-from nsdrill.analysis.maps import stretches
+from nsdrill.analysis.planes import stretches
 from nsdrill.data import Array, Results, evenly_spaced
 from nsdrill.errors import InputError, NsdrillError, count
 from nsdrill.models.leaves import words_along

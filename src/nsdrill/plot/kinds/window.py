@@ -18,7 +18,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, axes_of, classes
+from nsdrill.analysis.maps import CRITICAL, HISTORY_DEPENDENT, SAFE, UNKNOWN, classes
+from nsdrill.analysis.planes import axes_of
 from nsdrill.analysis.window import find_window, unknown_words
 from nsdrill.data import Answer, Array, Results, evenly_spaced
 from nsdrill.plot.answer import answer, chosen_map, is_hint, notes, of_both, warnings

@@ -1,0 +1,101 @@
+"""Values, settings and probabilities of an answer as text, in SI or in field units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from nsdrill.analysis.counts import open_words
+from nsdrill.data import Answer
+from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
+from nsdrill.plot.labels import quantity as shown_quantity
+from nsdrill.quantity import quantity
+from nsdrill.units import from_si
+
+ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
+WAYS = {"up": "coming up", "down": "coming down"}
+
+
+def in_order(axes: Iterable[str | None]) -> list[str]:
+    """The axes in the order in which drillers name them, further ones by name."""
+    return sorted(
+        (axis for axis in axes if axis), key=lambda axis: (ORDER.index(axis) if axis in ORDER else len(ORDER), axis)
+    )
+
+
+class Formatter:
+    """Values as text in one system of units; a speed in rad/s with the rpm in
+    brackets."""
+
+    def __init__(self, units: str) -> None:
+        self.system = units
+
+    def unit(self, axis: str) -> str:
+        """The sign of the unit of an axis."""
+        return shown_quantity(axis, self.system).unit
+
+    def name(self, axis: str) -> str:
+        """The name of an axis in a sentence."""
+        return quantity(axis).words
+
+    def number(self, axis: str, value: float) -> str:
+        return shown_quantity(axis, self.system).number(value)
+
+    def value(self, axis: str, value: float | str) -> str:
+        if isinstance(value, str):  # a word
+            return value
+        return f"{self.number(axis, value)} {self.unit(axis)}".rstrip() + self._rpm(axis, value)
+
+    def range(self, axis: str, ends: list[float]) -> str:
+        """``105 to 150 rpm``; of two equal ends one."""
+        if ends[0] == ends[1]:
+            return self.value(axis, ends[0])
+        numbers = " to ".join(self.number(axis, end) for end in ends)
+        return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
+
+    def span(self, axis: str, ends: list[float]) -> str:
+        """As :meth:`range`, with the name of the axis before it."""
+        return f"{quantity(axis).words} {self.range(axis, ends)}"
+
+    def setting(self, point: Answer, axes: Iterable[str | None]) -> str:
+        """The values of a point, in order: ``25 klbf, 125 rpm``; further axes with
+        their names."""
+        return ", ".join(
+            self.value(axis, point[axis])
+            if axis in ORDER
+            else f"{quantity(axis).words} {self.value(axis, point[axis])}"
+            for axis in in_order(axes)
+        )
+
+    def _rpm(self, axis: str, *values: float) -> str:
+        if self.system == "field" or axis != "rotary_speed":
+            return ""
+        speeds = " to ".join(f"{from_si(value, 'rpm'):.3g}" for value in values)
+        return f" ({speeds} rpm)"
+
+
+def percent(point: Answer) -> str:
+    """``97.3 % (94.4 to 98.7)``: a probability with its interval; ``not known (2.1 to 100;
+    7 of 8 failed)`` where no sample tells it, and with what is not known otherwise too."""
+    ends = " to ".join(f"{100 * point[f'probability_{end}']:.1f}" for end in ("low", "high"))
+    words = open_words(point["samples_of"]) if "samples_of" in point else ""
+    value = "not known" if point["probability"] is None else f"{100 * point['probability']:.1f} %"
+    return f"{value} ({ends}{f'; {words}' if words else ''})"
+
+
+def drilling(point: Answer, fmt: Formatter) -> str:
+    """``rate of penetration 32 ft/h, specific energy 22 ksi``; "" where a file has
+    neither."""
+    words = {"rate_of_penetration": "rate of penetration", "mechanical_specific_energy": "specific energy"}
+    return ", ".join(f"{word} {fmt.value(name, point[name])}" for name, word in words.items() if name in point)
+
+
+def response_words(names: Iterable[str]) -> str:
+    """The responses with these names in words, with commas."""
+    return ", ".join(RESPONSES[name].words for name in names)
+
+
+def safe_words(severity: int | None) -> str:
+    """``safe``, with the vibration that a ``severity`` allows."""
+    if severity is None:
+        return "safe"
+    return f"safe ({f'vibration up to {MILD_TO_SEVERE[severity]}' if severity else 'no vibration'} allowed)"
