@@ -7,14 +7,14 @@ All numbers are in SI. The words are those of :mod:`nsdrill.plot.answer`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 
 import numpy as np
 
 from nsdrill.analysis.graded import Graded, lasting
 from nsdrill.analysis.histories import Grade, Label, is_allowed
-from nsdrill.analysis.planes import Cell, mean_known, planes_of, stretches
+from nsdrill.analysis.planes import Cell, mean_known, planes_of
 from nsdrill.analysis.probability import interval, known_runs
 from nsdrill.analysis.room import Kind as Room
 from nsdrill.analysis.room import choose, room, stretch
@@ -417,21 +417,44 @@ def _stops(maps: Graded) -> tuple[tuple[str, float, float], ...]:
     return tuple(found)
 
 
-def open_stretches(maps: Graded, number: int = 0) -> list[tuple[int, int, int]]:
-    """The stretches of allowed points of a map: row, first and last place."""
-    return [(row, *ends) for row, one in enumerate(maps.allowed[number]) for ends in stretches(one)]
-
-
-def data_of(advice: Advice) -> Answer:
-    """The answer as plain data, with the names of the contract of its JSON."""
-    from dataclasses import asdict
-
+def data_of(advice: Advice, along: str) -> Answer:
+    """The answer of a window whose first axis is ``along`` as plain data: values stand
+    under the name of their axis, or beside it, so that they can be given in any
+    units."""
     found: Answer = asdict(advice)
     found.pop("cell")
-    if advice.grade is not None:
-        found["grade"] = advice.grade.name.lower()
-    for stretch_ in found["stay_within"].values():
-        for side in ("below", "above"):
-            grade = stretch_[side]["grade"]
-            stretch_[side]["grade"] = None if grade is None else Grade(grade).name.lower()
+    found["kind"] = str(advice.kind)
+    found["grade"] = _name(advice.grade)
+    found["stay_within"] = {
+        axis: {"from": one.low, "to": one.high, "below": _border(axis, one.below), "above": _border(axis, one.above)}
+        for axis, one in advice.stay_within.items()
+    }
+    for key in ("never_exceed", "known_to"):
+        found[key] = None if found[key] is None else {along: found[key]}
+    if (way := advice.way_in) is not None:
+        speeds = {"begins": way.begins, "through": way.through, "first_speed_touches": way.first_speed_touches}
+        found["way_in"] = {
+            **{key: None if value is None else {"rotary_speed": value} for key, value in speeds.items()},
+            "wall": way.wall and {"axis": "rotary_speed", "from": way.wall[0], "to": way.wall[1]},
+            "passing_rate": way.passing_rate,
+        }
+    if (end := advice.recover) is not None:
+        found["recover"] = {
+            "outcome": str(end.outcome),
+            "at": None if end.at is None else {along: end.at},
+            "responses": list(end.responses),
+            "lasts_above": None if end.lasts_above is None else {"rotary_speed": end.lasts_above},
+        }
+    if (depths := advice.depths) is not None:
+        found["depths"] = {"axis": "depth", "from": depths[0], "to": depths[1], "beyond": {"depth": depths[2]}}
+    found["stops"] = [{"response": name, "axis": along, "from": low, "to": high} for name, low, high in advice.stops]
     return found
+
+
+def _name(grade: Grade | None) -> str | None:
+    return None if grade is None else grade.name.lower()
+
+
+def _border(axis: str, border: Border) -> Answer:
+    value = {} if border.value is None else {axis: border.value}
+    return {"at": value or None, "grade": _name(border.grade), "responses": list(border.responses)}

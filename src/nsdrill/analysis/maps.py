@@ -88,7 +88,17 @@ class Classes:
 # the yields of a point, listed where the file has them
 YIELDS = ("rate_of_penetration", "mechanical_specific_energy")
 # what a window is made of beside the responses, where the file has it
-USES = (*YIELDS, "settled")
+SEEN = (
+    "surface_torque_min",
+    "surface_torque_mean",
+    "surface_torque_max",
+    "lateral_acceleration_rms",
+    "lift_off_fraction",
+    "stick_slip_severity",
+    "wall_contact_fraction",
+    "whirl_kind",
+)
+USES = (*YIELDS, "settled", *SEEN)
 
 
 def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:

@@ -74,8 +74,8 @@ def plain_window(summary: Answer, units: str) -> Answer:
     milder = summary["milder"]
     return {
         **summary,
-        "answer": {**data_of(summary["answer"]), **told},
-        "milder": milder and {**milder, "answer": data_of(milder["answer"])},
+        "answer": {**data_of(summary["answer"], summary["axes"][0]), **told},
+        "milder": milder and {**milder, "answer": data_of(milder["answer"], summary["axes"][0])},
     }
 
 

@@ -16,6 +16,7 @@ from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
 from nsdrill.data import Answer
 from nsdrill.errors import count
+from nsdrill.models.responses import MILD_TO_SEVERE
 from nsdrill.plot.values import WAYS, Formatter, in_order, response_words
 from nsdrill.plot.wording import Words
 from nsdrill.quantity import quantity
