@@ -14,6 +14,7 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
 from nsdrill.errors import InputError
+from nsdrill.models.registry import model_in
 from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
 from nsdrill.variables import INFERRED, OK, TRUST
@@ -28,7 +29,7 @@ class Accessor:
     and start or sample, as its variables.
 
     A run that failed, or has not been made, shows none of the responses and is not
-    safe: its ``status`` says so.
+    safe: its ``status`` says so. Nor is one whose features are no numbers.
 
     Examples
     --------
@@ -92,9 +93,11 @@ class Accessor:
         >>> whatever_the_history.sizes["rotary_speed"]
         5
         """
-        trusted = self._variable("status") == INFERRED  # the runs around it were checked
+        status = self._status()
+        trusted = status == INFERRED  # the runs around it were checked
         if "trusted" in self._data:
-            found = verdict({name: self._data[name].values for name in ("response", *TRUST)})
+            values = {name: self._data[name].values for name in ("response", *TRUST)}
+            found = verdict(values | {name: self._status(name).values for name in TRUST if name.endswith("status")})
             trusted = trusted | ~np.isin(found, (RESPONSE_DIFFERS, CHECK_FAILED))
         else:
             trusted = trusted | True
@@ -102,13 +105,13 @@ class Accessor:
             return _named(self._shows(None, "") & trusted, "the run is safe")
         if severity not in range(5) or isinstance(severity, bool):
             raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
-        safe = trusted & (self._variable("status") == OK) & (self._variable("response") & STALLED == 0)
+        safe = trusted & (status == OK) & (self._variable("response") & STALLED == 0)
         graded = [name for name in SEVERITIES if name in self._data]
         if not graded:
             raise InputError("severity: found results without severities; allowed: None, for the responses.")
         for name in graded:
             safe = safe & (self._data[name] <= severity)
-        return _named(safe, f"no severity of the run exceeds {severity}")
+        return _named(safe, f"no severity of the run exceeds {severity}, and the bit is not stalled")
 
     def plot(self, kind: str | None = None, **options: Any) -> Figure:
         """Draw the results.
@@ -137,7 +140,15 @@ class Accessor:
         """Where the response of a run is known and has this bit; None: has none."""
         response = self._variable("response")
         found = response == 0 if bit is None else (response & bit) > 0
-        return _named(found & self._variable("status").isin((OK, INFERRED)), words)
+        return _named(found & self._status().isin((OK, INFERRED)), words)
+
+    def _status(self, name: str = "status") -> DataArray:
+        """How the runs, or one of their checks, ended, as far as their features say what
+        they showed."""
+        status, model, prefix = self._variable(name), model_in(self._data.attrs), name.removesuffix("status")
+        there = [prefix + feature for feature in model.labelled if prefix + feature in self._data]
+        features = {one: self._data[one].transpose(*status.dims).values for one in there}
+        return status.copy(data=model.status_of(status.values, features, prefix))
 
     def _variable(self, name: str) -> DataArray:
         if name not in self._data:
