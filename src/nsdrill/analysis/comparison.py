@@ -283,14 +283,15 @@ def _points(is_chosen: Array, dims: int) -> int:
 
 def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict[str, Array]) -> Answer | None:
     """The outcomes that changed: a response, or the status of the run where no response
-    is known; ``unknown``: at how many points one or both of the responses are not."""
+    is known; how many are ``unchanged``, known and the same; and ``unknown``: at how many
+    points one or both of the responses are not."""
     if not all(name in data.variables for data in (a, b) for name in ("status", "response")):
         return None
     left, right = (
         _outcomes(data["status"][point], data["response"][point])
         for data, point in zip((a, b), selections, strict=True)
     )
-    differs = left != right
+    differs, unknown = left != right, (left >= _STATUS_OFFSET) | (right >= _STATUS_OFFSET)
     pairs, counts = np.unique(np.stack([left[differs], right[differs]]), axis=1, return_counts=True)
     changes = [
         {"from": _outcome_name(int(x)), "to": _outcome_name(int(y)), "points": int(n)}
@@ -306,7 +307,8 @@ def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict
     ]
     return {
         "changed": int(np.count_nonzero(differs)),
-        "unknown": int(np.count_nonzero((left >= _STATUS_OFFSET) | (right >= _STATUS_OFFSET))),
+        "unchanged": int(np.count_nonzero(~differs & ~unknown)),
+        "unknown": int(np.count_nonzero(unknown)),
         "changes": sorted(changes, key=lambda change: -change["points"]),
         "at": examples,
     }

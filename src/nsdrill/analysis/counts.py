@@ -18,10 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.data import Answer, Array, Results, resolved_study
-from nsdrill.variables import PENDING, dimension_of, has_failed
+from nsdrill.variables import INFERRED, OK, PENDING, dimension_of, has_failed
 
 # what is known of a run, the worst last
 KNOWN, UNDECIDED, NOT_RUN, FAILED = range(4)
+
+
+def known(status: Array) -> Array:
+    """Whether the response of a point is known: it was run to its end, or inferred from
+    its neighbours."""
+    return np.isin(status, (OK, INFERRED))
 
 
 def knowledge(status: Array, is_known: Array) -> Array:
@@ -84,13 +90,13 @@ AFTER_FAILURE = "after_failure"
 
 
 def after_failure(results: Results) -> Array:
-    """The runs to which nothing was carried, as a run before them in their chain failed:
-    bool on the grid, nowhere where the state was not carried. The way down goes on from
-    the end of the way up."""
+    """The runs to which nothing was carried, as a run before them in their chain failed, or
+    was not made: bool on the grid, nowhere where the state was not carried. The way down
+    goes on from the end of the way up."""
     if AFTER_FAILURE in results.variables:
         return np.asarray(results[AFTER_FAILURE])
     status = np.asarray(results["status"])
-    after, failed, along = np.zeros(status.shape, dtype=bool), has_failed(status), carried_axis(results)
+    after, failed, along = np.zeros(status.shape, dtype=bool), ~known(status), carried_axis(results)
     ways = {name: results.procedures.index(name) for name in ("up", "down") if name in results.procedures}
     is_carried = "sweep" in resolved_study(results.attrs)  # by the study that made these runs
     if along is None or not is_carried or not ways or not failed.any():

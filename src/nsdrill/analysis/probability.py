@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.counts import Counts, after_failure, knowledge, with_failures
+from nsdrill.analysis.counts import Counts, after_failure, knowledge, known, with_failures
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.responses import RESPONSES, SEVERITIES, STALLED
@@ -252,13 +252,6 @@ def one_procedure(results: Results, number: int) -> Results:
 
 
 PENDING_POINT, FAILED_POINT = -1, -2  # outcomes beside the response bits, which are never negative
-_KNOWN = (OK, INFERRED)
-
-
-def known(status: Array) -> Array:
-    """Whether the response of a point is known: it was run to its end, or inferred from
-    its neighbours."""
-    return np.isin(status, _KNOWN)
 
 
 def known_runs(results: Results) -> Array:
