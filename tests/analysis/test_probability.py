@@ -59,7 +59,7 @@ def test_a_failed_run_is_not_safe_and_leaves_open_what_it_might_be():
     status[0, 0, 1, :2], response[1, 0, 1, :2] = DIVERGED, WHIRL
     found = probabilities_of(made_up(response, status))
     assert found.count[-1, 0].ravel().tolist() == [8, 8, 10]
-    assert found.open[-1].ravel().tolist() == [2, 0, 0]
+    assert found.open[-1, 0].ravel().tolist() == [2, 0, 0]
     inside, might = window_state(found, 0.9)
     assert inside.ravel().tolist() == [False, False, True]
     assert might.ravel().tolist() == [True, False, False]

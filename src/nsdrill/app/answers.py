@@ -149,17 +149,23 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     low, high = estimates.interval
     dims = ("history", "outcome", *results.axes)
     variables = {
-        "probability": (estimates.share, "part of the samples"),
+        "probability": (estimates.share, "part of the samples of which the outcome is known"),
         "low": (low, "lower end of the 95 % interval of the probability"),
         "high": (high, "upper end of the 95 % interval of the probability"),
     }
     data = {name: (dims, values, {"long_name": words, "units": "1"}) for name, (values, words) in variables.items()}
-    unknown = estimates.open / estimates.total
-    data["unknown"] = (
-        ("history", *results.axes),
-        unknown,
-        {"long_name": "part of the samples of which a failed run leaves open whether they are safe", "units": "1"},
-    )
+    data["known"] = (dims, estimates.known, {"long_name": "number of samples of which the outcome is known"})
+    counts = {
+        "failed": (estimates.runs.failed, "number of samples in which a run failed"),
+        "pending": (estimates.runs.pending, "number of other samples in which a run has not been made"),
+        "unknown": (
+            estimates.open[:, 0] / estimates.total,
+            "part of the samples of which it is open whether they are safe",
+        ),
+    }
+    for name, (values, words) in counts.items():
+        data[name] = (("history", *results.axes), values, {"long_name": words})
+    data["unknown"][2]["units"] = "1"
     further = {axis.name: axis for axis in results.more}
     axes = {
         name: ((name,), in_words(name, results.coords[name]), coordinate_attributes(name, further.get(name)))
@@ -174,7 +180,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
         "outcome": ("outcome", list(estimates.outcomes), {"long_name": words["outcome"]}),
         **axes,
     }
-    attrs = {"title": str(results.attrs.get("title") or ""), "samples": estimates.total}
+    attrs = {"title": str(results.attrs.get("title") or ""), "samples": estimates.total, "of": estimates.total}
     result = xarray.Dataset(data, coords, attrs)
     fixed = [name for name in ("history", *results.axes) if result.sizes[name] == 1]
     return result.squeeze(fixed).drop_vars(results.uncertain)

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
 from nsdrill.data import Answer
@@ -85,9 +86,12 @@ class Formatter:
 
 
 def percent(point: Answer) -> str:
-    """``97.3 % (94.4 to 98.7)``: a probability with its interval."""
+    """``97.3 % (94.4 to 98.7)``: a probability with its interval; ``not known (2.1 to 100;
+    7 of 8 failed)`` where no sample tells it, and with what is not known otherwise too."""
     ends = " to ".join(f"{100 * point[f'probability_{end}']:.1f}" for end in ("low", "high"))
-    return f"{100 * point['probability']:.1f} % ({ends})"
+    words = open_words(point["samples_of"]) if "samples_of" in point else ""
+    value = "not known" if point["probability"] is None else f"{100 * point['probability']:.1f} %"
+    return f"{value} ({ends}{f'; {words}' if words else ''})"
 
 
 def drilling(point: Answer, fmt: Formatter) -> str:
@@ -301,9 +305,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
             "and their points are unknown."
         )
-    if failed := summary["failed_runs"] - summary["pending_runs"]:
-        points = count(summary["failed_points"], "point")
-        yield f"FAILED: {failed} of {summary['runs']} runs failed, at {points}. No window goes there."
+    yield from _of_unknown_runs(summary)
     if inferred := summary["unknown"] - summary["unknown_failed"]:
         yield (f"NOT KNOWN at {count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
     if distrusted := summary["distrusted_points"]:
@@ -314,6 +316,25 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from _of_motions(summary)
     yield from _of_recommended(summary, fmt)
+
+
+def _of_unknown_runs(summary: Answer) -> Iterator[str]:
+    """Runs that failed, those that came after one in a chain, and those whose checks
+    failed."""
+    if failed := summary["failed"]:
+        points = count(summary["points_with_failed"], "point")
+        meaning = "No window goes there."
+        if summary["confidence"] is not None:
+            meaning = "They count as not safe; probabilities are of the others, and their intervals cover both."
+        yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}. {meaning}"
+    if after := summary["after_failure"]:
+        yield (
+            f"NOT CARRIED to {count(after, 'run')}: a run before them in their chain failed, so they began at the "
+            "start of the study and their history is not known. Run them again (--retry-failed, with a larger "
+            "simulation.max_steps)."
+        )
+    if others := summary["undecided_runs"]:
+        yield f"NOT DECIDED: {count(others, 'run')} ended well, but the answer is not known, as a check of it failed."
 
 
 def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:
