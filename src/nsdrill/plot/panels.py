@@ -23,7 +23,7 @@ from nsdrill.analysis.probability import FAILED_POINT
 from nsdrill.data import Array, Attributes, Results, resolved_study
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.models.responses import Response, Thresholds
+from nsdrill.models.responses import STALLED, Response, Thresholds
 from nsdrill.plot.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
 from nsdrill.plot.labels import both_ways, quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
@@ -336,10 +336,17 @@ MAX_MARKERS = 200
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
+def says_nothing(name: str, response: Array) -> Array:
+    """Where a variable says nothing: the index of how a bit turns, where it is
+    stalled."""
+    one = graded(name)
+    return np.asarray((response & STALLED > 0) & (one is not None and one.turning))
+
+
 def draw_values(axes: Axes, line: Line, name: str, style: Properties | None = None) -> None:
-    """A line for each procedure, broken where a run did not end well; points that were
-    inferred instead of run are skipped."""
-    shown = line.shown(name)
+    """A line for each procedure, broken where a run did not end well or the value says
+    nothing; points that were inferred instead of run are skipped."""
+    shown = np.where(says_nothing(name, line["response"]), np.nan, line.shown(name))
     for row, procedure in enumerate(line.procedures):
         status = line["status"][row]
         values, was_run = np.where(status == OK, shown[row], np.nan), status != INFERRED
@@ -370,7 +377,10 @@ def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) ->
 def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     """Set limits insensitive to a few outliers, and draw those as arrows on the
     border."""
-    values = np.concatenate([np.where(line["status"] == OK, line.shown(name), np.nan).ravel() for line in lines])
+    is_shown = [(line["status"] == OK) & ~says_nothing(name, line["response"]) for line in lines]
+    values = np.concatenate(
+        [np.where(chosen, line.shown(name), np.nan).ravel() for chosen, line in zip(is_shown, lines, strict=True)]
+    )
     low, high = robust_limits(values)
     if quantity(name, lines[0].units).unit == "%":  # a share of time or of a mean speed: the axis begins at zero
         low = 0.0
