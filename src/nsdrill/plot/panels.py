@@ -389,11 +389,11 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     panels[0].set_ylim(low - (margin if low else 0.03 * (high - low)), high + margin)
     bottom, top = panels[0].get_ylim()
     arrow: Properties = {"linestyle": "none", "markersize": 4, "clip_on": False, "zorder": 5}
-    for axes, line in zip(panels, lines, strict=True):
+    for axes, line, chosen in zip(panels, lines, is_shown, strict=True):
         for row, procedure in enumerate(line.procedures):
             shown, colour = line.shown(name)[row], DIRECTION_COLOURS.get(procedure, REFERENCE)
             for outside, border, marker in ((shown > top, top, "^"), (shown < bottom, bottom, "v")):
-                x = line.across[outside & (line["status"][row] == OK)]
+                x = line.across[outside & chosen[row]]
                 if x.size:
                     gid = f"{name}:{procedure}:beyond"
                     axes.plot(x, np.full(x.size, border), marker=marker, color=colour, gid=gid, **arrow)
