@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.counts import Counts, after_failure, carried_axis
+from nsdrill.analysis.counts import after_failure, carried_axis
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import (
     CRITICAL,
@@ -182,7 +182,7 @@ def _throughout(maps: Classes) -> Classes:
         is_safe_in=np.asarray(maps.is_safe_in.all(axis=1, keepdims=True)),
         is_known_in=np.asarray(maps.is_known_in.all(axis=1, keepdims=True)),
         safety=() if least is None else tuple(np.take_along_axis(part, least, axis=0) for part in maps.safety),
-        counts=Counts(*(np.take_along_axis(part, fewest, axis=0) for part in vars(maps.counts).values())),
+        counts=maps.counts.each(lambda part: np.take_along_axis(part, fewest, axis=0)),
         over_all=True,
     )
 
