@@ -139,12 +139,13 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 
 def unknown_words(summary: Answer) -> str:
-    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed, 12
-    inferred, without a severity``."""
+    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
+    carried``, ``3 failed, 12 inferred, without a severity``."""
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
+    chain = " or not carried" if summary["after_failure"] else ""
     return ", ".join(
-        [f"{failed} failed"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
+        [f"{failed} failed{chain}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
     )
 
 
