@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.data import Answer, Array, Results, resolved_study
-from nsdrill.variables import INFERRED, OK, PENDING, dimension_of, has_failed
+from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, has_failed
 
 NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
 # what is known of a run, the worst last
@@ -104,7 +104,8 @@ def after_failure(results: Results) -> Array:
     if AFTER_FAILURE in results.variables:
         return np.asarray(results[AFTER_FAILURE])
     status = np.asarray(results["status"])
-    after, failed, along = np.zeros(status.shape, dtype=bool), ~known(status), carried_axis(results)
+    after, along = np.zeros(status.shape, dtype=bool), carried_axis(results)
+    failed = ~known(status) & (status != UNMEASURED)  # which ended well, and was carried on
     ways: dict[str, int] = {}
     ways |= {name: results.procedures.index(name) for name in ("up", "down") if name in results.procedures}
     is_carried = "sweep" in resolved_study(results.attrs)  # by the study that made these runs

@@ -60,7 +60,7 @@ def window(source: Source, severity: int | None = None, confidence: float | None
 def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
     """The results with what a window is found of; of a file only that is read."""
     check_choices(severity, confidence)
-    results = sweep_in(source, "window", ("status", *needed(severity), *USES), TRUST)
+    results = sweep_in(source, "window", ("status", "response"), (*needed(severity), *USES, *TRUST))
     check_severity(results, severity, _path_of(source))
     return with_lasting_motions(with_overrides(results))
 

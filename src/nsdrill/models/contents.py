@@ -20,8 +20,8 @@ _STATUS = Variable(
     "1",
     "how the run ended",
     "run",
-    flag_values=(0, 1, 2, 3, 4, 5),
-    flag_meanings="pending ok diverged step_limit step_underflow inferred",
+    flag_values=(0, 1, 2, 3, 4, 5, 6),
+    flag_meanings="pending ok diverged step_limit step_underflow inferred unmeasured",
 )
 _LABELS = (
     flag("settled", "both halves of the observation agree", "unsettled settled"),
@@ -126,8 +126,8 @@ def _check(model: Description, name: str) -> tuple[Variable, ...]:
             "1",
             f"how the run ended {words}",
             "trust",
-            flag_values=(0, 1, 2, 3, 4),
-            flag_meanings="unchecked ok diverged step_limit step_underflow",
+            flag_values=(0, 1, 2, 3, 4, 6),
+            flag_meanings="unchecked ok diverged step_limit step_underflow unmeasured",
             only="verify",
         ),
         *(

@@ -154,7 +154,6 @@ class Stalled(Checked):
         "convention",
         high=1.0,
         meaning="Stalled above this fraction of time with the bit stuck",
-        later=2,
     )
 
 

@@ -247,9 +247,10 @@ class Work:
         if record.poincare:
             measured |= _or_nan(ok, model.section(done.outcome, record, done.parameters, self.program.variant))
             measured["zero_one"] = self._zero_one(model.returns(measured), state_scales)
-        labels = model.classify(measured, done.status, self.thresholds, state_scales)
+        status = self.model.status_of(done.status, measured)
+        labels = model.classify(measured, status, self.thresholds, state_scales)
         return {
-            "status": done.status,
+            "status": status,
             "steps": done.accepted,
             "rejected": done.rejected,
             **measured,
@@ -321,7 +322,9 @@ class Rerun(Work):
     def columns(self, done: FinishedRuns) -> dict[str, Array]:
         """Status and features of finished runs, and the natural scales of the
         features."""
-        return {"status": done.status, **self.measured(done), **self.kind.scales(done.parameters)}
+        measured = self.measured(done)
+        status = self.model.status_of(done.status, measured)
+        return {"status": status, **measured, **self.kind.scales(done.parameters)}
 
 
 @lru_cache
