@@ -26,11 +26,11 @@ from nsdrill.models.responses import RESPONSES
 from nsdrill.plot.answer import is_hint, warnings
 from nsdrill.text.contrast import sentence
 from nsdrill.text.uncertain import conclusion, sensitivity_lines
-from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, STEP_LIMIT, Axis, Unknown
+from nsdrill.variables import DIVERGED, INFERRED, OK, PENDING, STEP_LIMIT, UNMEASURED, Axis, Unknown
 
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
 SPAN = Axis("drillstring.collar.span", "m", "Free length of the collar")
-NOT_KNOWN = (DIVERGED, STEP_LIMIT, PENDING)
+NOT_KNOWN = (DIVERGED, STEP_LIMIT, PENDING, UNMEASURED)
 MODELS = ("christoforou_yigit", "torsion", "beam", "segments")
 ROUNDING = 1e-12
 

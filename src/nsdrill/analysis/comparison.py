@@ -355,7 +355,7 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
         apart = (interval_a[1] < interval_b[0]) | (interval_b[1] < interval_a[0])
         rows.append(row | {"apart": int(np.count_nonzero(apart))})
     counts = [
-        {name: int(part[-1][selection].sum()) for name, part in vars(one.runs).items()}
+        one.runs.each(lambda part, selection=selection: np.asarray(part[-1][selection].sum())).at()  # type: ignore[misc]
         for one, selection in zip(probabilities, selections, strict=True)
     ]
     return {"points": points, "a": counts[0], "b": counts[1], "outcomes": rows}

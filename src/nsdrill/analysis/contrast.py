@@ -21,11 +21,11 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
     """The windows of two results with the same axes as plain data in SI units:
 
     - ``windows``: the two, as of :func:`nsdrill.analysis.window.find_window`;
-    - ``points``: the operating points that both have; how many of them are safe in
-      ``both``, in each (``safe``), ``gained`` (in b, and known not to be in a),
-      ``lost`` (in a, and known not to be in b), and ``unknown`` in either; ``not_known``, at how many of them a run is not known in ``a`` and in
-      ``b``; and for each of the ``responses`` at how many it occurs in ``a`` and in
-      ``b``, in any history;
+    - ``points``: the operating points that both have; how many of them are ``safe`` in
+      each, safe in ``both``, ``gained`` (safe in b, and known not to be in a), ``lost``
+      (safe in a, and known not to be in b), and ``unknown`` in either; ``not_known``, at
+      how many of them a run is not known in ``a`` and in ``b``; and for each of the
+      ``responses`` at how many it occurs in ``a`` and in ``b``, in any history;
     - ``borders``: for each line of the map along its first axis the safe intervals of
       the two that meet: ``at``, and for the ends ``lower`` and ``upper`` the last safe
       values in ``a`` and ``b``, how far it ``moved``, and what lies beyond: the

@@ -12,7 +12,7 @@ them, the next run began at the start of the study, and so their history is anot
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,7 @@ import numpy as np
 from nsdrill.data import Answer, Array, Results, resolved_study
 from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, has_failed
 
+NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
 # what is known of a run, the worst last
 KNOWN, UNDECIDED, NOT_RUN, FAILED = range(4)
 
@@ -50,9 +51,16 @@ class Counts:
     @classmethod
     def over(cls, knowledge: Array, axis: int | tuple[int, ...] | None = None) -> Counts:
         """The counts over these axes of what is known of each run, over all by default."""
-        found = [np.asarray(np.count_nonzero(knowledge == kind, axis=axis)) for kind in (KNOWN, FAILED, NOT_RUN)]
-        of = np.asarray(np.count_nonzero(knowledge >= KNOWN, axis=axis))
-        return cls(*found, of)
+
+        def number(chosen: Array) -> Array:
+            return np.asarray(np.count_nonzero(chosen, axis=axis))
+
+        known, failed, pending = (number(knowledge == kind) for kind in (KNOWN, FAILED, NOT_RUN))
+        return cls(known, failed, pending, number(knowledge >= KNOWN))
+
+    def each(self, change: Callable[[Array], Array]) -> Counts:
+        """The counts with each array changed."""
+        return Counts(*map(change, (self.known, self.failed, self.pending, self.of)))
 
     def at(self, place: Sequence[int] | int | tuple[()] = ()) -> Answer:
         """The counts at one place as plain data: ``known``, ``failed``, ``pending``, ``of``."""
@@ -97,7 +105,8 @@ def after_failure(results: Results) -> Array:
     status = np.asarray(results["status"])
     after, along = np.zeros(status.shape, dtype=bool), carried_axis(results)
     failed = ~known(status) & (status != UNMEASURED)  # which ended well, and was carried on
-    ways = {name: results.procedures.index(name) for name in ("up", "down") if name in results.procedures}
+    ways: dict[str, int] = {}
+    ways |= {name: results.procedures.index(name) for name in ("up", "down") if name in results.procedures}
     is_carried = "sweep" in resolved_study(results.attrs)  # by the study that made these runs
     if along is None or not is_carried or not ways or not failed.any():
         return after

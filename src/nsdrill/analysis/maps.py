@@ -224,7 +224,7 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
         "safety": tuple(
             map(placed, (*probabilities.of(PROBABLY_SAFE), probabilities.least[probabilities.place(PROBABLY_SAFE)]))
         ),
-        "counts": Counts(*(placed(part[-1]) for part in vars(probabilities.runs).values())),
+        "counts": probabilities.runs.each(lambda part: placed(part[-1])),
     }
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.counts import Counts, after_failure, carried_axis
+from nsdrill.analysis.counts import after_failure, carried_axis
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import (
     CRITICAL,
@@ -139,12 +139,13 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 
 def unknown_words(summary: Answer) -> str:
-    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed, 12
-    inferred, without a severity``."""
+    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
+    carried``, ``3 failed, 12 inferred, without a severity``."""
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
+    chain = " or not carried" if summary["after_failure"] else ""
     return ", ".join(
-        [f"{failed} failed"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
+        [f"{failed} failed{chain}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
     )
 
 
@@ -182,7 +183,7 @@ def _throughout(maps: Classes) -> Classes:
         is_safe_in=np.asarray(maps.is_safe_in.all(axis=1, keepdims=True)),
         is_known_in=np.asarray(maps.is_known_in.all(axis=1, keepdims=True)),
         safety=() if least is None else tuple(np.take_along_axis(part, least, axis=0) for part in maps.safety),
-        counts=Counts(*(np.take_along_axis(part, fewest, axis=0) for part in vars(maps.counts).values())),
+        counts=maps.counts.each(lambda part: np.take_along_axis(part, fewest, axis=0)),
         over_all=True,
     )
 

@@ -151,22 +151,19 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     dims = ("history", "outcome", *results.axes)
     variables = {
         "probability": (estimates.share, "part of the samples of which the outcome is known"),
+        "known": (estimates.known, "number of the samples of which the outcome is known"),
         "low": (low, "lower end of the 95 % interval of the probability"),
         "high": (high, "upper end of the 95 % interval of the probability"),
     }
     data = {name: (dims, values, {"long_name": words, "units": "1"}) for name, (values, words) in variables.items()}
-    data["known"] = (dims, estimates.known, {"long_name": "number of samples of which the outcome is known"})
+    each_point, runs = ("history", *results.axes), estimates.runs
+    unknown = estimates.open[:, 0] / estimates.total
     counts = {
-        "failed": (estimates.runs.failed, "number of samples in which a run failed"),
-        "pending": (estimates.runs.pending, "number of other samples in which a run has not been made"),
-        "unknown": (
-            estimates.open[:, 0] / estimates.total,
-            "part of the samples of which it is open whether they are safe",
-        ),
+        "failed": (runs.failed, "number of samples in which a run failed"),
+        "pending": (runs.pending, "number of the other samples in which a run has not been made"),
+        "unknown": (unknown, "part of the samples of which it is open whether they are safe"),
     }
-    for name, (values, words) in counts.items():
-        data[name] = (("history", *results.axes), values, {"long_name": words})
-    data["unknown"][2]["units"] = "1"
+    data |= {name: (each_point, values, {"long_name": words, "units": "1"}) for name, (values, words) in counts.items()}
     further = {axis.name: axis for axis in results.more}
     axes = {
         name: ((name,), in_words(name, results.coords[name]), coordinate_attributes(name, further.get(name)))

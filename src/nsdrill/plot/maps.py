@@ -19,8 +19,9 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.hysteresis import disagreement
-from nsdrill.analysis.probability import FAILED_POINT, PENDING_POINT, outcome
+from nsdrill.analysis.probability import FAILED_POINT, NOT_CARRIED_POINT, PENDING_POINT, known_outcome
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, option
 from nsdrill.models.leaves import words_along
@@ -202,7 +203,7 @@ class Maps:
         self.may_compare = self.rows * (self.columns + 1) <= MAX_PANELS
         up, down = (way_word(procedure, results.attrs) for procedure in ("up", "down"))
         self.difference = f"{down} less {up}"
-        self.outcomes = outcome(planes["status"], planes["response"])
+        self.outcomes = planes.arranged(known_outcome(results))
         self.inferred = planes["status"] == INFERRED
         self.grid: list[list[Axes]] = []
 
@@ -264,6 +265,8 @@ class Maps:
             if self.verdicts is not None:
                 overlay_verdicts(axes, cells, self.verdicts[place], 72 * min(cell_width, cell_height))
             hatch(axes, cells, self.outcomes[place] == FAILED_POINT, "xxxxxx", "#000000", "failed", face="white")
+            after = self.outcomes[place] == NOT_CARRIED_POINT
+            hatch(axes, cells, after, "......", "#000000", "not_carried", face="white")
 
     def entries(self, method: str, inferred: Properties, difference: Array | None) -> list[Artist]:
         """Legend entries for what is not a colour of the map: inferred points with the
@@ -273,6 +276,7 @@ class Maps:
         entries: list[tuple[str, Array, Properties]] = [
             (method, self.inferred, inferred),
             ("failed", self.outcomes == FAILED_POINT, fine | {"hatch": "xxxxxx", "gid": "failed"}),
+            (NOT_CARRIED, self.outcomes == NOT_CARRIED_POINT, fine | {"hatch": "......", "gid": "not_carried"}),
             ("not run yet", self.outcomes == PENDING_POINT, fine | {"edgecolor": GREY}),
         ]
         entries = [entry for entry in entries if np.any(entry[1])]

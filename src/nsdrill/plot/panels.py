@@ -17,9 +17,10 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 
+from nsdrill.analysis.counts import NOT_CARRIED
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.maps import stretches
-from nsdrill.analysis.probability import FAILED_POINT
+from nsdrill.analysis.probability import FAILED_POINT, NOT_CARRIED_POINT
 from nsdrill.data import Array, Attributes, Results, resolved_study
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
@@ -127,6 +128,9 @@ class Columns:
         if failed := int((outcomes == FAILED_POINT).sum()):
             words = f"failed ({failed} of {outcomes.size})"
             handles.append(marker_entry(words, "x", "k", size=4, edge=1.0, gid="failed"))
+        if after := int((outcomes == NOT_CARRIED_POINT).sum()):
+            words = f"{NOT_CARRIED} ({after} of {outcomes.size})"
+            handles.append(marker_entry(words, "_", "k", size=4, edge=1.0, gid="not_carried"))
         verdicts = [line.verdicts.ravel() for line in self.lines if line.verdicts is not None]
         return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])
 
@@ -145,16 +149,19 @@ def lines_of(results: Results, units: str = "si") -> list[Line]:
 
 def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
     """The response of every point as coloured cells with letters, a row for each
-    procedure; a cross where the run failed, and dots or hatching where the checks of a
+    procedure; a cross where the run failed, a dash where one before it in its chain
+    did, and dots or hatching where the checks of a
     point disagree."""
     rows = draw_rows(axes, line, np.ma.masked_less(line.outcome, 0), RESPONSES, "strip", name_rows=name_rows)
     _write_letters(axes, line)
     if (verdicts := line.verdicts) is not None:
         cell_size = 72 * min(STRIP_ROW_HEIGHT, page_width() / len(line.x))
         overlay_verdicts(axes, (line.edges, rows), verdicts, cell_size)
-    row, point = np.nonzero(line.outcome == FAILED_POINT)
-    if row.size:
-        axes.plot(line.across[point], row, "kx", gid="failed", markersize=3.5, markeredgewidth=0.8, linestyle="none")
+    for code, marker, gid in ((FAILED_POINT, "x", "failed"), (NOT_CARRIED_POINT, "_", "not_carried")):
+        row, point = np.nonzero(line.outcome == code)
+        if row.size:
+            style: Properties = {"markersize": 3.5, "markeredgewidth": 0.8, "linestyle": "none", "color": "black"}
+            axes.plot(line.across[point], row, marker=marker, gid=gid, **style)
     axes.tick_params(length=0, labelbottom=False)
     axes.grid(visible=False)  # a grid of the user's style would look like borders of cells
     for spine in axes.spines.values():

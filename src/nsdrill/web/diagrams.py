@@ -9,7 +9,7 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.maps import axes_of
-from nsdrill.analysis.probability import outcome
+from nsdrill.analysis.probability import known_outcome
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
@@ -178,11 +178,11 @@ def plane(
         index[results.grid.index(axis)] = slice(None)
     transposed = results.axes.index(x) < results.axes.index(y)
 
-    def select(name: str) -> Array:
-        values = np.asarray(results[name])[tuple(index)]
+    def placed(array: Array) -> Array:
+        values = np.asarray(array)[tuple(index)]
         return np.swapaxes(values, 1, 2) if transposed else values
 
-    values, outcomes = select(colour).astype(float), outcome(select("status"), select("response"))
+    values, outcomes = placed(results[colour]).astype(float), placed(known_outcome(results))
     if values.size > MAX_CELLS:
         raise InputError(f"The map has {values.size} cells; allowed: {MAX_CELLS}. Use nsdrill plot.")
     is_label = variable.origin == "label"
@@ -190,7 +190,7 @@ def plane(
         values = values / quantity(colour, units).scale
         low, high = robust_limits(values)
     elif colour != "response":
-        values = np.where(select("status") == OK, values, np.nan)
+        values = np.where(placed(results["status"]) == OK, values, np.nan)
     x_values, y_values = (positions(results, axis) for axis in (x, y))
     head = {
         "x": axis_data(results, x, units),

@@ -613,7 +613,8 @@ window.nsdrill = (() => {
               c.fillStyle = colour;
               c.fillRect(left, top, width, height);
               if (d.classes && d.classes[d.values[at]].stripes) striped(c, d.classes[d.values[at]].stripes, left, top, width, height, 7 * ratio());
-            } else if (d.outcome[at] === -2) {
+              if (d.open && d.open[at]) striped(c, "#000", left, top, width, height, 7 * ratio());
+            } else if (d.outcome[at] <= -2) {
               c.strokeStyle = "#000";
               c.lineWidth = 1;
               c.beginPath();

@@ -186,7 +186,7 @@
     return place;
   }
 
-  const word = (code) => (code === -1 ? "not run yet" : code === -2 ? "failed" : meta.responses[code].name);
+  const word = (code) => (code === -1 ? "not run yet" : code === -2 ? "failed" : code === -3 ? "not known: a run before it in its chain failed" : meta.responses[code].name);
 
   function drawLines(all) {
     view.all = all;
