@@ -187,6 +187,9 @@ def test_words():
     assert label_words({"status": 1, "response": 2, "stick_slip_severity": 4}) == ["stick-slip (severe)"]
     assert label_words({"status": 1, "response": 0, "stick_slip_severity": 1})[1].startswith("stick-slip: ")
     assert "not run" in label_words({"status": 5, "response": 0})[0]
+    assert label_words({"status": 6, "response": 0}) == ["unmeasured"]
+    said = label_words({"status": 1, "response": 8, "stick_slip_severity": 0, "whirl_severity": 2})
+    assert said == ["stalled", "whirl: moderate"], "what happens beside a stall is told"
 
 
 def test_a_body_is_aligned_and_complete():

@@ -372,7 +372,7 @@ def draw_value_map(results: Results, units: str, name: str) -> Figure:
         label = f"{maps.difference} [{value.unit}]" if value.unit else maps.difference
         _draw_scale(figure, planes, panels, DIFFERENCE, (-high, high), label)
     maps.draw_marks(figure)
-    handles = style_areas(RESPONSES, [STALLED] if stalled.any() else [], "stalled")
+    handles = style_areas(RESPONSES, [STALLED] if stalled.any() else [])
     return maps.finish(figure, [*handles, *maps.entries("interpolated between runs", {"facecolor": "none"}, None)])
 
 
