@@ -41,8 +41,7 @@ def knowledge(status: Array, is_known: Array) -> Array:
 class Counts:
     """Of how many runs (``of``) how many are ``known``, ``failed`` and ``pending``: arrays
     of whole numbers of one shape. The others, if any, ended well, but their answer is not
-    known: a check of them failed, a feature is no number, or they came after a failed run
-    in a chain."""
+    known: a check of them failed, or they came after a failed run in a chain."""
 
     known: Array
     failed: Array

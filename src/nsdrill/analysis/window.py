@@ -34,7 +34,7 @@ from nsdrill.analysis.probability import check_samples, counts_of, effective_num
 from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words
-from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
 USUAL_CONFIDENCE = 0.9
@@ -363,6 +363,7 @@ STARTS_ON_WALL = "starts_on_wall"
 STAYS_ON_WALL = "stays_on_wall"
 BOUNCE_LASTS = "bounce_lasts"
 STICKING_LASTS = "sticking_lasts"
+STALL_LASTS = "stall_lasts"
 
 
 def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
@@ -401,7 +402,8 @@ def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
             if begin != place and (is_beside or any(safe_on)):
                 return {"code": STAYS_ON_WALL, **found}
         elif any(safe_on) and there[place]:
-            code = BOUNCE_LASTS if there[place] & BIT_BOUNCE else STICKING_LASTS
+            lasting = {BIT_BOUNCE: BOUNCE_LASTS, STALLED: STALL_LASTS, STICK_SLIP: STICKING_LASTS}
+            code = next(code for bit, code in lasting.items() if there[place] & bit)
             return {"code": code, "procedure": procedure, "axis": along, "value": None}
     return None
 

@@ -75,7 +75,8 @@ def check_choices(severity: object, confidence: object = None) -> None:
 
 def check_severity(results: Results, severity: int | None, path: str) -> None:
     """FileError where the results lack what a window by ``severity`` needs."""
-    if lacking := [name for name in needed(severity) if name not in results.variables]:
+    model = {variable.name for variable in model_in(results.attrs).variables}
+    if lacking := [name for name in needed(severity) if name in model and name not in results.variables]:
         raise FileError(
             f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
             "the window without a severity. Or run the study again."

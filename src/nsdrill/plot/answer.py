@@ -14,7 +14,14 @@ import numpy as np
 
 from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.probability import interval, samples_for
-from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
+from nsdrill.analysis.window import (
+    BOUNCE_LASTS,
+    PASSES_IN_STICK_SLIP,
+    STALL_LASTS,
+    STARTS_ON_WALL,
+    STICKING_LASTS,
+    unknown_words,
+)
 from nsdrill.data import Answer
 from nsdrill.errors import count
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
@@ -142,8 +149,18 @@ def answer(summary: Answer, units: str) -> str:
     may = summary["confidence"] is not None  # some of the samples do
     words = {side: _side_verb(sides[side], "below" if side == "less" else "above", may) for side in ("less", "more")}
     if all(side["why"] == "edge" for side in sides.values()):
-        return f"{text}; the map ends on both sides."
-    return f"{text}; {words['less']}, {words['more']}."
+        words = {"both": "the map ends on both sides"}
+    return f"{text}; {', '.join(words.values())}{''.join(_stalls(best, axes[1:], fmt, may))}."
+
+
+def _stalls(best: Answer, axes: Iterable[str], fmt: Formatter, may: bool) -> Iterator[str]:
+    """Where the bit stalls along the other axes: ``; from 30 klbf the bit stalls``."""
+    for axis in axes:
+        for side, word in (("less", "down from"), ("more", "from")):
+            border = best["margins"][axis][side]
+            if "stalled" in border["responses"]:
+                verb = "may stall" if may or border["why"] == "rim" else "stalls"
+                yield f"; {word} {fmt.value(axis, border['first_not_safe'])} the bit {verb}"
 
 
 def _in_histories(summary: Answer) -> str:
@@ -200,6 +217,8 @@ def _side_verb(side: Answer, where: str, may: bool) -> str:
     if side["why"] in ("failed", "unknown"):
         return f"{where} nothing is known"
     depends = may or side["why"] == "rim"
+    if side["responses"] == ["stalled"]:
+        return f"{where} the bit {'may stall' if depends else 'stalls'}"
     verbs = [RESPONSES[name].verb + ("" if depends else "s") for name in side["responses"]]
     if not verbs:
         return f"{where} it {'may be' if depends else 'is'} critical"
@@ -261,6 +280,10 @@ def why(axis: str, side: Answer, best: Answer, fmt: Formatter) -> str | None:
         return (
             f"{way} the bit sticks already and goes on sticking: rock holds a standing bit "
             "more firmly than a turning one."
+        )
+    if found["code"] == STALL_LASTS:
+        return (
+            f"{way} the bit is stalled already and stays so: rock holds a standing bit more firmly than a turning one."
         )
     at = fmt.value(found["axis"], found["value"])
     if found["code"] == PASSES_IN_STICK_SLIP:

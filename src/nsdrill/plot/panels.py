@@ -24,7 +24,7 @@ from nsdrill.analysis.probability import FAILED_POINT, NOT_CARRIED_POINT
 from nsdrill.data import Array, Attributes, Results, resolved_study
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.models.responses import Response, Thresholds
+from nsdrill.models.responses import STALLED, Response, Thresholds
 from nsdrill.plot.cells import CHARACTER, overlay_verdicts, verdict_handles, write_name
 from nsdrill.plot.labels import both_ways, quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
@@ -343,10 +343,17 @@ MAX_MARKERS = 200
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
+def says_nothing(name: str, response: Array) -> Array:
+    """Where a variable says nothing: the index of how a bit turns, where it is
+    stalled."""
+    one = graded(name)
+    return np.asarray((response & STALLED > 0) & (one is not None and one.turning))
+
+
 def draw_values(axes: Axes, line: Line, name: str, style: Properties | None = None) -> None:
-    """A line for each procedure, broken where a run did not end well; points that were
-    inferred instead of run are skipped."""
-    shown = line.shown(name)
+    """A line for each procedure, broken where a run did not end well or the value says
+    nothing; points that were inferred instead of run are skipped."""
+    shown = np.where(says_nothing(name, line["response"]), np.nan, line.shown(name))
     for row, procedure in enumerate(line.procedures):
         status = line["status"][row]
         values, was_run = np.where(status == OK, shown[row], np.nan), status != INFERRED
@@ -377,7 +384,10 @@ def curve_style(procedure: str, procedures: tuple[str, ...], points: int = 0) ->
 def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     """Set limits insensitive to a few outliers, and draw those as arrows on the
     border."""
-    values = np.concatenate([np.where(line["status"] == OK, line.shown(name), np.nan).ravel() for line in lines])
+    is_shown = [(line["status"] == OK) & ~says_nothing(name, line["response"]) for line in lines]
+    values = np.concatenate(
+        [np.where(chosen, line.shown(name), np.nan).ravel() for chosen, line in zip(is_shown, lines, strict=True)]
+    )
     low, high = robust_limits(values)
     if quantity(name, lines[0].units).unit == "%":  # a share of time or of a mean speed: the axis begins at zero
         low = 0.0
@@ -386,11 +396,11 @@ def limit_values(panels: list[Axes], lines: list[Line], name: str) -> None:
     panels[0].set_ylim(low - (margin if low else 0.03 * (high - low)), high + margin)
     bottom, top = panels[0].get_ylim()
     arrow: Properties = {"linestyle": "none", "markersize": 4, "clip_on": False, "zorder": 5}
-    for axes, line in zip(panels, lines, strict=True):
+    for axes, line, chosen in zip(panels, lines, is_shown, strict=True):
         for row, procedure in enumerate(line.procedures):
             shown, colour = line.shown(name)[row], DIRECTION_COLOURS.get(procedure, REFERENCE)
             for outside, border, marker in ((shown > top, top, "^"), (shown < bottom, bottom, "v")):
-                x = line.across[outside & (line["status"][row] == OK)]
+                x = line.across[outside & chosen[row]]
                 if x.size:
                     gid = f"{name}:{procedure}:beyond"
                     axes.plot(x, np.full(x.size, border), marker=marker, color=colour, gid=gid, **arrow)

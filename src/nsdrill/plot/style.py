@@ -118,7 +118,7 @@ _LOOKS = (
     (BLUE, "P"),
     (VERMILLION, "X"),
     (BLACK, "*"),
-    *((STALLED_GREY, marker) for marker in "vdhH<>81"),
+    *8 * ((STALLED_GREY, "v"),),
 )
 
 

@@ -79,7 +79,7 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
     planes, outcomes = Planes.of(results, units), probabilities.outcomes
     columns = COLUMNS_OF_PANELS.get(len(outcomes), 4)
     figure = new_figure(page_width(), 1.3 + -(-len(outcomes) // columns) * 2.4)
-    headings = [f"{'' if outcome == SAFE else 'no '}{_style(outcome)[0]}" for outcome in outcomes]
+    headings = [SAFE if outcome == SAFE else CRITICAL[outcome].absence for outcome in outcomes]
     panels = planes.panels(figure, headings, columns, pad=3)
     inside, _ = window_state(probabilities, confidence)
     is_open = probabilities.open[-1] > 0  # outcome, axes
