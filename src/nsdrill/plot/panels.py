@@ -160,7 +160,7 @@ def draw_strip(axes: Axes, line: Line, *, name_rows: bool) -> None:
     for code, marker, gid in ((FAILED_POINT, "x", "failed"), (NOT_CARRIED_POINT, "_", "not_carried")):
         row, point = np.nonzero(line.outcome == code)
         if row.size:
-            style: Properties = {"markersize": 3.5, "markeredgewidth": 0.8, "linestyle": "none", "color": "black"}
+            style: Properties = {"markersize": 3.5, "markeredgewidth": 0.8, "linestyle": "none", "color": "k"}
             axes.plot(line.across[point], row, marker=marker, gid=gid, **style)
     axes.tick_params(length=0, labelbottom=False)
     axes.grid(visible=False)  # a grid of the user's style would look like borders of cells

@@ -141,6 +141,7 @@ def _probabilities(results: Results, units: str, maps: Classes, third: int) -> R
     is_open = placed([probabilities.open[probabilities.place(name)] > 0 for name, _ in outcomes])
     columns |= {"open": is_open.astype(float), "outcome": np.where(np.isnan(columns["values"]), FAILED_POINT, 0)}
     return head | {
+        "open_words": "some samples are not known",
         "limits": [0.0, 100.0],
         "procedures": [f"Probability: {words}" for _, words in outcomes],
         "scales": [BAD_TO_GOOD if name == SAFE else BAD_TO_GOOD[::-1] for name, _ in outcomes],
@@ -202,7 +203,8 @@ def _basin(results: Results, units: str) -> Reply:
         told.append(f"NOT SETTLED: {number} of {counts['of']} starts, which are striped, were still changing.")
     if words := open_words(counts, "starts"):
         told.append(f"NOT KNOWN: {words}.")
-    return head | {"answer": f"The response of {counts['known']} starts.", "warnings": told}, columns
+    told_of_all = {"answer": f"The response of {counts['known']} starts.", "warnings": told}
+    return head | told_of_all | {"open_words": "not settled"}, columns
 
 
 def _plain_quantity(words: str, unit: str = "") -> Answer:
