@@ -549,6 +549,7 @@ window.nsdrill = (() => {
       : [0, 0.25, 0.5, 0.75, 1].map((part) => swatch("s", colourOf(d, d.limits[0] + part * (d.limits[1] - d.limits[0])), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)));
     if (d.outcome.includes(-2)) items.push(swatch("X", "#000", "failed"));
     if (d.outcome.includes(-3)) items.push(swatch("X", "#000", NOT_CARRIED));
+    if (d.silent) items.push(swatch("s", d.silent.colour, d.silent.name));
     if (d.open && d.open.some((one) => one > 0))
       items.push(entry(d.open_words, (c) => {
         mark(c, "s", "#fff", true, 16, 14, 14);
@@ -605,7 +606,7 @@ window.nsdrill = (() => {
     }
     values.shape = outcome.shape = [1, ...d.values.shape.slice(1)];
     const classes = d.classes && [{ name: "no difference", colour: "#EDEDED" }, { name: "they differ", colour: DIFFERS }];
-    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.ways[a]} and ${d.ways[b]} differ` : `${d.ways[b]} less ${d.ways[a]}`], classes, limits: [-largest, largest], scale: DIFFERENCES };
+    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.ways[a]} and ${d.ways[b]} differ` : `${d.ways[b]} less ${d.ways[a]}`], classes, limits: [-largest, largest], scale: DIFFERENCES, silent: null };
   }
 
   // A map of the panel `o.panel` of `d`; a line goes around the cells where `o.safe` [ny, nx] is 1.
@@ -626,6 +627,9 @@ window.nsdrill = (() => {
               c.fillRect(left, top, width, height);
               if (d.classes && d.classes[d.values[at]].stripes) striped(c, d.classes[d.values[at]].stripes, left, top, width, height, 7 * ratio());
               if (d.open && d.open[at]) striped(c, "#000", left, top, width, height, 7 * ratio());
+            } else if (d.silent && d.outcome[at] >= 0) { // the bit is stalled, and the value says nothing
+              c.fillStyle = d.silent.colour;
+              c.fillRect(left, top, width, height);
             } else if (d.outcome[at] <= -2) {
               c.strokeStyle = "#000";
               c.lineWidth = 1;
