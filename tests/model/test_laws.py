@@ -18,7 +18,7 @@ from nsdrill.app.check import check
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.models.christoforou_yigit.coefficients import bit_arm, derive, static_arm
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities, onset
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.friction import LAWS, LawOfBit
 from nsdrill.study import parse_study

@@ -118,9 +118,8 @@ def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, An
     """The values of nodes on arrays; ``given`` are the graph's inputs by name."""
     found: dict[Node, Any] = {}
     calls: dict[tuple[Library, tuple[Node, ...]], Any] = {}
-    graph = next(iter(wanted.values())).graph
     with np.errstate(all="ignore"):  # also in regions where nothing needs them
-        for node in graph.live(wanted.values()):
+        for node in _needed(tuple(wanted.values())):
             a = [found[arg] for arg in node.args]
             if node.op == "const":
                 found[node] = node.extra
@@ -136,3 +135,9 @@ def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, An
             else:
                 found[node] = _ARRAYS[node.op](*a)
     return {name: found[node] for name, node in wanted.items()}
+
+
+@lru_cache
+def _needed(wanted: tuple[Node, ...]) -> list[Node]:
+    """The nodes that these need, in order."""
+    return wanted[0].graph.live(wanted)

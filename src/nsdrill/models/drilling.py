@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.drives import growing
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.steady import Balance, String
@@ -78,6 +79,11 @@ class Drilling:
         within = self.limit is None or self.torque <= self.limit * (1 + LEAST_EXCESS)
         return within and self.string.turns(self.at, self.set_speed)
 
+    @cached_property
+    def droops(self) -> bool:
+        """Whether the drive turns slower than the set speed under this torque."""
+        return not self.string.holds and abs(self.set_speed - self.speed) > LEAST_EXCESS * self.set_speed
+
     def torque_at(self, at: Balance) -> Array:
         """The torque that the drive gives the string and the top [N m]."""
         return np.asarray(self.string.value("surface_torque", at) + self.top_drag * at.speed)
@@ -102,6 +108,11 @@ class Drilling:
     def _top(self) -> bool:
         """Whether the first angle is that of the top."""
         return self.string.turning.angles[0] == "lag"
+
+    @cached_property
+    def matrix(self) -> Array:
+        """That of small deviations from it, without friction at the bit."""
+        return self.string.linear(self.at)[0]
 
     @cached_property
     def withstood(self) -> float:
@@ -185,6 +196,11 @@ class Drilling:
             "balance_speed": DerivedQuantity(
                 self.speed if self.turns else None, "rad/s", "bit speed in steady drilling at this set speed"
             ),
+            **(
+                {"droop": DerivedQuantity(self.set_speed - self.speed, "rad/s", "set speed less that of the bit")}
+                if self.droops
+                else {}
+            ),
             "mean_torque": DerivedQuantity(self.torque, "N m", "steady torque at the surface"),
             "static_twist": DerivedQuantity(self.twist, "rad", "steady twist of the string"),
             "aggressiveness": DerivedQuantity(
@@ -224,7 +240,7 @@ class Drilling:
     ) -> dict[str, DerivedQuantity]:
         set_speed, bit = speeds or (None, None)
         found = {name: DerivedQuantity(set_speed, "rad/s", meaning, group)}
-        if not self.string.holds:
+        if self.droops:
             found[f"{name}_at_bit"] = DerivedQuantity(bit, "rad/s", "the same as a speed of the bit", group)
         return found
 
@@ -259,10 +275,10 @@ def overloaded(found: list[Found], format_value: FormatValue) -> str | None:
 def swinging(study: Any, found: list[Found], format_value: FormatValue) -> str | None:
     """The warning of a drive that makes the string oscillate by itself, as gains of the
     wrong sign do, for the worst corner of a study, None where there is none."""
-    growing = [(root, corner) for corner, one in found if (root := one.string.growth(one.at)) is not None]
-    if not growing:
+    grown = [(root, corner) for corner, one in found if (root := growing(one.matrix)) is not None]
+    if not grown:
         return None
-    root, corner = max(growing, key=lambda entry: entry[0].real)
+    root, corner = max(grown, key=lambda entry: entry[0].real)
     depth, kind = corner.point.depth, corner.parameters.drive.kind
     swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
     where = f" at {format_value(depth, 'm', 'm')}" if "depth" in study.swept else ""
@@ -294,13 +310,16 @@ def resting(found: list[Found], format_value: FormatValue) -> str | None:
 def stalling(found: list[Found], format_value: FormatValue) -> str | None:
     """The warning of a drive that cannot break the bit away, for the worst corner of a
     study; None where there is none."""
-    stalls = [(corner, one, one.stall) for corner, one in found if one.stall is not None]
+    # where no balance turns there is another warning
+    moving = [(corner, one) for corner, one in found if one.string.holds or one.turns]
+    stalls = [(corner, one, stall) for corner, one in moving if (stall := one.stall) is not None]
     if not stalls:
         return None
     corner, one, stall = max(stalls, key=lambda entry: entry[2].needed - entry[2].available)
-    limited = stall.set_speed is None
-    what = "drive.torque_limit" if limited else "its stall torque and what it loses by turning"
-    remedy = "Raise the limit" if limited else f"Set {format_value(stall.set_speed, 'rad/s', 'rad/s')} or more"
+    what, remedy = "drive.torque_limit", "Raise the limit"
+    if stall.set_speed is not None:
+        what = "it turns slower under load"
+        remedy = f"Set {format_value(stall.set_speed, 'rad/s', 'rad/s')} or more"
     return (
         f"Stalls: to break the bit away takes {format_value(stall.needed, 'N m', 'kN*m')}"
         f"{_where(corner, one, format_value)}, and the drive has {format_value(stall.available, 'N m', 'kN*m')} at "

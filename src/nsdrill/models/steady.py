@@ -39,7 +39,7 @@ from nsdrill.equations.motion import Motion
 from nsdrill.equations.passes import Tangents
 from nsdrill.equations.trace import traced
 from nsdrill.errors import InputError
-from nsdrill.models.drives import growing, steepest_fall
+from nsdrill.models.drives import steepest_fall
 from nsdrill.models.operation import Numeric
 
 FASTEST = 1e4  # rad/s, up to which bit speeds are searched
@@ -85,6 +85,8 @@ class String:
     """The lane parameter that is the set speed."""
     table: Callable[[Numeric], Mapping[str, Numeric]]
     rest: Mapping[str, Numeric]
+    driven: tuple[str, ...] = ()
+    """The speeds that are the set speed whatever the torque."""
 
     # The equations
 
@@ -96,7 +98,7 @@ class String:
         given: dict[str, Any] = {"time": 0.0, "phase": 0.0}
         given |= {f"s.{name}": 0.0 for name in self.motion.states}
         given |= {f"s.{name}": value for name, value in self.rest.items()}
-        given |= {f"s.{name}": speed for name in self.turning.speeds}
+        given |= {f"s.{name}": speed for name in (*self.driven, *self.turning.speeds)}
         if at is not None:
             given |= {f"s.{name}": at.angles[..., k] for k, name in enumerate(self.turning.angles)}
             given |= {f"s.{name}": at.others[..., k] for k, name in enumerate(self.turning.others)}
@@ -255,33 +257,26 @@ class String:
         critical = 2.0 * np.sqrt(np.abs(matrix[..., bit, twist])) / per_inertia
         return steepest_fall(matrix, column, bit, np.minimum(most, 0.0) - 4.0 * critical, most)
 
-    def growth(self, at: Balance) -> complex | None:
-        """The eigenvalue [1/s] of the fastest growing deviation without friction at the
-        bit; None where none grows."""
-        return growing(self.linear(at)[0])
-
     def onset(self, speed: float) -> Balance | None:
         """The fastest steady drilling that is not stable to stick-slip: below it the bit
         sticks and slips; None where it is stable at every speed, or at none. ``speed``
         [rad/s] is where the search begins."""
-        found = self.balance(speed)
+        found, held = self.balance(speed), math.nan
         for _ in range(NEWTON):
-            held = float(self.withstood(found))
+            # what the string withstands may depend on how fast it turns
+            before, held = held, float(self.withstood(found))
+            if abs(held - before) <= 1e-12 * abs(held):
+                return found
             unstable = np.flatnonzero(self.fall(SPEEDS) > held)
             if len(unstable) == 0 or unstable[-1] == len(SPEEDS) - 1:
                 return None
             # the fall at the set speed that drilling takes is nearly that at the bit speed
-            near = slice(max(unstable[-1] - 1, 0), unstable[-1] + 3)
-            low, high = SPEEDS[near][0], SPEEDS[near][-1]
+            near = SPEEDS[max(unstable[-1] - 1, 0) : unstable[-1] + 3]
 
             def falls(speeds: Array, held: float = held) -> Array:
                 return np.asarray(self.fall(speeds, None if self.holds else self.balance(speeds).set_speed) > held)
 
-            before, (low, high) = found.speed, refined(falls, float(low), float(high))
-            found = self.balance(0.5 * (low + high))
-            # what the string withstands may depend on how fast it turns
-            if abs(found.speed - before) <= 1e-12 * found.speed:
-                break
+            found = self.balance(sum(refined(falls, float(near[0]), float(near[-1]))) / 2)
         return found
 
     def fold(self, damping: float) -> Balance | None:

@@ -24,8 +24,7 @@ def derived_quantities(
     string, whose equations are its own."""
     drilling = drilling or drilling_at(parameters, operation)
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    bit = parameters.bit
-    contact = math.sqrt((k.k_a + bit.rock_stiffness) / k.m_a)
+    contact = lobe_resonance(parameters, k) * parameters.bit.lobes
     stiffness = lateral_stiffness(parameters, operation, k)
     reaches = drilling.critical_speed(
         "wall_speed",
@@ -52,7 +51,7 @@ def derived_quantities(
             "rate of change of speed at which whirl passes its resonance off the wall",
             "lateral",
         ),
-        **drilling.critical_speed("lobe_resonance", contact / bit.lobes, meaning, "axial"),
+        **drilling.critical_speed("lobe_resonance", lobe_resonance(parameters, k), meaning, "axial"),
         "lift_off_wob": DerivedQuantity(
             lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost", "axial"
         ),
@@ -85,6 +84,11 @@ def _lateral(
     return quantities
 
 
+def lobe_resonance(parameters: Parameters, k: Coefficients) -> float:
+    """The speed of the bit [rad/s] at which the lobes excite the axial contact mode."""
+    return math.sqrt((k.k_a + parameters.bit.rock_stiffness) / k.m_a) / parameters.bit.lobes
+
+
 def mass_in_swirl(k: Coefficients, swirl: float) -> float:
     """The effective mass of the span [kg] in synchronous whirl, in mud that rotates
     with the fraction ``swirl`` of the rotary speed: the inertia force at radius r is
@@ -100,12 +104,8 @@ def _drive(parameters: Parameters, drilling: Drilling, k: Coefficients) -> dict[
     law, pipe = gains(parameters, k, drilling.set_speed), float(impedance(parameters))
     reflected = reflection(law, pipe, drilling.frequency, circuit(parameters, k))
     quantities = {"pipe_impedance": DerivedQuantity(pipe, "N m s/rad", "torsional impedance of the pipe")}
-    if not drilling.string.holds:
-        meaning = "fall of the drive's speed under the steady torque"
-        quantities["droop"] = DerivedQuantity(drilling.set_speed - drilling.speed, "rad/s", meaning)
     by_torque = None if drive.kind == "dc_motor" else law
-    matrix, _ = drilling.string.linear(drilling.at)
-    return quantities | quantities_of_drive(drive, matrix, drilling.torque, reflected, by_torque)
+    return quantities | quantities_of_drive(drive, drilling.matrix, drilling.torque, reflected, by_torque)
 
 
 def mean_torque(parameters: Parameters, operation: Operation) -> float:

@@ -64,7 +64,7 @@ def _drilling(alone: Parameters, depth: float, wob: float, rotary_speed: float) 
         float(alone.well.diameter),
         math.sqrt(k_t / float(k.J)),
         k_t,
-        float(drive.torque_limit) if drive.limited else None,
+        float(drive.torque_limit) if drive.limited and drive.torque_limit is not None else None,
     )
 
 
