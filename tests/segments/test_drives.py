@@ -119,7 +119,7 @@ def test_linear_theory_is_the_derivative_of_the_lanes(kind):
     """The eigenvalues of the compiled right-hand side about steady drilling, with the
     fall of the bit's torque, beside those of the matrix that `check` has."""
     parameters = string(**QUIET, drive__kind=kind)
-    slopes, made = Slopes(parameters), string_of(parameters, DEPTH)
+    slopes = Slopes(parameters)
     steady = slopes.steady()
     assert np.abs(slopes(0.0, steady)).max() < 1e-9
     compiled = slopes.torsional(slopes.jacobian(steady, 1e-4))

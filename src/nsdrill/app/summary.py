@@ -15,7 +15,7 @@ import numpy as np
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent, probabilities_of
-from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
+from nsdrill.data import ENDS_EARLY, IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
@@ -28,6 +28,7 @@ from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE
 
 with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import attractors as grouping
+    from nsdrill.app import early
     from nsdrill.app import experiment as experiments
     from nsdrill.app import refinement as refining
     from nsdrill.study import load as loading
@@ -88,6 +89,7 @@ def _summarize_results(results: Results) -> Answer:
         return summary | starts | {"operating_points": grouping.attractors(results)}
     else:
         summary["hysteresis"] = hysteresis(results)
+        summary[ENDS_EARLY] = early.stick_slip_ends(results)
         if len(results.swept) == 1:
             summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:

@@ -36,7 +36,8 @@ Rates: TypeAlias = Callable[[Rows], Mapping[str, Number]]
 def followed(quantity: Quantity, rates: Rates) -> tuple[FunctionType, FunctionType]:
     """A ``quantity`` of rows and how fast it changes, functions of numbers whose
     arguments are the rows that they read; ``rates`` gives how fast rows change, those
-    that do."""
+    that do. A declaration refuses one that may change and has no rate: what is taken
+    for constant is the attribute ``constant`` of the functions."""
     value, rate = _along(quantity, rates, 1)
     return value, rate
 
@@ -50,10 +51,15 @@ def followed_twice(quantity: Quantity, rates: Rates) -> tuple[FunctionType, Func
 def _along(quantity: Quantity, rates: Rates, orders: int) -> list[FunctionType]:
     rows = Rows(Graph())
     found = [rows.graph.node(quantity(rows))]
-    along = Tangents(rows.graph, {getattr(rows, name): rate for name, rate in rates(rows).items()})
+    known = rates(rows)
+    along = Tangents(rows.graph, {getattr(rows, name): rate for name, rate in known.items()})
     for _ in range(orders):
         found.append(along.of({"": found[-1]})[""])
-    return [function_of("quantity", [node]) for node in found]
+    functions = [function_of("quantity", [node]) for node in found]
+    read = {node.extra for node in rows.graph.live(found[:-1]) if node.op == "input"}
+    for function in functions:
+        vars(function)["constant"] = frozenset(read - set(known))
+    return functions
 
 
 def function_of(name: str, wanted: Sequence[Node], known: Mapping[str, Node] | None = None) -> FunctionType:

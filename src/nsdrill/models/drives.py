@@ -161,12 +161,14 @@ def pi(drive: Any, string: Seen) -> Gains:
 
 class Controller(NamedTuple):
     """A drive by torque: its ``gains`` from the numbers of the drive and of the string,
-    the ``keys`` of a study that tune it, and whether its torque may be ``limited``, as
-    its inertia is the machine's."""
+    the ``keys`` of a study that tune it, whether its torque may be ``limited``, as its
+    inertia is the machine's, and the ``states`` that its law has besides lag and speed.
+    A model has the drive if its equations have these states."""
 
     gains: Callable[[Any, Seen], Gains]
     keys: tuple[str, ...] = ()
     limited: bool = True
+    states: tuple[str, ...] = ()
 
 
 LAWS = {
@@ -183,6 +185,17 @@ def kinds(common: tuple[str, ...], **others: tuple[str, ...]) -> Reads:
     and what ``others`` of the model read."""
     by_torque = {kind: (*common, *(("torque_limit",) if law.limited else ()), *law.keys) for kind, law in LAWS.items()}
     return Reads("drive.kind", "the drive", "a drive of the kind", {"ideal": (), **by_torque, **others})
+
+
+def stateless_faults(check: Any, states: Sequence[str] = ()) -> Iterator[Fault]:
+    """The faults of a drive whose law has states that the equations of a model, which
+    have these ``states`` of a drive, lack; ``check`` is the Checker of a study."""
+    law = LAWS.get(check.value("drive.kind"))
+    if law is not None and (lacking := [name for name in law.states if name not in states]):
+        model = check.keys.model.name
+        found = f"{check.value('drive.kind')}, whose law has the state {', '.join(lacking)}, which {model} lacks"
+        others = [kind for kind, one in LAWS.items() if set(one.states) <= set(states)]
+        yield check.fault("drive.kind", found, f"ideal, {', '.join(others)}, dc_motor or lqr")
 
 
 def by_rows(function: Callable[[list[float]], Any], *columns: Numeric) -> np.ndarray:

@@ -127,3 +127,10 @@ def _undamped(parameters: Parameters) -> str | None:
         f"Undamped: the stations are at nodes of bending mode {' and '.join(map(str, undamped))}, so neither mud nor "
         "wall acts on it, and what it has at the start it keeps. Give beam.damping_ratio, or stations elsewhere."
     )
+
+
+def stick_slip_fold(values: Values) -> float | None:
+    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts, by the
+    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not."""
+    fold = drilling_at(values.parameters, values.point).fold
+    return None if fold is None else float(fold.set_speed)

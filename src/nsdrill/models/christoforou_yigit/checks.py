@@ -267,3 +267,10 @@ def _turning(values: Values) -> Drilling | None:
     """Steady drilling where the string may turn."""
     frozen = values.parameters.modes.torsional == "frozen"
     return None if frozen else drilling_at(values.parameters, values.point)
+
+
+def stick_slip_fold(values: Values) -> float | None:
+    """The set speed [rad/s] below which torsional stick-slip, once begun, lasts, by the
+    estimate of :meth:`nsdrill.models.steady.String.fold`; None where it does not."""
+    fold = drilling_at(values.parameters, values.point).fold
+    return None if fold is None else float(fold.set_speed)
