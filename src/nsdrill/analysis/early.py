@@ -25,9 +25,9 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
     plain data in SI units; the most conspicuous first. Empty for results with samples
     or starts, and without a way up in speed.
 
-    Each has its values ``at`` the other axes; the ``last`` speed with stick-slip, the
-    next one, ``by`` which it has ended; the ``fold``; and between which speeds it ends by
-    torsion ``alone``.
+    Each has the values of ``all`` other axes; and speeds with their units: the ``last``
+    one with stick-slip, the next one, ``by`` which it has ended, the ``fold``, and the
+    two between which it ends by torsion ``alone``.
     """
     way = next((name for name in ("up", "same") if name in results.procedures), None)
     if way is None or SPEED not in results.swept or len(results.grid) != 1 + len(results.axes):
@@ -45,5 +45,6 @@ def ends_early(results: Results, fold: Fold) -> list[Answer]:
         limit = fold(at)
         if limit is not None and by < EARLY * limit:
             alone = [share * limit for share in SHORT]
-            found.append({"at": at, "last": last, "by": by, "fold": limit, "alone": alone})
-    return sorted(found, key=lambda one: one["by"] / one["fold"])
+            speeds_of = {"last": last, "by": by, "fold": limit, "alone": alone}
+            found.append({"all": at, **{name: {"value": value, "units": "rad/s"} for name, value in speeds_of.items()}})
+    return sorted(found, key=lambda one: one["by"]["value"] / one["fold"]["value"])

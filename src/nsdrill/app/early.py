@@ -17,8 +17,9 @@ from nsdrill.study.study import study_from_resolved
 
 
 def stick_slip_ends(results: Results) -> list[Answer]:
-    """The settings of :func:`nsdrill.analysis.early.ends_early`, each with the
-    ``surface_amplitude`` of the lobes [m], 0 where they do not move the bit. Empty where
+    """The settings of :func:`nsdrill.analysis.early.ends_early`, each with the values
+    ``at`` which it is along the swept axes, and the ``surface_amplitude`` of the lobes,
+    0 where they do not move the bit, with its units. Empty where
     the model has no estimate of where stick-slip ends, or the file has no study of this
     version."""
     keys = {axis.name: axis.key for axis in results.more}
@@ -40,7 +41,10 @@ def stick_slip_ends(results: Results) -> list[Answer]:
     with suppress(NsdrillError):
         found = ends_early(results, fold)
         for one in found:
-            parameters: Any = values(one["at"]).parameters
+            at = one.pop("all")
+            parameters: Any = values(at).parameters
             moves = parameters.modes.axial == "free" if hasattr(parameters, "modes") else True
-            one["surface_amplitude"] = float(parameters.bit.surface_amplitude) if moves else 0.0
+            height = float(parameters.bit.surface_amplitude) if moves else 0.0
+            one["at"] = {name: value for name, value in at.items() if name in results.swept}
+            one["surface_amplitude"] = {"value": height, "units": "m"}
     return found

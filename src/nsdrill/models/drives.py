@@ -192,7 +192,7 @@ def stateless_faults(check: Any, states: Sequence[str] = ()) -> Iterator[Fault]:
     have these ``states`` of a drive, lack; ``check`` is the Checker of a study."""
     law = LAWS.get(check.value("drive.kind"))
     if law is not None and (lacking := [name for name in law.states if name not in states]):
-        model = check.keys.model.name
+        model = check.model.name
         found = f"{check.value('drive.kind')}, whose law has the state {', '.join(lacking)}, which {model} lacks"
         others = [kind for kind, one in LAWS.items() if set(one.states) <= set(states)]
         yield check.fault("drive.kind", found, f"ideal, {', '.join(others)}, dc_motor or lqr")

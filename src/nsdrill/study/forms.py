@@ -286,7 +286,8 @@ class Section:
             suggestion = f"Did you mean {' or '.join(elsewhere[:3])}?"
         what = "an unknown key"
         if others:
-            models = f"model{'s' * (len(others) > 1)} {' and '.join(others)}"
+            *several, last = others
+            models = f"models {', '.join(several)} and {last}" if several else f"model {last}"
             what = f"a key of the {models}, which the model {at.keys.model.name} does not have"
         return at.refuse(path, what, ", ".join(self.listed or self.members), suggestion, of_key=True)
 

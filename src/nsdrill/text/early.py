@@ -25,11 +25,13 @@ def early_text(ends: Sequence[Answer], units: str) -> str:
     """The warning of these settings, of which it names the first."""
     fmt, first = Formatter(units), ends[0]
     where = ", ".join(fmt.value(name, value) for name, value in first["at"].items())
-    by, alone = fmt.value("rotary_speed", first["by"]), fmt.range("rotary_speed", first["alone"])
+    where = f"at {where} " if where else ""
+    by, alone = fmt.value("rotary_speed", first["by"]["value"]), fmt.range("rotary_speed", first["alone"]["value"])
     others = f", as at {count(len(ends) - 1, 'other setting')}" if len(ends) > 1 else ""
-    text = f"STICK-SLIP ENDS EARLY: at {where} by {by}{others}; torsion alone gives {alone}. "
-    if first["surface_amplitude"] > 0.0:
-        height = quantity("bit_surface_amplitude").text(first["surface_amplitude"], units, 4)
+    text = f"STICK-SLIP ENDS EARLY: {where}by {by}{others}; torsion alone gives {alone}. "
+    amplitude = first["surface_amplitude"]["value"]
+    if amplitude > 0.0:
+        height = quantity("bit_surface_amplitude").text(amplitude, units, 4)
         return text + (
             f"Lobes of {height} (bit.surface_amplitude) shake the bit, which dithers its friction away. A bit without "
             "them, as most PDC bits are, sticks up to the higher speeds: 0 mm shows it."

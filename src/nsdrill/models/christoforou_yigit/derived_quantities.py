@@ -155,10 +155,13 @@ def wall_speeds(parameters: Parameters, operation: Operation, k: Coefficients) -
 def passing_rate(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
     """How fast the speed must change [rad/s^2] for the imbalance to pass its resonance
     without bringing the collar to the wall, (pi/2) (e W / gap)^2, an estimate with the
-    speed W at which it reaches the wall; None where it reaches it at none."""
+    speed W at which it reaches the wall; 0 where it reaches it at no speed, None where the
+    span is buckled."""
     speed = wall_speed_of_bit(parameters, operation, k)
     eccentricity = float(parameters.drillstring.eccentricity)
-    return None if not speed else math.pi / 2 * (eccentricity * speed / float(k.gap)) ** 2
+    if speed is None:
+        return 0.0
+    return None if speed == 0.0 else math.pi / 2 * (eccentricity * speed / float(k.gap)) ** 2
 
 
 def _reaching_speeds(parameters: Parameters, operation: Operation, k: Coefficients) -> tuple[float, float] | None:
