@@ -30,7 +30,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DerivedQuantity, FormatValue
 from nsdrill.models.steady import Balance, String
 
-SLOW = np.geomspace(1e-4, 1.0, 301)  # of a speed: those on the way up to it from rest
+SLOW = np.geomspace(1e-4, 1.0, 101)  # of a speed: those on the way up to it from rest
 LEAST_EXCESS = 1e-6  # relative; a torque that exceeds another one by less does not
 
 

@@ -46,7 +46,7 @@ FASTEST = 1e4  # rad/s, up to which bit speeds are searched
 SPEEDS = np.geomspace(1e-3, FASTEST, 1401)
 TURNS = 0.1  # of the set speed: a bit that is slower in steady drilling creeps, and does not turn
 CREEP = 0.5  # rad/s, 5 rpm: one that is faster turns in any case
-HELD = 1e-12  # of the stiffness: a drive on which a turn of all angles has less effect holds none
+HELD = 1e-12  # relative: a drive on which a turn of all angles has less effect holds none
 NEWTON = 30  # iterations at most; equations that are linear but for the bit take two
 CLOSE = 1e-13  # relative
 
@@ -102,12 +102,23 @@ class String:
         if at is not None:
             given |= {f"s.{name}": at.angles[..., k] for k, name in enumerate(self.turning.angles)}
             given |= {f"s.{name}": at.others[..., k] for k, name in enumerate(self.turning.others)}
-        table = self.table(set_speed)
-        return given | {f"p.{name}": table[name] for name in self.motion.parameters}
+        return given | self._parameters(set_speed)
+
+    def _parameters(self, set_speed: Numeric) -> dict[str, Any]:
+        """The lane parameters as inputs; the last ones are kept."""
+        last = self._last
+        if not last or not np.array_equal(last[0][0], set_speed) or np.shape(last[0][0]) != np.shape(set_speed):
+            table = self.table(set_speed)
+            last[:] = [(np.array(set_speed), {f"p.{name}": table[name] for name in self.motion.parameters})]
+        return last[0][1]
+
+    @cached_property
+    def _last(self) -> list[tuple[Array, dict[str, Any]]]:
+        return []
 
     def value(self, name: str, at: Balance) -> Array:
         """What the equations call by this name, in steady drilling."""
-        found = plain.values({"": self.motion.named()[name]}, self._given(at.speed, at.set_speed, at))[""]
+        found = plain.values({"": self._nodes.named[name]}, self._given(at.speed, at.set_speed, at))[""]
         return np.broadcast_to(found, np.shape(at.speed))
 
     def bit_torque(self, speed: Numeric, set_speed: Numeric | None = None) -> Array:
@@ -209,12 +220,16 @@ class String:
             surplus: Array = set_speed - self.balance(speeds, np.full(np.shape(speeds), set_speed)).set_speed
             return surplus
 
-        # torques that brake only: the bit turns no faster than the set speed
-        speeds = np.append(np.geomspace(1e-7, 1.0, 701), [1.001, 1.1, 2.0]) * set_speed
+        # Torques only brake: the bit turns no faster than the set speed, and with a motor whose
+        # voltage has been set for the load as fast.
+        if abs(surplus(np.array([set_speed]))[0]) <= HELD * set_speed:
+            return self.balance(set_speed, set_speed)
+        speeds = np.append(np.geomspace(1e-7, 1.0, 141), [1.001, 1.1, 2.0]) * set_speed
         gains = np.flatnonzero(surplus(speeds) >= 0.0)
         if len(gains) == 0 or gains[-1] == len(speeds) - 1:
             return self.balance(0.0, set_speed)
-        low, high = refined(lambda trial: surplus(trial) >= 0.0, *speeds[gains[-1] : gains[-1] + 2].tolist())
+        near = speeds[gains[-1] : gains[-1] + 2].tolist()
+        low, high = refined(lambda trial: surplus(trial) >= 0.0, near[0], near[1], 9)
         return self.balance(0.5 * (low + high), set_speed)
 
     def turns(self, at: Balance, set_speed: float) -> bool:
@@ -276,7 +291,9 @@ class String:
             def falls(speeds: Array, held: float = held) -> Array:
                 return np.asarray(self.fall(speeds, None if self.holds else self.balance(speeds).set_speed) > held)
 
-            found = self.balance(sum(refined(falls, float(near[0]), float(near[-1]))) / 2)
+            ends = float(near[0]), float(near[-1])
+            low, high = refined(falls, *ends, 41 if self.holds else 9)
+            found = self.balance(0.5 * (low + high))
         return found
 
     def fold(self, damping: float) -> Balance | None:
@@ -323,6 +340,7 @@ class _Nodes(NamedTuple):
     directions: tuple[str, ...]  # inputs that say of what the derivatives are
     wanted: Mapping[str, Node]  # slopes and their derivatives
     bit: Mapping[str, Node]  # the torque on the bit, and its slope with the bit's speed
+    named: Mapping[str, Node]  # what the equations call by a name
 
 
 @lru_cache
@@ -342,22 +360,22 @@ def _differentiated(motion: Motion, turning: Turning, set_speed: str) -> _Nodes:
     bit = graph.input(f"s.{turning.speeds[-1]}")
     slope = Tangents(graph, {bit: 1.0}).of({"": torque})[""]
     directions = (*(f"d.{name}" for name in coordinates), "d.set_speed", "d.bit_torque")
-    return _Nodes(directions, rates | changes, {"torque": torque, "slope": slope})
+    return _Nodes(directions, rates | changes, {"torque": torque, "slope": slope}, graph.names)
 
 
 # cos(theta) at the midpoints of equal parts of half a cycle
 _PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)
-ROUNDS = 12
+ROUNDS = 60  # at most
 
 
-def refined(holds: Callable[[Array], Array], low: float, high: float) -> tuple[float, float]:
+def refined(holds: Callable[[Array], Array], low: float, high: float, points: int = 41) -> tuple[float, float]:
     """The neighbours between which ``holds`` ends to hold, the last time, from where it
-    does, ``low``, to where it does not, ``high``."""
+    does, ``low``, to where it does not, ``high``, by rounds of so many ``points``."""
     for _ in range(ROUNDS):
-        trial = np.linspace(low, high, 41)
+        trial = np.linspace(low, high, points)
         true = np.flatnonzero(holds(trial))
-        last = int(true[-1]) if len(true) else 0
-        low, high = trial[[min(last, 39), min(last, 39) + 1]].tolist()
+        last = min(int(true[-1]), points - 2) if len(true) else 0
+        low, high = trial[last : last + 2].tolist()
         if not low < 0.5 * (low + high) < high:
             break
     return low, high

@@ -52,7 +52,7 @@ def turning_string(parameters: Parameters, depth: float, wob: float) -> steady.S
     )
 
     def table(set_speed: Numeric) -> Mapping[str, Numeric]:
-        values = columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds())
+        values = columns(Values(parameters, Initial(), (depth, wob, set_speed)), Thresholds(), implicit=False)
         switched = NEVER if parameters.drive.kind == "ideal" else 0.0
         free = {"torque_least": -UNLIMITED, "torque_most": UNLIMITED, "on_at": switched}
         return {**values, "surface_amplitude": 0.0, "pulsation": 0.0, **free}
