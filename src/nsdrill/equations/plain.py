@@ -56,7 +56,7 @@ def _along(quantity: Quantity, rates: Rates, orders: int) -> list[FunctionType]:
     for _ in range(orders):
         found.append(along.of({"": found[-1]})[""])
     functions = [function_of("quantity", [node]) for node in found]
-    read = {node.extra for node in rows.graph.live(found[:-1]) if node.op == "input"}
+    read = {node.extra for node in along.followed(found[:-1]) if node.op == "input"}
     for function in functions:
         vars(function)["constant"] = frozenset(read - set(known))
     return functions

@@ -314,8 +314,8 @@ class String:
             return grown
 
         low, high = math.log(SPEEDS[0]), math.log(FASTEST)
-        for _ in range(5):
-            trial = np.linspace(low, high, 41)
+        for points in (201, 41, 41, 41, 41):
+            trial = np.linspace(low, high, points)
             last = np.flatnonzero(grows(trial))
             if len(last) == 0 or last[-1] == len(trial) - 1:
                 return None
