@@ -239,6 +239,8 @@ class Drilling:
         self, name: str, speeds: tuple[float, float] | None, meaning: str, group: str = "rotation"
     ) -> dict[str, DerivedQuantity]:
         set_speed, bit = speeds or (None, None)
+        if set_speed is not None and not math.isfinite(set_speed):
+            set_speed = None
         found = {name: DerivedQuantity(set_speed, "rad/s", meaning, group)}
         if self.droops:
             found[f"{name}_at_bit"] = DerivedQuantity(bit, "rad/s", "the same as a speed of the bit", group)

@@ -43,6 +43,7 @@ from nsdrill.models.drives import steepest_fall
 from nsdrill.models.operation import Numeric
 
 FASTEST = 1e4  # rad/s, up to which bit speeds are searched
+SLOWEST = 1e-9  # rad/s, the least set speed of a study
 SPEEDS = np.geomspace(1e-3, FASTEST, 1401)
 TURNS = 0.1  # of the set speed: a bit that is slower in steady drilling creeps, and does not turn
 CREEP = 0.5  # rad/s, 5 rpm: one that is faster turns in any case
@@ -108,7 +109,8 @@ class String:
         """The lane parameters as inputs; the last ones are kept."""
         last = self._last
         if not last or not np.array_equal(last[0][0], set_speed) or np.shape(last[0][0]) != np.shape(set_speed):
-            table = self.table(set_speed)
+            # gains of the wrong sign may take a speed below zero, at which nothing is drilled
+            table = {**self.table(np.maximum(set_speed, SLOWEST)), self.set_speed: set_speed}
             last[:] = [(np.array(set_speed), {f"p.{name}": table[name] for name in self.motion.parameters})]
         return last[0][1]
 
@@ -196,7 +198,10 @@ class String:
             given = self._given(speed, at.set_speed, at)
             given[f"p.{self.set_speed}"] = given[f"p.{self.set_speed}"] + further
             slopes, matrix = self._slopes(given, shape)
-            step = np.linalg.solve(matrix[..., columns], -slopes[..., None])[..., 0]
+            try:
+                step = np.linalg.solve(matrix[..., columns], -slopes[..., None])[..., 0]
+            except np.linalg.LinAlgError:  # a drive without any torque: no set speed turns the bit
+                return at._replace(set_speed=np.full(shape, math.inf))
             turned, gained = np.array(at.angles), step[..., -1] if not self.holds else np.zeros(shape)
             size = n if self.holds else n - 1
             turned[..., angles] += step[..., :size]
@@ -227,7 +232,7 @@ class String:
         speeds = np.append(np.geomspace(1e-7, 1.0, 141), [1.001, 1.1, 2.0]) * set_speed
         gains = np.flatnonzero(surplus(speeds) >= 0.0)
         if len(gains) == 0 or gains[-1] == len(speeds) - 1:
-            return self.balance(0.0, set_speed)
+            return self.balance(0.0, set_speed)._replace(set_speed=np.asarray(set_speed))
         near = speeds[gains[-1] : gains[-1] + 2].tolist()
         low, high = refined(lambda trial: surplus(trial) >= 0.0, near[0], near[1], 9)
         return self.balance(0.5 * (low + high), set_speed)
@@ -278,6 +283,8 @@ class String:
         [rad/s] is where the search begins."""
         found, held = self.balance(speed), math.nan
         for _ in range(NEWTON):
+            if not np.isfinite(found.set_speed):
+                return None
             # what the string withstands may depend on how fast it turns
             before, held = held, float(self.withstood(found))
             if abs(held - before) <= 1e-12 * abs(held):
@@ -322,6 +329,8 @@ class String:
             low, high = trial[last[-1] : last[-1] + 2].tolist()
         speed = math.exp(low)
         at = self.balance(speed)
+        if not np.isfinite(at.set_speed):
+            return None
         if not self.holds:
             further = float(torques(np.array([speed])).mean() - self.bit_torque(speed, at.set_speed))
             at = at._replace(set_speed=at.set_speed + further * float(self.speed_per_torque(at)))
