@@ -13,7 +13,7 @@ the order of additions matters, equations call a function of :mod:`.library` or 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 
 from nsdrill.equations.graph import TRUTHS, Graph, Node, rewritten
 
@@ -53,7 +53,7 @@ class Tangents:
 
     def of(self, outputs: Mapping[str, Node]) -> dict[str, Node]:
         """The changes of ``outputs``."""
-        for node in self._followed(outputs.values()):
+        for node in self.followed(outputs.values(), self.found):
             if node in self.instead:
                 self.found[node] = self.of({"": self.instead[node]})[""]
             elif node not in self.found:
@@ -61,12 +61,14 @@ class Tangents:
                     self.found[node] = self._change(node)
         return {name: self.found[node] for name, node in outputs.items()}
 
-    def _followed(self, outputs: Iterable[Node]) -> list[Node]:
+    def followed(self, outputs: Iterable[Node], until: Container[Node] = ()) -> list[Node]:
+        """The nodes by whose changes ``outputs`` change, in order, but for those in
+        ``until`` and what these alone depend on."""
         seen: set[Node] = set()
         todo = list(outputs)
         while todo:
             node = todo.pop()
-            if node not in seen and node not in self.found:
+            if node not in seen and node not in until:
                 seen.add(node)
                 if node not in self.instead and node.op not in UNCHANGED:
                     todo += node.args

@@ -347,6 +347,12 @@ def _check_channel(channel: Channel, channels: dict[str, Channel], names: Names,
                 "a function of Outputs return it under another name"
             )
         _check_known(f"{where}: {part}", _reads(expression), readable)
+        constant: frozenset[str] = getattr(expression, "constant", frozenset())  # of one that is followed
+        if missing := sorted(constant - {*names.parameters, "phase"}):
+            raise ValueError(
+                f"{where}: found no rate of {', '.join(missing)}, which its value reads and which may change; allowed: "
+                "how fast it does among the rates of `followed`, 0.0 where it does not"
+            )
     _check_known(f"{where}: frame", _reads(channel.frame), names.parameters)
     if channel.inside:
         _check_known(f"{where}: of", channel.of, channels)
