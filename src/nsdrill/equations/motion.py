@@ -19,7 +19,7 @@ from types import FunctionType
 from typing import Any
 
 from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Rows
-from nsdrill.compiler.functions import BUFFER, LaneFunction, generated, identity
+from nsdrill.compiler.functions import BUFFER, LaneFunction, generated
 from nsdrill.compiler.language import LanguageError
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.lanes import lane_code
@@ -59,7 +59,7 @@ class Motion:
             graph, outputs, _ = self._graph(())
             return lane_code("right_hand_side", graph, outputs, self._place(rows), lanes)
 
-        return generated("right_hand_side", RIGHT_HAND_SIDE, self._key(rows, lanes), make)
+        return generated("right_hand_side", RIGHT_HAND_SIDE, make)
 
     def tangent(self, lanes: int, rows: Rows, place: int) -> LaneFunction:
         """The compiled right-hand side of the motion and of one deviation from it.
@@ -86,7 +86,7 @@ class Motion:
             where |= {closed(name): rows.observer + place + RATES * k for k, name in enumerate(self.sides)}
             return lane_code("tangent", graph, outputs, where, lanes)
 
-        return generated("tangent", RIGHT_HAND_SIDE, (*self._key(rows, lanes), place), make)
+        return generated("tangent", RIGHT_HAND_SIDE, make)
 
     def contact_functions(self, lanes: int, rows: Rows, place: int) -> LaneFunction:
         """The compiled function that writes the gap of each contact in ``sides``, its
@@ -115,18 +115,12 @@ class Motion:
                     where[f"{order}.{name}"] = rows.observer + place + RATES * k + order
             return lane_code("contact_functions", graph, found, where, lanes)
 
-        key = (*self._key(rows, lanes), place)
-        return generated("contact_functions", BUFFER, key, make)
+        return generated("contact_functions", BUFFER, make)
 
     @lru_cache  # noqa: B019  # motions live as long as the process
     def named(self) -> Mapping[str, Node]:
         """What the equations call by a name."""
         return traced(self.equations, self.states, self.parameters, self.options)[0].names
-
-    def _key(self, rows: Rows, lanes: int) -> tuple[object, ...]:
-        solved = self.solved and identity(self.solved)
-        names = (self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides, self.quick, self.course)
-        return identity(self.equations), solved, self.options, names, rows, lanes
 
     @lru_cache  # noqa: B019  # motions live as long as the process
     def _graph(self, sides: tuple[str, ...]) -> tuple[Graph, dict[str, Node], dict[Node, Node]]:
