@@ -37,7 +37,7 @@ def check(code: bytes, symbol: str, like: bytes) -> list[str]:
         raise ValueError("it is the code of another processor or system")
     try:
         symbols = list(read(code))
-    except (struct.error, IndexError, ValueError):
+    except (struct.error, IndexError, OverflowError, ValueError):
         raise ValueError("it is a part of an object file") from None
     if not any(found.name == symbol and found.has_code for found in symbols):
         raise ValueError("it is the code of no function of this name")
@@ -68,6 +68,8 @@ def _mach_o(code: bytes) -> Iterator[Symbol]:
     table = None
     for _ in range(commands):
         kind, size = struct.unpack_from("<II", code, at)
+        if size < 8:
+            raise IndexError
         if kind == _SEGMENT:
             (count,) = struct.unpack_from("<I", code, at + 64)
             for k in range(count):
