@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from machine_code import machine
+
 from nsdrill import cache
 from nsdrill.cache import cache_directory
 from nsdrill.compiler import functions, native, objects
@@ -304,7 +304,9 @@ def test_other_processes_see_a_whole_file_or_none(folder, monkeypatch):
 @pytest.mark.parametrize("triple", ["x86_64-unknown-linux-gnu", "x86_64-apple-macosx", "x86_64-pc-windows-msvc-elf"])
 def test_no_bytes_of_an_object_are_trusted(triple):
     """Whatever is changed, an object is right or refused by ValueError."""
-    text = "declare double @log(double)\ndefine i64 @here(double %x) {\n %y = call double @log(double %x)\n ret i64 0\n}\n"
+    text = (
+        "declare double @log(double)\ndefine i64 @here(double %x) {\n %y = call double @log(double %x)\n ret i64 0\n}\n"
+    )
     good = native.object_code(text, machine(triple))
     assert objects.check(good, "here", good) == ["log"]
     with pytest.raises(ValueError, match="no function of this name"):
@@ -357,14 +359,16 @@ def test_a_folder_of_the_right_size_is_looked_through_seldom(kept, monkeypatch):
     looks = []
     look = cache._remove_unused
     monkeypatch.setattr(cache, "_remove_unused", lambda folder: looks.append(folder) or look(folder))
-    monkeypatch.setattr(cache, "LIMIT", 800_000)
-    for number in range(200):
+    monkeypatch.setattr(cache, "LIMIT", 80_000)
+    cache._allowed.clear()
+    for number in range(65):
         cache.save(f"{number}", bytes(1000))
-    assert len(looks) <= 3
-    assert len(files(kept.parent)) == 201
-    for number in range(200, 2000):
+    assert 7 <= len(looks) <= 8  # at first, and after each eighth of the limit
+    assert len(files(kept.parent)) == 66
+    for number in range(65, 100):
         cache.save(f"{number}", bytes(1000))
-    assert sum(path.stat().st_size for path in kept.parent.iterdir()) <= 1.125 * cache.LIMIT
+        assert sum(path.stat().st_size for path in kept.parent.iterdir()) <= 1.125 * cache.LIMIT
+    assert len(files(kept.parent)) < 80
 
 
 def test_use_is_remembered_to_a_day(kept):
@@ -377,8 +381,8 @@ def test_use_is_remembered_to_a_day(kept):
 def test_a_file_that_another_process_removes_is_compiled_again(kept, monkeypatch):
     """Between the look into the folder and the removal, and before it is read."""
     filled(kept.parent, {"old.code": 100})
+    kept.unlink()
     unlink = os.unlink
     monkeypatch.setattr(os, "unlink", lambda path: (unlink(path), unlink(path)))
-    kept.unlink()
     assert told() == (False, [])
     assert files(kept.parent) == {kept.name}

@@ -92,7 +92,7 @@ def save(name: str, content: bytes) -> None:
             with whole(folder / f"{name}{_SUFFIX}") as file:
                 os.chmod(file.name, 0o600)  # for its owner only
                 file.write(_digest(name, content) + content)
-            _bound(folder, len(content))
+            _bound(folder, _DIGEST + len(content))
         except FileError:
             pass  # another process is writing the same code
         except OSError as error:

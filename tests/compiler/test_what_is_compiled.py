@@ -36,7 +36,10 @@ WAYS = {
     "a property": ("class Rock:\n    @property\n    def k(self):\n        return 40.0\nR = Rock()", "R.k"),
     "a static method": ("class Rock:\n    @staticmethod\n    def k():\n        return 40.0", "Rock.k()"),
     "a class method": ("class Rock:\n    @classmethod\n    def k(cls):\n        return 40.0", "Rock.k()"),
-    "an operator of an instance": ("class Rock:\n    def __mul__(self, x):\n        return 40.0 * x\nR = Rock()", "R * 1.0"),
+    "an operator of an instance": (
+        "class Rock:\n    def __mul__(self, x):\n        return 40.0 * x\nR = Rock()",
+        "R * 1.0",
+    ),
     "a field of a dataclass": ("@dataclasses.dataclass\nclass Rock:\n    k: float = 40.0\nR = Rock()", "R.k"),
     "a method of a named tuple": (
         "class Rock(typing.NamedTuple):\n    a: float\n    def k(self):\n        return 40.0 * self.a\nR = Rock(1.0)",
@@ -59,7 +62,7 @@ WAYS = {
     "a data file": ("K = float((pathlib.Path(__file__).parent / 'other.py').read_text()[4:])", "K"),
     "a lambda": ("k = lambda: 40.0", "k()"),
     "the key of a dictionary": ("k = lambda: K['40.0']\nK = {'40.0': 3.0, '4.0': 5.0}", "k()"),
-}  # fmt: skip
+}
 # The language of compiled functions has no imports and no variables by their names.
 NOT_IN_THE_LANGUAGE = ("an import inside", "a variable by its name")
 MODEL = """
@@ -220,7 +223,7 @@ EDITS = {
     "the mathematics": (
         *("elementary.py", "-2.50507602534068634195e-08", "-2.5e-08", "christoforou_yigit", "right_hand_side"),
     ),
-}  # fmt: skip
+}
 NAMED = """
 import hashlib, json, sys
 from nsdrill.compiler import identity, native

@@ -181,11 +181,7 @@ class LaneFunction:
     """A function of the lane language, and its machine code once that is needed."""
 
     def __init__(
-        self,
-        function: FunctionType | None,
-        kinds: str,
-        name: str = "",
-        make: Callable[[], FunctionType] | None = None,
+        self, function: FunctionType | None, kinds: str, name: str = "", make: Callable[[], FunctionType] | None = None
     ) -> None:
         self._function, self._make = function, make
         self.kinds, self.__name__ = kinds, name if function is None else function.__name__

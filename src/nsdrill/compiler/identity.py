@@ -34,7 +34,7 @@ PURE = (
     *(tuple, zip, np.float64, np.int64, np.empty, np.zeros, np.max, np.min, np.sum, np.any, np.all, np.round),
 )
 _NUMBERS = (bool, int, float, complex, str, bytes, range)
-_OF_NAMEDTUPLES = set(vars(namedtuple("_", ())))  # noqa: PYI024
+_OF_NAMEDTUPLES = set(vars(namedtuple("_", ())))
 
 
 class Unidentified(Exception):
@@ -86,9 +86,7 @@ class Identities:
         referred = {name: space[name] for name in names if name in space}
         cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
         referred |= {name: cell.cell_contents for name, cell in cells}
-        referred |= {
-            name: vars(builtins)[name] for name in names if name not in referred and name in vars(builtins)
-        }
+        referred |= {name: vars(builtins)[name] for name in names if name not in referred and name in vars(builtins)}
         found = (
             _code(function.__code__),
             [
