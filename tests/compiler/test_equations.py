@@ -187,6 +187,7 @@ def test_conditions_loops_and_powers_have_the_values_of_python():
 def test_another_law_is_another_function():
     """What a part refers to, and what a law is made of, is a part of what names the
     compiled code."""
+    from nsdrill.compiler.identity import key
     from nsdrill.equations.library import SteepLaw, friction
 
     def equations_with(begin):
@@ -195,7 +196,7 @@ def test_another_law_is_another_function():
         def equations(t, phase, s, p, o):
             return {"speed": -friction("wall", slip=s.speed, normal=1.0, law=law, numbers=None)}
 
-        return made(equations).identity
+        return key(made(equations))
 
     one, same, other = (
         equations_with(begin) for begin in (lambda f, r, n: f, lambda f, r, n: f, lambda f, r, n: 0.5 * f)
