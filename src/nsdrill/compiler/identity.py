@@ -25,6 +25,7 @@ import numpy as np
 
 from nsdrill.compiler import functions, native
 from nsdrill.compiler.functions import LaneFunction
+from nsdrill.compiler.language import parts_of
 from nsdrill.errors import InputError
 
 # Functions of Python whose result depends on their arguments alone, and types that are
@@ -88,7 +89,7 @@ class Identities:
         referred |= {name: cell.cell_contents for name, cell in cells}
         referred |= {name: vars(builtins)[name] for name in names if name not in referred and name in vars(builtins)}
         found = (
-            _code(function.__code__),
+            parts_of(function.__code__),
             [
                 (name, self._content(value, names))
                 for name, value in sorted(referred.items())
@@ -130,12 +131,6 @@ class Identities:
 def _names(code: CodeType) -> set[str]:
     inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
     return set(code.co_names).union(*map(_names, inner))
-
-
-def _code(code: CodeType) -> tuple[object, ...]:
-    constants = [_code(c) if isinstance(c, CodeType) else c for c in code.co_consts]
-    variables = code.co_varnames, code.co_freevars, code.co_cellvars
-    return code.co_name, code.co_code, constants, code.co_names, *variables
 
 
 def _is_plain_namedtuple(kind: type) -> bool:

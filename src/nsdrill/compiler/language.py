@@ -174,6 +174,14 @@ def _parts(code: CodeType) -> tuple[object, ...]:
     return code.co_code, code.co_names, [repr(c) for c in code.co_consts if not isinstance(c, CodeType)]
 
 
+def parts_of(code: CodeType) -> tuple[object, ...]:
+    """All that a code does, in plain data whose text identifies it."""
+    constants = [parts_of(c) if isinstance(c, CodeType) else c for c in code.co_consts]
+    variables = code.co_varnames, code.co_freevars, code.co_cellvars
+    arguments = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags
+    return code.co_name, code.co_code, code.co_exceptiontable, constants, code.co_names, *variables, *arguments
+
+
 @lru_cache
 def _definitions(
     text: str,

@@ -91,7 +91,10 @@ def _optimise(module: llvm.ModuleRef, machine: llvm.TargetMachine) -> None:
 @lru_cache(maxsize=1)
 def _nothing() -> bytes:
     """An object of this processor and system without any function."""
-    return object_code("")
+    with lock:
+        module = llvm.parse_assembly("")
+        module.triple = host_machine().triple
+        return bytes(host_machine().emit_object(module))
 
 
 def address_of(code: bytes, symbol: str) -> int:
