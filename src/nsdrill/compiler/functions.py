@@ -16,9 +16,10 @@ import linecache
 import os
 import struct
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, cached_property
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
@@ -98,10 +99,11 @@ def compiled(*kinds: str) -> Callable[[Callable[..., object]], LaneFunction]:
     return make
 
 
-def generated(name: str, kinds: str, make: Callable[[], FunctionType]) -> LaneFunction:
-    """A compiled function whose code ``make()`` writes when it is needed."""
+def generated(name: str, kinds: str, make: Callable[[], Source]) -> LaneFunction:
+    """A compiled function whose text ``make()`` writes when it is needed; Python reads
+    that text only where its machine code is not known."""
     if route() != "native":
-        return compiled(*kinds)(make())
+        return compiled(*kinds)(make().function())
     return LaneFunction(None, kinds, name, make)
 
 
@@ -154,6 +156,18 @@ def lowest_bit(bits: int) -> int:
 
 
 # Functions from generated text, for regular code that must be written out.
+@dataclass(frozen=True, eq=False)
+class Source:
+    """What defines a function (:func:`define`)."""
+
+    name: str
+    text: str
+    namespace: Mapping[str, object]
+
+    def function(self) -> FunctionType:
+        return define(self.name, self.text, **self.namespace)
+
+
 def define(name: str, text: str, **namespace: object) -> FunctionType:
     """The function ``name`` that the Python source ``text`` defines; ``namespace`` has
     the global names that the text uses besides ``packed`` and ``call``. Tracebacks and
@@ -181,18 +195,23 @@ class LaneFunction:
     """A function of the lane language, and its machine code once that is needed."""
 
     def __init__(
-        self, function: FunctionType | None, kinds: str, name: str = "", make: Callable[[], FunctionType] | None = None
+        self, function: FunctionType | None, kinds: str, name: str = "", make: Callable[[], Source] | None = None
     ) -> None:
         self._function, self._make = function, make
         self.kinds, self.__name__ = kinds, name if function is None else function.__name__
         self._address = 0
 
+    @cached_property
+    def source(self) -> Source | None:
+        """The text of a generated function."""
+        return None if self._make is None else self._make()
+
     @property
     def py_func(self) -> Any:
         """What the interpreter would run."""
         if self._function is None:
-            assert self._make is not None
-            self._function = self._make()
+            assert self.source is not None
+            self._function = self.source.function()
         return self._function
 
     __wrapped__ = py_func

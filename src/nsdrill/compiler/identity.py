@@ -15,6 +15,7 @@ from __future__ import annotations
 import builtins
 import hashlib
 import math
+import re
 import sys
 from collections import namedtuple
 from functools import cache
@@ -24,7 +25,7 @@ from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 import numpy as np
 
 from nsdrill.compiler import functions, native
-from nsdrill.compiler.functions import LaneFunction
+from nsdrill.compiler.functions import LaneFunction, Source
 from nsdrill.compiler.language import parts_of
 from nsdrill.errors import InputError
 
@@ -73,8 +74,20 @@ class Identities:
         """The kinds of the arguments and a digest of the function and of all that it
         refers to. :class:`Unidentified` where some of that is not plain."""
         if isinstance(function, LaneFunction):
+            if function.source is not None:
+                return function.kinds, self._digest_of_text(function.source)
             return function.kinds, self._digest(function.py_func)
         return "", self._digest(function)
+
+    def _digest_of_text(self, source: Source) -> str:
+        words = set(re.findall(r"\w+", source.text)) & source.namespace.keys()
+        called = set(re.findall(r"\b(\w+)\(", source.text)) - source.namespace.keys()
+        attributes = set(re.findall(r"\.(\w+)", source.text))
+        space = {**vars(builtins), **source.namespace}
+        referred = [
+            (name, self._content(space[name], attributes)) for name in sorted(words | called & vars(builtins).keys())
+        ]
+        return hashlib.sha256(repr((source.name, source.text, referred)).encode()).hexdigest()
 
     def _digest(self, function: FunctionType) -> str:
         if function in self._known:

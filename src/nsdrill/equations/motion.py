@@ -15,11 +15,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from types import FunctionType
 from typing import Any
 
 from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Rows
-from nsdrill.compiler.functions import BUFFER, LaneFunction, generated
+from nsdrill.compiler.functions import BUFFER, LaneFunction, Source, generated
 from nsdrill.compiler.language import LanguageError
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.lanes import lane_code
@@ -55,7 +54,7 @@ class Motion:
         """The compiled right-hand side for a number of lanes in a buffer of these
         ``rows``."""
 
-        def make() -> FunctionType:
+        def make() -> Source:
             graph, outputs, _ = self._graph(())
             return lane_code("right_hand_side", graph, outputs, self._place(rows), lanes)
 
@@ -73,7 +72,7 @@ class Motion:
         Piecewise-smooth Dynamical Systems, 2008, chapter 2).
         """
 
-        def make() -> FunctionType:
+        def make() -> Source:
             graph, outputs, instead = self._graph(self.sides)
             seeds: dict[Node, Number] = {graph.input(f"s.{name}"): graph.input(f"d.{name}") for name in self.states}
             followed = {
@@ -93,7 +92,7 @@ class Motion:
         rate and its second derivative at the end of the step to the observer's rows
         from ``place`` on: by differentiation along the motion."""
 
-        def make() -> FunctionType:
+        def make() -> Source:
             graph, _, _ = traced(self.equations, self.states, self.parameters, self.options)
             rates: dict[Node, Number] = {graph.input("time"): 1.0}
             for k, (x, v) in enumerate(zip(self.states[::2], self.states[1::2], strict=False)):
