@@ -258,19 +258,19 @@ class Declaration:
             found.setdefault(extremes.channel, extremes)
         return found
 
-    @property
+    @cached_property
     def channels_with_peaks(self) -> list[str]:
         """The channels whose peaks are recorded."""
         return list(dict.fromkeys(feature.channel for feature in self.of_kind(Extremes) if feature.peaks))
 
-    @property
+    @cached_property
     def measured_per_half(self) -> list[tuple[str, str]]:
         """What is measured in each half of the observation: (what, name of the
         channel); for what has a level or several channels, the name of the feature."""
         ends = [(end, name) for name, extremes in self.extremes.items() for end in extremes.ends]
         return [*ends, *dict.fromkeys(measure_of(feature) for kind in MEASURES for feature in self.of_kind(kind))]
 
-    @property
+    @cached_property
     def named_features(self) -> list[tuple[str, Feature]]:
         """The names of the feature arrays, each with its feature, in order; those that
         are derived last."""
