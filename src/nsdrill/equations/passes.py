@@ -3,11 +3,10 @@ order.
 
 In which order sums are added, and which products are fused into them, is a part of the
 results: another rule gives other last bits. It depends on the equations only, neither on
-lanes nor on the processor, and it stays as it is; a change raises ``RULE``. The terms of
-a sum, however it is parenthesised, are added in the order in which they become known, by
-the latencies below; a product that nothing else uses is fused, ``fma(a, b, sum)``. Where
-the order of additions matters, equations call a function of :mod:`.library` or write
-``fma``.
+lanes nor on the processor, and it stays as it is. The terms of a sum, however it is
+parenthesised, are added in the order in which they become known, by the latencies below;
+a product that nothing else uses is fused, ``fma(a, b, sum)``. Where the order of
+additions matters, equations call a function of :mod:`.library` or write ``fma``.
 """
 
 from __future__ import annotations
@@ -155,7 +154,6 @@ class Tangents:
 # Sums in their order.
 
 
-RULE = 1
 # Cycles of recent processors; only the order matters.
 LATENCY = {"const": 0, "input": 0, "neg": 0, "select": 2, "join": 2, "either": 0, "max": 3,
            "min": 3, "abs": 1, "div": 13, "sqrt": 20, "result": 40}  # fmt: skip
