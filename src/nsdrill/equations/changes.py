@@ -203,7 +203,8 @@ class Changes(ast.NodeTransformer):
             call("locals"),
         )
         targets = ast.Tuple([ast.Name(n, ast.Store()) for n in names], ast.Store())
-        return [*functions, ast.Assign([targets], made), *self._memory(names)]
+        # an error in a side, which is found here, is at the condition
+        return [*functions, ast.copy_location(ast.Assign([targets], made), node.test), *self._memory(names)]
 
     def _on_options(self, test: ast.expr, does_more: tuple[int, str, str]) -> ast.expr:
         return call("option", test, *(ast.Constant(part) for part in does_more))

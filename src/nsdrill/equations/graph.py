@@ -101,7 +101,12 @@ class Node:
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **named: Any) -> Any:
         """What numpy's numbers are in an operation with a value; not its functions."""
         operation = _OPERATORS.get(ufunc.__name__)
-        if operation is None or method != "__call__" or named or any(isinstance(one, np.ndarray) for one in inputs):
+        if (
+            operation is None
+            or method != "__call__"
+            or named
+            or any(np.ndim(one) for one in inputs if type(one) is not Node)
+        ):
             self.graph.refuse(f"found np.{ufunc.__name__} of a value")
         return operation(*(one if type(one) is Node else one.item() for one in inputs))
 
