@@ -24,6 +24,7 @@ from nsdrill.compiler.functions import (
     lowest_bit,
     packed,
 )
+from nsdrill.compiler.language import carried
 
 from .running import LANES, WIDTHS, bits, floats, machine_code, same, whole
 
