@@ -23,7 +23,7 @@ import numpy as np
 
 from nsdrill.equations.graph import Graph, Node
 
-SECONDS = 60.0  # the longest string takes a hundredth of a second
+SECONDS = 20.0  # the longest string takes a hundredth of one
 PATIENCE = 0.25
 PACKAGES = frozenset({"nsdrill", "numpy", "scipy", "builtins"})  # whose objects equations do not change
 

@@ -249,6 +249,8 @@ class Description:
         if self.explicit_only is _OPEN:
             reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
             self._set("explicit_only", lambda parameters: reason)
+        if unknown := [one for one in self.responses if one not in RESPONSES]:
+            raise ValueError(f"responses: found {', '.join(unknown)}; allowed: {', '.join(RESPONSES)}")
         if not self.check_features:
             measured, present = (
                 {variable.name for variable in self.features},

@@ -14,6 +14,7 @@ import importlib
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import redirect_stdout
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -77,7 +78,8 @@ def _loaded(name: str, which: int, expected: type) -> Any:
     location = _LOCATIONS[name][which]
     wanted, what = (("DESCRIPTION", "the description"), ("MODEL", "the class"))[which]
     try:
-        found = _named(location, wanted, expected)
+        with redirect_stdout(sys.stderr if name not in _BUILT_IN else sys.stdout):  # what a module prints is no data
+            found = _named(location, wanted, expected)
         made: Any = found() if isinstance(found, type) else found
         if not isinstance(made, expected) or getattr(made, "name", "") != name:
             raise TypeError(f"{wanted} is {found!r:.80}, not {what} of a model with the name {name}")
@@ -150,6 +152,7 @@ def _checked(name: str) -> Description:
         )
     if name not in _BUILT_IN:
         _check_meanings(name, description)
+        _check_own(name, description)
     return description
 
 
@@ -171,12 +174,43 @@ def _check_meanings(name: str, description: Description) -> None:
                 )
 
 
+def _check_own(name: str, description: Description) -> None:
+    """InputError where a model of another package has a default outside its range, shows
+    a response twice, or one that none of its features tells."""
+    from nsdrill.models.responses import RESPONSES
+
+    try:
+        description.parameters()
+    except ValueError as error:
+        raise InputError(
+            f"the model {name}, parameters: found a default outside its range, {error}; allowed: one within."
+        ) from error
+    features = {variable.name for variable in description.features}
+    for place, response in enumerate(description.responses):
+        if response in description.responses[:place]:
+            raise InputError(f"the model {name}, responses: found {response} twice; allowed: each once.")
+        if RESPONSES[response].feature not in features:
+            raise InputError(
+                f"the model {name}, responses: found {response}, and no feature {RESPONSES[response].feature}, which "
+                "tells whether it is there; allowed: that feature in the declaration and the description."
+            )
+
+
 def other_packages() -> tuple[str, ...]:
     """The models of other packages that this process has imported, for messages: an
     error may be the fault of such a model."""
     return tuple(
         name for name in NAMES if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
     )
+
+
+def place_in_other_packages(error: BaseException) -> str:
+    """The innermost line of a model of another package that an error comes from, for
+    messages."""
+    modules = [sys.modules[_LOCATIONS[name][0].partition(":")[0]] for name in other_packages()]
+    folders = tuple(str(Path(str(module.__file__)).parent) for module in modules if getattr(module, "__file__", None))
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename.startswith(folders)]
+    return f" ({frames[-1].filename}, line {frames[-1].lineno})" if folders and frames else ""
 
 
 @lru_cache
@@ -207,7 +241,11 @@ def model_named(name: str) -> Model:
     from nsdrill.models.base import Model
 
     model: Model = _loaded(name, 1, Model)
-    return model
+    if name in _BUILT_IN:
+        return model
+    from nsdrill.models.soundness import sound
+
+    return sound(model, Model, described(name))
 
 
 def model_in(attrs: Attributes) -> Description:
