@@ -98,6 +98,12 @@ FAULTS = {
     ),
     "label_unknown": ('known("stick_slip_severity")', 'known("stickslip_severity")', "KeyError: 'stickslip_severity'"),
     "trace": ('"surface_torque"),\n    shown', '"bit_torque"),\n    shown', "found .*in its traces|drawn.histories"),
+    "unit": ('565.0, "kg m^2"', '565.0, "kg furlong"', "the unit 'kg furlong' of inertia"),
+    "section": (
+        "spring: Spring = field(default_factory=Spring)",
+        "spring: Spring = Spring",
+        "found spring without its",
+    ),
     "default": ("parameter(50.0,", "parameter(-50.0,", "a default outside its range, damping: found -50"),
     "range": (
         'low=1e-3, high=1e6, meaning="Rotary',

@@ -15,6 +15,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
+from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -25,6 +26,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import Attributes, frozen_modes
 from nsdrill.errors import InputError
+from nsdrill.units import QuantityError, plain_units, to_si
 from nsdrill.variables import MODEL, Variable
 
 if TYPE_CHECKING:
@@ -185,6 +187,7 @@ def _check_own(name: str, description: Description) -> None:
         raise InputError(
             f"the model {name}, parameters: found a default outside its range, {error}; allowed: one within."
         ) from error
+    _check_units(name, description)
     features = {variable.name for variable in description.features}
     for place, response in enumerate(description.responses):
         if response in description.responses[:place]:
@@ -202,6 +205,34 @@ def other_packages() -> tuple[str, ...]:
     return tuple(
         name for name in NAMES if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
     )
+
+
+def _check_units(name: str, description: Description) -> None:
+    """InputError where a number or a variable of a model of another package has a unit
+    that is not known, or a section is no dataclass with defaults."""
+    units: list[tuple[str, str]] = [(one.name, one.units) for one in (*description.variables, *description.trace)]
+    for section in fields(description.parameters):
+        if not is_dataclass(section.default_factory):
+            raise InputError(
+                f"the model {name}, parameters: found {section.name} without its dataclass; allowed: "
+                f"{section.name}: Section = field(default_factory=Section)."
+            )
+    todo: list[Any] = [description.parameters(), description.initial()]
+    while todo:
+        record = todo.pop()
+        for item in fields(record):
+            if is_dataclass(value := getattr(record, item.name)):
+                todo.append(value)
+            units.append((item.name, str(item.metadata.get("units") or "")))
+    for what, unit in units:
+        try:
+            if unit not in ("", "1", "percent", "%"):
+                to_si(f"1 {plain_units(unit)}", plain_units(unit))
+        except QuantityError as error:
+            raise InputError(
+                f"the model {name}: found the unit {unit!r} of {what}, which is not known; allowed: SI units, such as "
+                "'kg m^2' of a number and 'rad s-1' of a variable, and '' or '1' where there is none."
+            ) from error
 
 
 def place_in_other_packages(error: BaseException) -> str:
