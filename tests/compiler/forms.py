@@ -901,6 +901,35 @@ def tries_in_a_helper(s, k):
     return dividing(s.x)
 
 
+@functools.lru_cache
+def remembered_division(v):
+    try:
+        return 1.0 / v
+    except ZeroDivisionError:
+        return 0.0
+
+
+@refused("`try`")
+def tries_in_a_cached_helper(s, k):
+    return remembered_division(s.x)
+
+
+class Dividing:
+    def over(self, v):
+        try:
+            return 1.0 / v
+        except ZeroDivisionError:
+            return 0.0
+
+
+DIVIDING = Dividing()
+
+
+@refused("`try`")
+def tries_in_a_method(s, k):
+    return DIVIDING.over(s.x)
+
+
 @refused("`with`")
 def suppresses(s, k):
     force = 0.0

@@ -2,6 +2,8 @@
 with file, line and remedy: forms of Python of every kind."""
 
 import re
+import sys
+import threading
 from types import SimpleNamespace
 
 import numpy as np
@@ -81,7 +83,8 @@ def test_what_would_have_other_values_is_refused_with_its_place(name, capsys, mo
     assert file in (forms.__file__, __file__)
     if file == forms.__file__ and "read again" not in said:
         first = function.__code__.co_firstlineno
-        helpers = [forms.appending, forms.remembering, forms.dividing]
+        helpers = [forms.appending, forms.remembering, forms.dividing, forms.remembered_division.__wrapped__]
+        helpers.append(forms.Dividing.over)
         lines = {n for each in (function, *helpers) for _, _, n in each.__code__.co_lines() if n}
         assert int(line) in lines or int(line) > first + 1  # not that of the decorator or the name
     assert "allowed" in said or "of its own" in said
@@ -142,3 +145,28 @@ def test_every_name_is_remembered_as_it_is_last():
     expected = (2 * x + y, x - y, np.where(x > 0, y, x), y, x * y, 4 * x)
     for name, value in zip(names, expected, strict=True):
         assert found[name] == pytest.approx(value), name
+
+
+def test_what_other_threads_print_is_printed(capsys):
+    """While equations are read in two threads, whichever ends first."""
+    inner, outer, said = threading.Event(), threading.Event(), []
+
+    def first():
+        with effects.output_to(said.append):
+            inner.set()
+            outer.wait(10.0)
+            print("mine", end="")
+
+    thread = threading.Thread(target=first)
+    thread.start()
+    inner.wait(10.0)
+    before = sys.stdout
+    with effects.output_to(lambda text: said.append(text.upper())):
+        print("here", end="")
+    print("seen", end="")
+    outer.set()
+    thread.join()
+    print(" too", end="")
+    assert sys.stdout is not before
+    assert [text for text in said if text] == ["HERE", "mine"]
+    assert capsys.readouterr().out == "seen too"

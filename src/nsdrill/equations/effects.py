@@ -11,13 +11,13 @@ import ctypes
 import sys
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from io import TextIOBase
 from operator import length_hint
 from types import CodeType, FunctionType, GeneratorType, MethodType, ModuleType
-from typing import Any
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
@@ -127,22 +127,45 @@ class Kept:
         return None
 
 
-class _Silent(TextIOBase):
-    """A standard output on which one thread writes nothing."""
+class _Routed(TextIOBase):
+    """A standard output that gives what some threads write to others than ``output``."""
 
-    def __init__(self, graph: Graph) -> None:
-        self.graph, self.thread, self.output = graph, threading.get_ident(), sys.stdout
+    output: Any = None
+    writers: ClassVar[dict[int, list[Callable[[str], object]]]] = {}
 
     def write(self, text: str) -> int:
-        if threading.get_ident() != self.thread:
-            return self.output.write(text)
-        self.graph.refuse(
-            f"found output, {text.strip()[:40]!r}, and equations are read once, not at every step; allowed: nothing "
-            "that is printed. A trace has what the equations give a name to"
-        )
+        mine = self.writers.get(threading.get_ident())
+        (mine[-1] if mine else self.output.write)(text)
+        return len(text)
 
     def flush(self) -> None:
         self.output.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.output, name)
+
+
+_routed, _swapping = _Routed(), threading.Lock()
+
+
+@contextmanager
+def output_to(write: Callable[[str], object]) -> Iterator[None]:
+    """A context in which what this thread prints is given to ``write``; other threads
+    print as before, and may be in such a context too."""
+    thread = threading.get_ident()
+    with _swapping:
+        if not _routed.writers:
+            _routed.output, sys.stdout = sys.stdout, _routed
+        _routed.writers.setdefault(thread, []).append(write)
+    try:
+        yield
+    finally:
+        with _swapping:
+            _routed.writers[thread].pop()
+            if not _routed.writers[thread]:
+                del _routed.writers[thread]
+            if not _routed.writers:
+                sys.stdout = _routed.output
 
 
 @contextmanager
@@ -150,6 +173,12 @@ def watched(graph: Graph, name: str) -> Iterator[None]:
     """A context in which the equations of ``name`` run: what they print is refused, and
     :class:`Hanging` is raised in them where they do not end."""
     ended, thread = threading.Event(), threading.get_ident()
+
+    def refuse(text: str) -> NoReturn:
+        graph.refuse(
+            f"found output, {text.strip()[:40]!r}, and equations are read once, not at every step; allowed: nothing "
+            "that is printed. A trace has what the equations give a name to"
+        )
 
     def watch() -> None:
         for _ in range(round(SECONDS / PATIENCE)):  # not by the clock, as the machine may sleep
@@ -161,19 +190,27 @@ def watched(graph: Graph, name: str) -> Iterator[None]:
     watcher = threading.Thread(target=watch, daemon=True, name=f"watching {name}")
     watcher.start()
     try:
-        with redirect_stdout(_Silent(graph)):
+        with output_to(refuse):
             yield
     finally:
         ended.set()
         watcher.join()
 
 
-def sources(function: FunctionType, seen: set[FunctionType] | None = None) -> Iterable[FunctionType]:
+def sources(function: FunctionType, seen: set[object] | None = None) -> Iterable[FunctionType]:
     """The functions of a model that ``function`` refers to, with those they refer to."""
     seen = set() if seen is None else seen
-    for value in referred(function).values():
-        found: Any = getattr(value, "py_func", value)
-        if isinstance(found, FunctionType) and found not in seen and is_foreign(found.__module__):
-            seen.add(found)
-            yield found
-            yield from sources(found, seen)
+    todo: list[Any] = [*referred(function).values()]
+    while todo:
+        value = todo.pop()
+        kind = value if isinstance(value, type) else type(value)
+        if is_foreign(kind.__module__) and kind not in seen:
+            seen.add(kind)
+            todo += vars(kind).values()  # its methods
+        for inner in ("py_func", "__wrapped__", "func", "__func__", "fget"):  # parts, cached and partial ones, ...
+            if isinstance(getattr(value, inner, None), FunctionType):
+                todo.append(getattr(value, inner))
+        if isinstance(value, FunctionType) and value not in seen and is_foreign(value.__module__):
+            seen.add(value)
+            yield value
+            yield from sources(value, seen)

@@ -12,13 +12,13 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable, Collection, Iterable, Mapping
-from contextlib import redirect_stdout
 from functools import partial
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
+from nsdrill.equations.effects import output_to
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.observe import channels
 
@@ -114,7 +114,7 @@ def _check_contacts(model: Model, variant: Any) -> None:
 def _called(model: Model, name: str, method: Callable[..., Any], *given: Any, **named: Any) -> Any:
     """What a method gives; what it prints goes to the standard error."""
     try:
-        with redirect_stdout(sys.stderr):
+        with output_to(lambda text: sys.stderr.write(text)):
             found = method(*given, **named)
     except NsdrillError:
         raise
