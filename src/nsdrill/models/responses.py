@@ -165,7 +165,7 @@ class Thresholds(Checked):
     bit_bounce: BitBounce = section(BitBounce, "Bit-bounce; the bounds of its severity must ascend")
     stick_slip: StickSlip = section(StickSlip, "Stick-slip; the bounds of its severity must ascend")
     whirl: Whirl = section(Whirl, "Whirl; the bounds of its severity must ascend")
-    stalled: Stalled = section(Stalled, "Stalled: the bit stays stuck, and no other response is given")
+    stalled: Stalled = section(Stalled, "Stalled: the bit stays stuck, and no other response counts")
     settled: Settled = section(Settled, "Settled motion")
     trust: Trust = section(Trust, "Trust, where points were checked")
     motion: Motion = section(Motion, "Kind of motion, from the returns to the Poincare section")
