@@ -31,7 +31,7 @@ from nsdrill.analysis.maps import (
     stretches,
 )
 from nsdrill.analysis.probability import check_samples, counts_of, effective_number, independent, known, one_procedure
-from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results, overrides
+from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words
 from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STALLED, STICK_SLIP, WHIRL
@@ -107,6 +107,7 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": [speed for speed in lasting if speed["from"] is not None],
         "lasting_motions": lasting,
+        ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
 
 

@@ -20,8 +20,10 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import is_whole, name_in
 from nsdrill.app.check import lasting_motions
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
+from nsdrill.app.early import stick_slip_ends
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
+    ENDS_EARLY,
     IN_MEMORY,
     LASTING_MOTIONS,
     Answer,
@@ -88,13 +90,15 @@ def _path_of(source: Source) -> str:
 
 
 def with_lasting_motions(results: Results) -> Results:
-    """The ``results`` with the critical speeds above which a motion may last among the root
-    attributes, for the window in words and as a picture; without any where there are
-    none, or where the file has no study of this version."""
+    """The ``results`` with the critical speeds above which a motion may last, and with the
+    settings at which stick-slip ends early, among the root attributes, for the window in
+    words and as a picture; without any where there are none, or where the file has no
+    study of this version."""
     speeds: list[Answer] = []
     with suppress(NsdrillError):
         speeds = lasting_motions(study_from_resolved(resolved_study(results.attrs)))
-    return replace(results, attrs={**results.attrs, LASTING_MOTIONS: json_text(speeds)})
+    found = {LASTING_MOTIONS: json_text(speeds), ENDS_EARLY: json_text(stick_slip_ends(results))}
+    return replace(results, attrs={**results.attrs, **found})
 
 
 def contrast(
@@ -216,6 +220,7 @@ MAKER_ATTRIBUTES = (
     "numpy_version",
     "h5py_version",
     "numba_version",
+    "compiler",
     "processor",
 )
 RUN_ATTRIBUTE_UNITS = {

@@ -16,7 +16,7 @@ from nsdrill import __version__
 from nsdrill.analysis.counts import after_failure
 from nsdrill.analysis.hysteresis import hysteresis, not_compared
 from nsdrill.analysis.probability import counts_of, effective_number, independent, known, known_runs, probabilities_of
-from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
+from nsdrill.data import ENDS_EARLY, IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
@@ -29,6 +29,7 @@ from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE
 
 with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import attractors as grouping
+    from nsdrill.app import early
     from nsdrill.app import experiment as experiments
     from nsdrill.app import refinement as refining
     from nsdrill.study import load as loading
@@ -93,6 +94,7 @@ def _summarize_results(results: Results) -> Answer:
     else:
         summary["hysteresis"] = hysteresis(results)
         summary["compared"] = not_compared(results)
+        summary[ENDS_EARLY] = early.stick_slip_ends(results)
         if len(results.swept) == 1:
             summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:

@@ -4,6 +4,7 @@ model have, and which of them a file has."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from nsdrill.models.registry import described
@@ -175,12 +176,12 @@ class Contents:
         object.__setattr__(self, "unknowns", unknowns)
         object.__setattr__(self, "options", tuple(self.options))
 
-    @property
+    @cached_property
     def variables(self) -> tuple[Variable, ...]:
         """The variables that are kept, in the order of a file."""
         return tuple(variable for variable in described(self.model).variables if self.has(variable))
 
-    @property
+    @cached_property
     def grid(self) -> tuple[str, ...]:
         """The dimensions over which points are numbered, the last fastest."""
         several = (("sample",) if self.samples else ()) + (("start",) if self.starts else ())
@@ -193,7 +194,7 @@ class Contents:
     def has(self, variable: Variable) -> bool:
         """Whether ``variable`` is among what is kept."""
         only = variable.only
-        return only is None or only in (*self.states, *self.options) or bool(getattr(self, only, False))
+        return only is None or only in self.states or only in self.options or bool(getattr(self, only, False))
 
     def length(self, dimension: str) -> int:
         """The length of a dimension that is no axis."""

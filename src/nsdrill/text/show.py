@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from nsdrill.analysis.counts import open_words
-from nsdrill.data import Answer, evenly_spaced
+from nsdrill.data import ENDS_EARLY, Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
 from nsdrill.quantity import amount, quantity, sign
 from nsdrill.text.branches import lines as branch_lines
+from nsdrill.text.early import early_lines
 from nsdrill.text.words import (
     in_words,
     knots_text,
@@ -91,6 +92,7 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield from _probability_lines(s, units, everything)
     if "operating_points" in s:
         yield from _attractor_lines(s, units, everything)
+    yield from early_lines(s.get(ENDS_EARLY, []), units)
     if hysteresis := s.get("hysteresis"):
         swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
         yield from _hysteresis_lines(hysteresis, swept, units, everything)

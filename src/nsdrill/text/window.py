@@ -8,9 +8,10 @@ from collections.abc import Iterator, Sequence
 
 from nsdrill.analysis.maps import least_share
 from nsdrill.analysis.window import unknown_words
-from nsdrill.data import Answer, evenly_spaced
+from nsdrill.data import ENDS_EARLY, Answer, evenly_spaced
 from nsdrill.errors import count
 from nsdrill.plot.answer import ORDER, Formatter, answer, drilling, in_order, is_hint, limit, percent, warnings, why
+from nsdrill.text.early import early_lines
 from nsdrill.text.words import label_of, overrides_text, samples_text
 
 SIDES = {"less": "less", "more": "more"}
@@ -26,6 +27,7 @@ def lines(summary: Answer, units: str) -> Iterator[str]:
     yield from textwrap.wrap(answer(summary, units), WIDTH)
     for warning in warnings(summary, units):
         yield from textwrap.wrap(warning, WIDTH, initial_indent="  ", subsequent_indent="  ")
+    yield from early_lines(summary.get(ENDS_EARLY, []), units)
     yield ""
     yield from number_lines(summary, units)
 
