@@ -48,12 +48,13 @@ if TYPE_CHECKING:
         view,
         window,
     )
-    from nsdrill.errors import FileError, InputError, NsdrillError, RunWarning, StudyError
+    from nsdrill.errors import FileError, FileWarning, InputError, NsdrillError, RunWarning, StudyError
 
 __version__ = "0.2.0"
 
 __all__ = [
     "FileError",
+    "FileWarning",
     "Fit",
     "InputError",
     "NsdrillError",
@@ -90,6 +91,7 @@ __all__ = [
 
 _HOME = {
     "FileError": "errors",
+    "FileWarning": "errors",
     "Fit": "app.fit",
     "InputError": "errors",
     "NsdrillError": "errors",

@@ -149,6 +149,19 @@ class CacheWarning(UserWarning):
     its results are the same."""
 
 
+class FileWarning(UserWarning):
+    """A file is read that another program has open to write, or left open when it was
+    killed. Its data are whole.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("error", nsdrill.FileWarning)  # stop there
+    ...     results = nsdrill.open_results("out.h5")
+    """
+
+
 class RunWarning(UserWarning):
     """About a run from Python: points failed, or the run ended early, or in another
     state than it did before.

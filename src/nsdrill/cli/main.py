@@ -14,7 +14,7 @@ import click
 
 from nsdrill import __version__, interrupt
 from nsdrill.cli.overview import COMMANDS, GROUPS, QUANTITIES, overview
-from nsdrill.errors import CacheWarning, NsdrillError, RunWarning, naming_options
+from nsdrill.errors import CacheWarning, FileWarning, NsdrillError, RunWarning, naming_options
 
 
 class CommandExit(Exception):
@@ -61,7 +61,7 @@ def standard_streams() -> Iterator[None]:
         redirect_stderr(_Stream(messages, lambda error: None)),
         warnings.catch_warnings(),
     ):
-        for category in (CacheWarning, RunWarning):
+        for category in (CacheWarning, FileWarning, RunWarning):
             warnings.simplefilter("always", category)
         original = warnings.showwarning
 
@@ -73,7 +73,7 @@ def standard_streams() -> Iterator[None]:
             file: TextIO | None = None,
             line: str | None = None,
         ) -> None:
-            if issubclass(category, CacheWarning | RunWarning):
+            if issubclass(category, CacheWarning | FileWarning | RunWarning):
                 click.echo(f"Warning: {message}", err=True)
             else:
                 original(message, category, filename, lineno, file, line)

@@ -5,6 +5,7 @@ files. xarray is imported here alone, as it takes longer than all that ``show`` 
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from nsdrill.data import Attributes, Results, Trace
 from nsdrill.errors import FileError
 from nsdrill.files import MAKE_ROOM, reason
 from nsdrill.models.registry import model_in
-from nsdrill.store import hdf5
+from nsdrill.store import hdf5, in_use
 from nsdrill.store.arrays import Points, trace_in, trace_variables
 from nsdrill.store.layout import (
     Stored,
@@ -110,12 +111,24 @@ def from_dataset(data: Dataset) -> Results | Trace:
 
 @contextmanager
 def _opened(path: str | os.PathLike[str], **options: object) -> Iterator[Dataset]:
-    """The file ``path`` as xarray opens it, with its ``options``; whatever fails is the
-    FileError of a damaged file."""
+    """The file ``path`` as xarray opens it, with its ``options``, or in memory where
+    another program may write it; whatever fails is the FileError of a damaged file."""
     import xarray
 
     try:
-        yield xarray.open_dataset(path, engine="h5netcdf", **options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of attributes that other programs wrote: nsdrill checks its own
+            if in_use.is_flagged(path):
+                with xarray.open_dataset(in_use.Reader(path), engine="h5netcdf", **options) as data:
+                    yield data.load()
+                return
+            try:
+                data = xarray.open_dataset(path, engine="h5netcdf", **options)
+            except OSError as error:
+                if not in_use.refuses_lock(error):
+                    raise
+                data = xarray.open_dataset(in_use.Reader(path), engine="h5netcdf", **options)
+        yield data
     except Exception as error:  # of metadata that only xarray reads
         raise hdf5.damaged(path, reason(error)) from error
 

@@ -14,9 +14,9 @@ import numpy as np
 from h5py import File
 
 from nsdrill.data import Array, Attributes, Results, Trace
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, option
 from nsdrill.models.registry import BY_NAME
-from nsdrill.store import hdf5
+from nsdrill.store import hdf5, in_use
 from nsdrill.store.arrays import PathLike, Points, check_axes, trace_in, trace_variables
 from nsdrill.store.layout import (
     coordinate_attributes,
@@ -216,8 +216,14 @@ def rewrite_labels(
     the line ``history`` to its history; with ``output`` in a copy of that name.
 
     ``attrs`` replaces root attributes. A copy is edited and renamed at the end, so a
-    kill damages nothing. ValueError for unknown labels or other shapes.
+    kill damages nothing. ValueError for unknown labels or other shapes; FileError where
+    another program has ``path`` open to write and would lose what it writes.
     """
+    if output is None and in_use.is_flagged(path):
+        raise FileError(
+            f"{path}: {in_use.told(path)}, so it is not replaced. {in_use.remedy(path)} Or write a new file "
+            f"with {option('path')}."
+        )
     with hdf5.opened(path, "results") as file:
         points = _points(path, file)
         stored = {v.name: points.dims(v) for v in points.present if v.origin == "label"}
