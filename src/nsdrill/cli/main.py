@@ -14,7 +14,7 @@ import click
 
 from nsdrill import __version__, interrupt
 from nsdrill.cli.overview import COMMANDS, GROUPS, QUANTITIES, overview
-from nsdrill.errors import CacheWarning, FileWarning, NsdrillError, RunWarning, naming_options
+from nsdrill.errors import CacheWarning, FileWarning, NsdrillError, RunWarning, message, naming_options
 
 
 class CommandExit(Exception):
@@ -66,17 +66,20 @@ def standard_streams() -> Iterator[None]:
         original = warnings.showwarning
 
         def show(
-            message: Warning | str,
+            said: Warning | str,
             category: type[Warning],
             filename: str,
             lineno: int,
             file: TextIO | None = None,
             line: str | None = None,
         ) -> None:
-            if issubclass(category, CacheWarning | FileWarning | RunWarning):
-                click.echo(f"Warning: {message}", err=True)
+            if os.environ.get("NSDRILL_DEBUG"):
+                original(said, category, filename, lineno, file, line)
             else:
-                original(message, category, filename, lineno, file, line)
+                other = (
+                    "" if issubclass(category, CacheWarning | FileWarning | RunWarning) else f"{category.__name__}: "
+                )
+                click.echo(f"Warning: {other}{message(str(said))}", err=True)
 
         warnings.showwarning = show
         try:
@@ -161,6 +164,8 @@ def group() -> None:
 
 def main() -> NoReturn:
     """Run the command of the arguments of the process, and exit with its code."""
+    # That of a notebook, which its cells hand on, may not exist here, and files need none.
+    os.environ["MPLBACKEND"] = "agg"
     with naming_options(), standard_streams():
         interrupt.listen()
         try:
@@ -200,7 +205,7 @@ def _run_command() -> NoReturn:
 def _unexpected(error: Exception) -> str:
     """The message for an unexpected error, which may be one of a model in another
     package."""
-    description = f"{type(error).__name__}: {error}"
+    description = message(f"{type(error).__name__}: {error}")
     registry = sys.modules.get("nsdrill.models.registry")
     others = registry.other_packages() if registry is not None else ()
     if others:

@@ -136,7 +136,7 @@ def _writers(path: str | os.PathLike[str]) -> Iterator[tuple[int, str]]:
         target = os.stat(path)
         for number in sorted(int(name) for name in os.listdir("/proc") if name.isdigit()):
             with suppress(OSError, ValueError):
-                if any(_writes(number, entry.name, target) for entry in os.scandir(f"/proc/{number}/fd")):
+                if any(_writes(number, name, target) for name in os.listdir(f"/proc/{number}/fd")):
                     with open(f"/proc/{number}/comm", encoding="utf-8", errors="replace") as file:
                         name = file.read().strip()
                     yield number, "this program" if number == os.getpid() else name
