@@ -18,6 +18,7 @@ from nsdrill.units import from_si, plain_units, readable, rounded_from_si, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
 SYSTEMS = ("si", "field")
+DIGITS = 4  # of a number in an answer, wherever it is given; settings are given to six
 LONG = 3.0  # m, from which a length is given in feet, not in inches
 
 # SI units -> units of display in SI, as engineers write them, and in field units; both

@@ -170,7 +170,8 @@ _CONTROL = dict.fromkeys(
 LARGEST = 1e100  # of any number: larger ones overflow in sums and in conversions of units
 _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters; the first versions had no limit
-_LONGEST_TEXT = 5000  # characters of a text that is shown, as long as the longest path
+_LONGEST_TEXT, _LONGEST_PATH = 500, 5000  # characters of a text that is shown
+_PATHS = ("study_source", "replay_of")
 _ANY_LENGTH = ("title", "study", "history", "axes", "unknowns", "dimensions")
 _TEXT = (
     "axes",
@@ -266,9 +267,10 @@ def _expected_type(name: str, value: object) -> str | None:
         except (ValueError, TypeError, RecursionError):
             return words
     if name in _TEXT or (name.endswith("_version") and name != "format_version"):
-        if isinstance(value, str) and (name in _ANY_LENGTH or len(value) <= _LONGEST_TEXT):
+        most = _LONGEST_PATH if name in _PATHS else _LONGEST_TEXT
+        if isinstance(value, str) and (name in _ANY_LENGTH or len(value) <= most):
             return None
-        return "text" if not isinstance(value, str) else f"text of at most {_LONGEST_TEXT} characters"
+        return f"text of at most {most} characters" if isinstance(value, str) else "text"
     if name in _COUNTS:
         return None if isinstance(value, int) and value >= 0 else "a whole number"
     if name in _NUMBERS:

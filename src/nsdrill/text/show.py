@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
-from nsdrill.quantity import amount, quantity, sign
+from nsdrill.quantity import DIGITS, amount, quantity, sign
 from nsdrill.text.branches import lines as branch_lines
 from nsdrill.text.words import (
     in_words,
@@ -259,8 +259,8 @@ def _range_lines(ranges: Answer, units: str) -> Iterator[str]:
 
 
 def _digits(number: float) -> str:
-    """A number with four digits, or all before the point."""
-    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
+    """A number with :data:`nsdrill.quantity.DIGITS`, or all before the point."""
+    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.{DIGITS}g}"
 
 
 def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:
