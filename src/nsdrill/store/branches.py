@@ -142,8 +142,8 @@ def _axis(data: Dataset, attrs: Attributes, name: str, dim: str, prefix: str) ->
 
 def _with(data: Dataset, dim: str, kinds: dict[str, str]) -> Dataset:
     """``data`` with the texts among the variables ``kinds`` along ``dim`` as they can be
-    printed; _Wrong unless all are there, hold what they should, and lie along ``dim``."""
-    texts = {}
+    printed, and whole numbers as such; _Wrong unless all are there, hold what they should, and lie along ``dim``."""
+    plain = {}
     for name, kind in kinds.items():
         if name not in data.variables:
             raise _Wrong(f"the variable {name} is missing")
@@ -152,17 +152,19 @@ def _with(data: Dataset, dim: str, kinds: dict[str, str]) -> Dataset:
         if array.dims[:1] != (dim,) or array.ndim > most or not array.shape[0]:
             raise _Wrong(f"the variable {name} is not along {dim}, or empty")
         if kind == TEXT:
-            texts[name] = (array.dims, _texts(array), array.attrs)
+            plain[name] = (array.dims, _texts(array), array.attrs)
         elif not _are_numbers(array, kind, _LEAST.get(name, 0)):
             raise _Wrong(f"the variable {name} should have {kind} within their range")
-    return data.assign(texts)
+        elif kind == WHOLE and array.dtype.kind == "f":
+            plain[name] = (array.dims, array.values.astype(np.int64), array.attrs)
+    return data.assign(plain)
 
 
 def _texts(array: DataArray) -> Array:
     if array.dtype.kind not in "OUS":
         raise _Wrong(f"the variable {array.name} should have text")
-    plain = [clean_text(value) if isinstance(value, str | bytes) else "" for value in array.values.tolist()]
-    return np.array([value[:_LONGEST] for value in plain], dtype=object)
+    values = [clean_text(value) if isinstance(value, str | bytes) else "" for value in array.values.tolist()]
+    return np.array([value[:_LONGEST] for value in values], dtype=object)
 
 
 def _are_numbers(array: DataArray, kind: str, least: int) -> bool:

@@ -232,6 +232,8 @@ def rewrite_labels(
             f"{path}: {in_use.told(path)}, so it is not replaced. {in_use.remedy(path)} Or write a new file "
             f"with {option('path')}."
         )
+    if output is None and not os.stat(path).st_mode & 0o222:
+        raise FileError(f"{path}: is write-protected. Write a new file with {option('path')}, or allow it: chmod u+w.")
     if unknown := sorted(set(labels) - set(stored)):
         raise ValueError(f"not labels: {', '.join(unknown)}; labels are {', '.join(stored)}")
     for name, values in labels.items():
