@@ -100,6 +100,15 @@ class Quantity:
         number."""
         return self.shown[SYSTEMS.index(system)]
 
+    def in_answers(self, value: float, system: str) -> str:
+        """An SI ``value`` with its unit of display, as answers, pictures and pages write
+        it; for a choice its word."""
+        if self.choices:
+            return self.choices[int(value)]
+        unit = self.unit(system)
+        scale = 1.0 if unit in ("", "percent") else shown_scale(unit, self.units)
+        return f"{short(value / scale)} {sign(unit)}".rstrip()
+
     def text(self, value: float, system: str, digits: int = 6) -> str:
         """An SI ``value`` with its unit, chosen so that the number is neither large nor
         small; for a choice its word."""
@@ -109,6 +118,11 @@ class Quantity:
             return readable(value, self.units, digits)
         unit = self.unit(system)
         return amount(value, "ft" if unit == "in" and abs(value) >= LONG else unit, digits)
+
+
+def short(number: float) -> str:
+    """A number with :data:`DIGITS`, or all before the point."""
+    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.{DIGITS}g}"
 
 
 def amount(value: float, unit: str, digits: int = 6) -> str:

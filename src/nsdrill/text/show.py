@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from nsdrill.data import Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
-from nsdrill.quantity import DIGITS, amount, quantity, sign
+from nsdrill.quantity import amount, quantity, short, sign
 from nsdrill.text.branches import lines as branch_lines
 from nsdrill.text.words import (
     in_words,
@@ -255,12 +255,7 @@ def _range_lines(ranges: Answer, units: str) -> Iterator[str]:
         )
         # a terminal may know ASCII only
         sign_shown = "%" if name.endswith("_fraction") else sign(unit).replace("²", "^2")
-        yield f"  {name:27s} {_digits(low):>9s} to {_digits(high):>9s} {sign_shown:8s} {r['meaning']}"
-
-
-def _digits(number: float) -> str:
-    """A number with :data:`nsdrill.quantity.DIGITS`, or all before the point."""
-    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.{DIGITS}g}"
+        yield f"  {name:27s} {short(low):>9s} to {short(high):>9s} {sign_shown:8s} {r['meaning']}"
 
 
 def _trace_lines(file: str, s: Answer, units: str) -> Iterator[str]:

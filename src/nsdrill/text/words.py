@@ -8,7 +8,6 @@ from typing import Any
 from nsdrill.data import Answer
 from nsdrill.errors import count
 from nsdrill.models.responses import RESPONSES
-from nsdrill.plot.labels import quantity as as_shown
 from nsdrill.quantity import DIGITS, SYSTEMS, amount, find, in_system, quantity, sign
 from nsdrill.units import WithUnit, from_si
 from nsdrill.variables import AXES
@@ -55,7 +54,7 @@ def value_text(name: str, value: float | str, units: str = "si", *, both: bool =
     if both and axis.name in AXES:
         other = SYSTEMS[1 - SYSTEMS.index(units)]
         return f"{axis.text(value, units)} ({amount(value, axis.unit(other))})"
-    return axis.choices[int(value)] if axis.choices else as_shown(name, units).value(value)
+    return axis.in_answers(value, units)
 
 
 def point_text(point: Mapping[str, float | str], units: str = "si") -> str:
