@@ -170,7 +170,8 @@ def test_simulate(call, small):
         "--sample '5 ms'"
     )
     assert answer.out == ""
-    assert answer.err == "Point: 1000 ft, 5 klbf, 60 rpm.\ntrace.h5: 401 samples over 2 s.\n"
+    lines = [line for line in answer.err.splitlines() if "compil" not in line]  # of a busy machine
+    assert lines == ["Point: 1000 ft, 5 klbf, 60 rpm.", "trace.h5: 401 samples over 2 s."]
     trace = read_trace("trace.h5")
     assert trace.attrs["depth"] == pytest.approx(304.8, rel=1e-12)
     assert trace.attrs["wob"] == pytest.approx(22241.108, rel=1e-7)  # 5000 x 0.45359237 x 9.80665

@@ -12,9 +12,9 @@ from typing import NoReturn, TextIO
 
 import click
 
-from nsdrill import __version__, interrupt
+from nsdrill import __version__, errors, interrupt
 from nsdrill.cli.overview import COMMANDS, GROUPS, QUANTITIES, overview
-from nsdrill.errors import CacheWarning, FileWarning, NsdrillError, RunWarning, message, naming_options
+from nsdrill.errors import CacheWarning, FileWarning, NsdrillError, RunWarning, naming_options
 
 
 class CommandExit(Exception):
@@ -66,7 +66,7 @@ def standard_streams() -> Iterator[None]:
         original = warnings.showwarning
 
         def show(
-            said: Warning | str,
+            message: Warning | str,
             category: type[Warning],
             filename: str,
             lineno: int,
@@ -74,12 +74,12 @@ def standard_streams() -> Iterator[None]:
             line: str | None = None,
         ) -> None:
             if os.environ.get("NSDRILL_DEBUG"):
-                original(said, category, filename, lineno, file, line)
+                original(message, category, filename, lineno, file, line)
             else:
                 other = (
                     "" if issubclass(category, CacheWarning | FileWarning | RunWarning) else f"{category.__name__}: "
                 )
-                click.echo(f"Warning: {other}{message(str(said))}", err=True)
+                click.echo(f"Warning: {other}{errors.message(str(message))}", err=True)
 
         warnings.showwarning = show
         try:
@@ -205,7 +205,7 @@ def _run_command() -> NoReturn:
 def _unexpected(error: Exception) -> str:
     """The message for an unexpected error, which may be one of a model in another
     package."""
-    description = message(f"{type(error).__name__}: {error}")
+    description = errors.message(f"{type(error).__name__}: {error}")
     registry = sys.modules.get("nsdrill.models.registry")
     others = registry.other_packages() if registry is not None else ()
     if others:

@@ -5,7 +5,7 @@ variable and attribute checked."""
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -175,7 +175,7 @@ def _are_numbers(array: DataArray, kind: str, least: int) -> bool:
     return values.dtype.kind == "f" and not np.any(np.abs(values) > LARGEST)
 
 
-def _check_parts(data: Dataset, sizes: str, dim: str, labels: str, known: dict[int, object]) -> None:
+def _check_parts(data: Dataset, sizes: str, dim: str, labels: str, known: Iterable[int]) -> None:
     """_Wrong unless the parts with these ``sizes`` are all of ``dim``, and the
     ``labels`` are ``known``."""
     if int(data[sizes].values.sum()) != data.sizes[dim]:
