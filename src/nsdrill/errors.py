@@ -183,6 +183,9 @@ class FileWarning(UserWarning):
     """
 
 
+file_warnings: list[str] = []  # of this command, for its JSON
+
+
 class RunWarning(UserWarning):
     """About a run from Python: points failed, or the run ended early, or in another
     state than it did before.

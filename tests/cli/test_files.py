@@ -6,6 +6,8 @@ import json
 import os
 import re
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +21,8 @@ from nsdrill.app import citing
 from nsdrill.models.registry import NAMES
 from nsdrill.plot import kinds_for
 from nsdrill.store import log_from_results, read_attributes, read_results, read_trace
+
+from .helpers import finish, start
 
 LABELS = ("response", "whirl_kind", "stick_slip_severity", "bounce_severity", "whirl_severity", "settled")
 
@@ -420,6 +424,22 @@ def test_show_prints_quantities_as_engineers_write_them(call, shared):
     assert " ft/h " in field
     assert " ksi " in field
     assert not re.search(r"\de[+-]\d", ranges)
+
+
+def test_a_file_that_another_program_has_open_is_shown_with_a_warning(copy, tmp_path):
+    work = "import h5py, sys; file = h5py.File(sys.argv[1], 'r+'); print(1, flush=True); sys.stdin.read()"
+    words = [sys.executable, "-c", work, str(copy)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
+        assert holder.stdout.readline()
+        plain, shown = (finish(start("show", copy, *more)) for more in ((), ("--json",)))
+        holder.stdin.close()
+    for answer in (plain, shown):
+        assert answer.code == 0
+        assert f"(process {holder.pid}) has it open to write" in answer.err
+        assert "h5clear -s" in answer.err
+        assert "damaged" not in answer.err
+    assert json.loads(shown.out)["file_warnings"][0] in shown.err
+    assert "file_warnings" not in finish(start("show", copy, "--json")).out, "the file is closed"
 
 
 def test_cite(call, shared, monkeypatch):

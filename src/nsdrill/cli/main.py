@@ -56,6 +56,7 @@ def standard_streams() -> Iterator[None]:
     written is dropped. Warnings of nsdrill become messages."""
     _open_closed()
     data, messages = sys.stdout, sys.stderr
+    errors.file_warnings.clear()
     with (
         redirect_stdout(_Stream(data, _output_failed)),
         redirect_stderr(_Stream(messages, lambda error: None)),
@@ -73,6 +74,8 @@ def standard_streams() -> Iterator[None]:
             file: TextIO | None = None,
             line: str | None = None,
         ) -> None:
+            if issubclass(category, FileWarning):
+                errors.file_warnings.append(str(message))
             if os.environ.get("NSDRILL_DEBUG"):
                 original(message, category, filename, lineno, file, line)
             else:
