@@ -104,7 +104,9 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
 
 def _response_lines(s: Answer) -> Iterator[str]:
     """How many points have each response, and how they move."""
-    for procedure in s["procedures"]:
+    if not s["responses"]:
+        yield "\nResponses: not known, as the file has no variable response."
+    for procedure in s["procedures"] if s["responses"] else ():
         counts = s["responses"][procedure]
         total = sum(counts.values())
         if total:
