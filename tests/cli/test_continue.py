@@ -78,7 +78,7 @@ def test_show_says_what_special_points_mean(made, call):
     assert (min(part), {*ends}) == (hopf["value"], {"bifurcation", "branch"})
     (fold,) = [one for one in cycle["special"] if one["label"] == "fold"]
     assert max(max(part) for part in cycle["stable"]) == fold["value"]
-    assert f"{hopf['value']:.6g} rad/s to {max(part):.6g} rad/s (end of the branch)" in text
+    assert f"{hopf['value']:.4g} rad/s to {max(part):.4g} rad/s (end of the branch)" in text
     assert "rpm" in call("show", made / "b.h5", "--units", "field").out
     assert "continue:" in call("show", made / "b.h5", "--study").out
 
