@@ -7,6 +7,7 @@ nsdrill.accessor``.
 
 from __future__ import annotations
 
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from xarray import DataArray, Dataset, register_dataset_accessor
 from nsdrill import api
 from nsdrill.analysis.counts import after_failure
 from nsdrill.data import Results, resolved_study
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
@@ -49,6 +50,26 @@ class Accessor:
 
     def __init__(self, data: Dataset) -> None:
         self._data = data
+
+    def __repr__(self) -> str:
+        if not {"response", "status"} <= {*self._data.data_vars}:
+            return "nsdrill: a Dataset without the responses of a sweep; plot(kind) draws it"
+        status = self._variable("status")
+        over = ", ".join(f"{name} ({length})" for name, length in status.sizes.items())
+        known = status.isin((OK, INFERRED))
+        shown = {
+            "bouncing": self.bouncing,
+            "sticking": self.sticking,
+            "whirling": self.whirling,
+            "stalled": self.stalled,
+        }
+        rows = [f"  {name:10s}{int(found.sum()):8d}" for name, found in {**shown, "safe()": self.safe()}.items()]
+        unknown = int(status.size) - int(known.sum())
+        rows += [f"  {'not known':10s}{unknown:8d}: failed, or not yet run"] if unknown else []
+        return "\n".join([f"nsdrill: {count(int(status.size), 'run')}{f' over {over}' if over else ''}", *rows])
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(repr(self))}</pre>"
 
     @property
     def bouncing(self) -> DataArray:

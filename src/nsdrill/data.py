@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, brief
 from nsdrill.variables import Axis, Unknown
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -62,7 +62,7 @@ class LackingVariable(InputError, KeyError):
 
     def __str__(self) -> str:
         return (
-            f"found results without {self.args[0]}; allowed: results that have it. Those of an "
+            f"found results without {brief(str(self.args[0]))}; allowed: results that have it. Those of an "
             "earlier version do not have what this one measures besides: run the study again."
         )
 

@@ -3,16 +3,19 @@
 import csv
 import json
 import re
+import shutil
 import signal
 import time
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import xarray
 
 import nsdrill
 from nsdrill.app.unfinished import Part
+from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.text.branches import _curve_lines, lines, stable_parts
 
 from .helpers import finish, start, unwrapped
@@ -75,7 +78,7 @@ def test_show_says_what_special_points_mean(made, call):
     assert (min(part), {*ends}) == (hopf["value"], {"bifurcation", "branch"})
     (fold,) = [one for one in cycle["special"] if one["label"] == "fold"]
     assert max(max(part) for part in cycle["stable"]) == fold["value"]
-    assert f"{hopf['value']:.6g} rad/s to {max(part):.6g} rad/s (end of the branch)" in text
+    assert f"{hopf['value']:.4g} rad/s to {max(part):.4g} rad/s (end of the branch)" in text
     assert "rpm" in call("show", made / "b.h5", "--units", "field").out
     assert "continue:" in call("show", made / "b.h5", "--study").out
 
@@ -404,7 +407,7 @@ def test_a_curve_that_is_lost_at_once_says_so():
     lost = {"curve": 10, "label": "doubling", "words": "periodic over 2 lobes", "end_reason": "no convergence"}
     lost |= {"points": 7, "lobes": 2, "rotary_speed": [6.217854, 6.217859], "wob": [22239.98, 22240.02]}
     (line,) = _curve_lines({"along": "rotary_speed", "curves": [lost]}, "si")
-    assert "periodic over 2 lobes, lost beside its first point, 22.24 kN and 6.21785 rad/s; ends: no conv" in line
+    assert "periodic over 2 lobes, lost beside its first point, 22.24 kN and 6.218 rad/s; ends: no conv" in line
 
 
 def test_the_message_counts_the_seeds_of_a_study_that_finds_none(call, tmp_path):
@@ -434,3 +437,64 @@ def test_special_points_of_two_files_are_compared_without_numbers_of_branches(ma
     told = call("diff", made / "b.h5", "moved.h5").out
     assert "7 (7 followed) in b; which branches are found depends on them." in told
     assert re.search(r"^  hopf, .* 1  1  0  .*rad/s  .*rad/s$", told, re.MULTILINE)
+
+
+def without(name):
+    return lambda file: file.pop(name)
+
+
+def with_attribute(name, value):
+    return lambda file: file.attrs.__setitem__(name, value)
+
+
+def with_values(name, values):
+    def change(file):
+        del file[name]
+        file.create_dataset(name, data=values, dtype=h5py.string_dtype() if isinstance(values, list) else None)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (without("rotary_speed"), "the variable rotary_speed is missing or not along point"),
+        (without("label"), "the variable label is missing"),
+        (with_attribute("continue_from", "x" * 100_000), "the attribute continue_from should be a finite number"),
+        (with_attribute("created", "x" * 25_000), "the attribute created should be text of at most 500 characters"),
+        (with_attribute("along", "wob" * 9000), "the attribute along should be text of at most 500 characters"),
+        (with_attribute("along", "status"), "the attribute along is 'status'"),
+        (with_attribute("seeds", "[1]"), "the attribute seeds should be a JSON object"),
+        (with_values("period", np.zeros((3, 3, 3))), "the variable period is"),
+        (with_values("motion", np.zeros(2)), "the variable motion should have text"),
+        (lambda file: file["label"].write_direct(np.full(file["label"].shape, 77, np.int16)), "label has the code 77"),
+        (lambda file: file["parent"].write_direct(np.array([5, 9])), "the variable parent has numbers of no branch"),
+        (
+            lambda file: file["row_size"].write_direct(np.array([0, 9])),
+            "the variable row_size should have whole numbers",
+        ),
+    ],
+)
+def test_a_damaged_file_is_refused_in_a_sentence(made, tmp_path, call, damage, said):
+    path = Path(shutil.copy(made / "b.h5", tmp_path / "b.h5"))
+    unseal(path)
+    with h5py.File(path, "r+") as file:
+        damage(file)
+    seal(path)
+    for words in (["show", path], ["plot", path, "-o", "b.png"], ["export", path, "-o", "b.csv"]):
+        answer = call(*words, code=2)
+        assert answer.err.startswith(f"Error: {path}: {said}")
+        assert len(answer.err) < 400
+
+
+def test_long_and_odd_texts_of_a_file_are_cut_and_shown(made, tmp_path, call):
+    path = Path(shutil.copy(made / "b.h5", tmp_path / "b.h5"))
+    unseal(path)
+    with h5py.File(path, "r+") as file:
+        file["end_reason"][...] = ["\u202eback\x1b[31m" + "x" * 100_000] * len(file["end_reason"])
+        file.attrs["title"] = "\u202eback\x1b[31m" + "x" * 100_000
+        file["label"].attrs["units"] = "x" * 30_000
+    seal(path)
+    answer = call("show", path)
+    assert max(map(len, answer.out.splitlines())) < 700
+    assert not {"\u202e", "\x1b"} & {*answer.out}

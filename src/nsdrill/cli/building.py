@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from nsdrill.errors import InputError, NsdrillError, Refusal
+from nsdrill.errors import InputError, NsdrillError, Refusal, file_warnings
 from nsdrill.late import deferred
 from nsdrill.operations.argument import (
     Argument,
@@ -361,8 +361,9 @@ def say(text: str) -> None:
 
 
 def print_json(answer: Answer, units: str) -> None:
-    """Print plain data in SI as JSON in ``units``."""
-    click.echo(data.json_text(words.in_units(answer, units), indent=2))
+    """Print plain data in SI as JSON in ``units``, with the warnings about its files."""
+    told = {"file_warnings": list(file_warnings)} if file_warnings else {}
+    click.echo(data.json_text({**words.in_units(answer, units), **told}, indent=2))
 
 
 def write(output: str | None, text: str, overwrite: bool) -> None:

@@ -365,6 +365,9 @@ def report(
     for name in names:
         if not datasets.is_study(name) and os.path.lexists(name) and store.kind_of(name) == "trace":
             raise InputError(f"{name}: found a trace; allowed: results or branches. Draw it with nsdrill plot.")
+    from nsdrill.plot.registry import load_matplotlib
+
+    load_matplotlib()
     units = datasets.units_for(units, names[0])
     branches = [file for file in names if datasets.is_branches(file)]
     # drawn over the sweeps along the same number

@@ -130,6 +130,10 @@ Other = Annotated[
 AnyData = Annotated[
     "Dataset | PathLike", Argument("Results, an unfinished run, branches or a trace.", RESULTS, "FILE", kind=File())
 ]
+CitedData = Annotated[
+    "Dataset | PathLike | None",
+    Argument("Results, an unfinished run, branches or a trace that are to be cited.", RESULTS, "[FILE]", kind=File()),
+]
 ATrace = Annotated[
     "Dataset | PathLike", Argument("Of :func:`simulate` or :func:`replay`.", RESULTS, "FILE", kind=File())
 ]

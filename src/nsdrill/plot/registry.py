@@ -7,7 +7,9 @@ stand nowhere else. They import matplotlib, so they are loaded only when needed.
 from __future__ import annotations
 
 import difflib
+import logging
 import pkgutil
+import sys
 import traceback
 import warnings
 from collections.abc import Callable, Iterable
@@ -17,7 +19,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 from nsdrill.data import Results, Trace
-from nsdrill.errors import InputError, NsdrillError, RunWarning, option
+from nsdrill.errors import InputError, NsdrillError, RunWarning, on_command_line, option
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
 from nsdrill.variables import SAMPLE, TRUST
@@ -120,6 +122,7 @@ def fitting(data: object, kinds: Iterable[Kind]) -> dict[str, float]:
 @cache
 def all_kinds() -> dict[str, Kind]:
     """All kinds by their names."""
+    load_matplotlib()
     kinds: dict[str, Kind] = {}
     package = "nsdrill.plot.kinds"
     for module in sorted(module_info.name for module_info in pkgutil.iter_modules(import_module(package).__path__)):
@@ -132,6 +135,32 @@ def all_kinds() -> dict[str, Kind]:
                 raise NsdrillError(f"plot/kinds/{module}.py: found a second kind {kind.name}; allowed: another name.")
             kinds[kind.name] = kind
     return kinds
+
+
+def load_matplotlib() -> None:
+    """Import matplotlib. NsdrillError where its own settings do not let it start. On a
+    command line it logs each message once, and none about a matplotlibrc, which changes
+    no picture."""
+    if "matplotlib" in sys.modules:
+        return
+    said: set[str] = set()
+
+    def is_news(record: logging.LogRecord) -> bool:
+        text = record.getMessage()
+        is_first = text not in said and "matplotlibrc" not in text
+        said.add(text)
+        return is_first
+
+    if on_command_line():
+        for name in ("matplotlib", "matplotlib.font_manager"):
+            logging.getLogger(name).addFilter(is_news)
+    try:
+        import_module("matplotlib")
+    except (ImportError, OSError, ValueError) as error:
+        raise NsdrillError(
+            f"matplotlib, which draws, cannot start: {error}. Are its settings damaged? It reads a file matplotlibrc "
+            "in this folder or in its own, and the variables MATPLOTLIBRC and MPLBACKEND."
+        ) from error
 
 
 def kinds_of(group: str) -> dict[str, Kind]:
