@@ -196,7 +196,7 @@ def test_one_fault(text, line, key, says):
         ("{depth: {from: 500 m, to: 600 m, points: 1}}", "sweep.depth.points", "at least 2"),
         ("{depth: {from: 500 m, to: 600 m}}", "sweep.depth.points", "from, to and points"),
         ("{depth: [1 km, 1000 m]}", "sweep.depth[1]", "each value once"),
-        ("{depth: [{from: 1 m, to: 2 m, points: 100001}]}", "sweep.depth", "at most 100000 values in each range"),
+        ("{depth: [{from: 1 m, to: 2 m, points: 100001}]}", "sweep.depth", "at most 100 000 in the ranges of a list"),
         ("{depth: [{from: 1 m, to: 2 m}]}", "sweep.depth[0].points", "all of from, to and points"),
         ("{depth: [1 km, {from: 1 m, to: 2 N, points: 3}]}", "sweep.depth[1].to", "in units of force"),
         ("{depth: [1 km, 30]}", "sweep.depth[1]", "without a unit"),

@@ -171,15 +171,15 @@ def _log_of(experiment: Experiment, path: Path, state: Claim, overwrite: bool, r
 def _check_cost(experiment: Experiment, workers: int, *, in_file: bool, large: bool) -> None:
     """InputError where memory is too small for a run, or where it is very large and is
     not meant to be."""
-    study, plan = experiment.study, experiment.plan
     check_memory(experiment, in_file=in_file)
+    study, plan = experiment.study, experiment.plan
     simulation, room = study.simulation, disk(experiment)
     where = "on the disk" if in_file else "of memory for the results"
     check_large(
         "a sweep",
         coarse_points(study, plan.points),
         (simulation.transient + simulation.observe) * (4 if simulation.verify else 1),
-        f"up to {amount(room)} {where} and {amount(memory(plan))} of memory",
+        f"up to {amount(room)} {where} and {amount(memory(experiment))} of memory",
         workers,
         large=large,
     )
