@@ -50,6 +50,20 @@ def test_json(call, small):
     assert report["chains"] == 1
 
 
+def test_what_a_run_would_refuse_is_said(call, small, monkeypatch):
+    """1001 x 1000 runs need --large; 40 bytes * 1001000 are more than 20 MB of memory."""
+    more = ["--set", "sweep.wob={from: 1 kN, to: 9 kN, points: 1001}", "--set", "sweep.procedure=same"]
+    axis = ["--set", "sweep.rotary_speed={from: 1 rad/s, to: 9 rad/s, points: 1000}"]
+    answer = call("check", small, *more, *axis)
+    assert "Large: 1 001 000 points; nsdrill run takes up to 1 000 000, or more with --large." in unwrapped(answer.err)
+    assert "memory" not in answer.err
+    monkeypatch.setattr("nsdrill.app.check.memory_free", lambda: 2e7)
+    monkeypatch.setattr("nsdrill.app.check.BASE", 1e6)
+    assert "Too large for the memory: found a sweep of 1 001 000 points" in unwrapped(
+        call("check", small, *more, *axis).err
+    )
+
+
 def test_text(call, small):
     answer = call("check", small, "--set", "simulation.observe=200 s")
     assert answer.err == ""

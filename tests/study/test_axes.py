@@ -1,9 +1,10 @@
 """Axes, starts and ramps in the study file: how they are asked for, and what is wrong with
 what."""
 
-import numpy as np
 import tracemalloc
+from contextlib import suppress
 
+import numpy as np
 import pytest
 
 from nsdrill.app.refinement import summary
@@ -255,7 +256,8 @@ MANY = "rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 9000000"
 )
 def test_too_many_points_are_refused_by_their_number(text, number):
     """Before an axis is made: a million of its values take 8 MB."""
-    faults("sweep: {wob: [1 kN]}", *[])  # what is imported is no axis
+    with suppress(StudyError):
+        parse_study(text.replace("0000", "2"))  # what is imported is no axis
     tracemalloc.start()
     (fault,) = faults(text)
     peak = tracemalloc.get_traced_memory()[1]

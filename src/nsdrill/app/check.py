@@ -24,8 +24,8 @@ from nsdrill.models.description import Description
 from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.operation import Operation, Ramp
 from nsdrill.quantity import amount, unit_in
-from nsdrill.store import record_dtype
 from nsdrill.ranges import bound_text
+from nsdrill.store import record_dtype
 from nsdrill.study.study import Study
 
 with deferred():  # it imports the compiler
