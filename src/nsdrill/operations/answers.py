@@ -37,7 +37,7 @@ with deferred():
     from nsdrill import files, store
     from nsdrill.analysis import hysteresis as directions
     from nsdrill.analysis import probability as probabilities
-    from nsdrill.app import answers, arguments, datasets, summary, unfinished
+    from nsdrill.app import answers, arguments, continuing, datasets, summary, unfinished
     from nsdrill.app import attractors as attractors_of
     from nsdrill.app import check as checking
     from nsdrill.text import branches as branches_text
@@ -136,8 +136,9 @@ def show(data: AnyData, *, units: Units = None, everything: Everything = False) 
 
 
 def _summary(data: AnyData, name: str) -> Answer:
-    if not datasets.is_dataset(data) and (found := unfinished.summary(name)) is not None:
-        return found
+    part = None if datasets.is_dataset(data) else unfinished.summary(name)
+    if part is not None and (part["what"] != continuing.WHAT or not part["kept"]):
+        return part
     if (branches := datasets.branches_in(data)) is not None:
         return branches_text.summarize_branches(branches)
     is_sweep = not datasets.is_dataset(data) and os.path.lexists(name) and store.kind_of(name) == "results"
