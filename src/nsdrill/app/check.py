@@ -11,7 +11,7 @@ from importlib import import_module
 from itertools import product
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from nsdrill.study.study import Study
 
 with deferred():  # it imports the compiler
     from nsdrill.app import stages
+
+if TYPE_CHECKING:
+    from nsdrill.app.price import Price
 
 
 BASE = 3e8  # bytes that every run takes: the interpreter, the libraries, the batches
@@ -125,6 +128,9 @@ class Report:
         What a run takes [bytes]: at most, and about; 0 for a ramp without a sweep.
     method : tuple of str
         How friction is integrated: explicit, implicit, or both, each at some points.
+    price : Price or None
+        How long the sweep will take, where that was asked for: ``seconds``, most likely
+        between ``low`` and ``high``.
 
     Examples
     --------
@@ -145,6 +151,7 @@ class Report:
     method: tuple[str, ...] = ("explicit",)
     explained: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """The units and the meaning of each coefficient."""
+    price: Price | None = None
 
     def as_json(self) -> Answer:
         """All of it as plain data, as ``nsdrill check --json`` prints it."""
@@ -177,6 +184,7 @@ class Report:
             "coarse_points": self.coarse_points,
             "size": {"disk": {"value": self.disk, "units": "B"}, "memory": {"value": self.memory, "units": "B"}},
             "method": list(self.method),
+            **({} if self.price is None else {"price": self.price.as_json()}),
             "warnings": self.warnings,
         }
 

@@ -1,0 +1,230 @@
+"""How long a run will take, before it begins: some of its points are timed.
+
+The cost of a point depends on its motion: one on which the collar rolls along the wall
+takes up to 64 times the steps of the median. So points are spread evenly over all axes,
+samples and starts; where the state is carried each is started twice, from the start of
+the study and from a drawn one, as a chain may come to it rolling. The mean of their steps
+and the time of a step give the time of all: on the studies that come with nsdrill 0.5 to
+2 times the truth, which is what is told.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nsdrill import interrupt
+from nsdrill.app.check import coarse_points
+from nsdrill.app.experiment import Experiment, prepare
+from nsdrill.app.stages import work_of
+from nsdrill.data import Answer, Array
+from nsdrill.errors import InputError, count
+from nsdrill.kernel.batch import Runs, choose_lanes, widened
+from nsdrill.study.study import Study
+from nsdrill.sweep.plan import Plan
+from nsdrill.sweep.work import Work, compiled_parts
+
+TIMED = 24  # runs
+SPREAD = 2.0  # the true time over the estimate, and the inverse, at most
+SHARE, SHARE_ASKED = 0.04, 0.25  # of the run that timing takes at most, unasked and asked
+VERIFIED = 4.1  # times the steps, where every point is checked: docs/benchmarks.md
+WORTH = 10.0  # s from which a run is priced unasked
+GLIMPSE = 5.0  # s of motion of each point, which tell whether it is worth it
+LEAST = 1e-3  # s of motion observed
+MOST_THREADS = 4
+TAIL = 0.5  # of the last run or chain of a lane, in which others are idle already
+
+
+@dataclass(frozen=True)
+class Price:
+    """The estimated time of a run.
+
+    Attributes
+    ----------
+    seconds : float
+        On ``workers`` processors like this one [s].
+    low, high : float
+        Between which the time will be [s]. Where a map is refined ``high`` is that of the
+        finest grid, and ``seconds`` and ``low`` are those of the coarse one.
+    timed, runs, workers : int
+        Runs that were timed, those of the study, and the processors.
+    took : float
+        Time that this took [s].
+    """
+
+    seconds: float
+    low: float
+    high: float
+    timed: int
+    runs: int
+    workers: int
+    took: float
+
+    @property
+    def text(self) -> str:
+        """``about 2 to 8 min on 2 processors (24 of 462 points timed)``"""
+        timed = f"{self.timed} runs timed for {count(self.runs, 'point')}"
+        return f"about {between(self.low, self.high)} on {count(self.workers, 'processor')} ({timed})"
+
+    def as_json(self) -> Answer:
+        """All of it as plain data."""
+        times = {"seconds": self.seconds, "low": self.low, "high": self.high, "took": self.took}
+        numbers = {"timed": self.timed, "runs": self.runs, "workers": self.workers}
+        return {**{name: {"value": value, "units": "s"} for name, value in times.items()}, **numbers}
+
+
+_UNITS = ((1.0, "s"), (60.0, "min"), (3600.0, "h"), (86400.0, "days"))
+
+
+def between(low: float, high: float) -> str:
+    """Two times [s] in words: ``2 to 8 min``."""
+    size, unit = next(one for one in reversed(_UNITS) if high >= 2.0 * one[0] or one[0] == 1.0)
+    first, last = (f"{value / size:.2g}" if value < 99.5 * size else f"{value / size:.0f}" for value in (low, high))
+    return f"{first} to {last} {unit}"
+
+
+def price_of(study: Study, workers: int) -> Price:
+    """The price of running ``study`` on ``workers`` threads."""
+    experiment = prepare(study)
+    found = price(experiment, work_of(experiment), workers)
+    assert found is not None
+    return found
+
+
+def price(
+    experiment: Experiment, work: Work, workers: int, missing: int | None = None, *, asked: bool = True
+) -> Price | None:
+    """The price of running ``work``, of which ``missing`` points, by default all, are to be
+    run on ``workers`` threads. Unless it is ``asked`` for, None for a run that is soon
+    done."""
+    began, study, plan = time.perf_counter(), experiment.study, work.plan
+    coarse = coarse_points(study, plan.points)
+    share = 1.0 if missing is None else missing / plan.points
+    duration = work.simulation.transient + work.simulation.observe
+    part = min(1.0, (SHARE_ASKED if asked else SHARE) * coarse * share / TIMED)
+    if not asked:
+        if part * duration <= GLIMPSE:
+            return None
+        glimpse, _ = _estimate(work, workers, GLIMPSE / duration)
+        if glimpse * coarse * share < WORTH * plan.points:
+            return None
+    whole, timed = _estimate(work, workers, part)
+    whole *= share * (VERIFIED if study.simulation.verify else 1.0)
+    seconds = whole * coarse / plan.points
+    took = time.perf_counter() - began
+    return Price(seconds, seconds / SPREAD, whole * SPREAD, timed, int(coarse * share), workers, took)
+
+
+def _estimate(work: Work, workers: int, part: float) -> tuple[float, int]:
+    """The time of all points [s], from runs of this ``part`` of their time, and the number
+    of these runs."""
+    simulation = work.simulation
+    transient, observe = part * simulation.transient, max(LEAST, part * simulation.observe)
+    part = (transient + observe) / (simulation.transient + simulation.observe)
+    points = spread(work.plan, TIMED // 2 if work.plan.chain_length > 1 else TIMED)
+    shorter = replace(work, simulation=replace(simulation, transient=transient, observe=observe))
+    chains = -(-work.plan.chains // workers)
+    cost, steps, timed = 0.0, list[Array](), 0
+    parts = (found for piece, those in shorter.parts(points) for found in piece.by_method(those))
+    for one, own in parts:
+        lanes = widened(choose_lanes(chains), chains, one.program.rows)
+        compiled_parts(lanes, one.program)
+        found, per_step = _timed(one, own, lanes, workers)
+        filled = _packed_steps(work.plan, lanes, workers, found)
+        cost += filled * per_step * len(own) / len(points)
+        steps.append(found)
+        timed += len(found)
+    return cost / part, timed
+
+
+def _packed_steps(plan: Plan, lanes: int, workers: int, steps: Array) -> float:
+    """The steps of a batch of so many ``lanes`` on each of the ``workers`` for all points,
+    where each takes as many as those that were timed, on average."""
+    side_by_side = lanes * workers
+    of_chain = plan.chain_length * float(np.mean(steps))
+    if plan.chains <= side_by_side:
+        return of_chain
+    return of_chain * (plan.chains / side_by_side + TAIL)
+
+
+def _timed(work: Work, points: Array, lanes: int, workers: int) -> tuple[Array, float]:
+    """The steps of the runs of these points [runs], and the time of a step of all lanes
+    [s], on as many threads as the run will have."""
+    starts = list(_starts(work, points))
+    threads = min(workers, work.plan.chains, MOST_THREADS, len(points))
+    with ThreadPoolExecutor(threads) as pool:
+        parts = [
+            pool.submit(_time, work, [(own[k::threads], _those(runs, k, threads)) for own, runs in starts], lanes)
+            for k in range(threads)
+        ]
+        found = [one.result() for one in parts]
+    return np.concatenate([steps for steps, _, _ in found]), sum(s for _, s, _ in found) / sum(n for *_, n in found)
+
+
+def _time(work: Work, starts: list[tuple[Array, Runs]], lanes: int) -> tuple[Array, float, int]:
+    """The steps of runs, and the time [s] and number of the steps of all lanes."""
+    batch = work.new_batch(lanes, sum(len(points) for points, _ in starts))
+    for points, runs in starts:
+        batch.add_many(points, runs)
+    functions, steps = compiled_parts(lanes, work.program), list[Array]()
+    began = time.perf_counter()
+    while not batch.idle:
+        interrupt.check_wanted()
+        done = batch.advance(functions, 0.25, True)
+        steps.append(done.accepted + done.rejected)
+    return np.concatenate(steps), time.perf_counter() - began, max(1, batch.packed_steps)
+
+
+def _those(runs: Runs, first: int, step: int) -> Runs:
+    """Every ``step``-th of ``runs`` from ``first`` on."""
+    parts: Answer = {name: None if one is None else one[first::step] for name, one in vars(runs).items()}
+    return Runs(**parts)
+
+
+def _starts(work: Work, points: Array) -> Iterator[tuple[Array, Runs]]:
+    """The runs of these points from their own starts and, where the state is carried, also
+    from drawn ones, if the model has such."""
+    runs = work.prepare(points)
+    yield points, runs
+    if work.plan.chain_length == 1 or len(points) < 2:
+        return
+    at = work.at(work.plan.values(points))
+    drawn = replace(at.initial, ensemble=len(points), slice={})
+    try:
+        states = work.kind.starts(replace(at, initial=drawn), np.arange(len(points)))
+    except InputError:  # the model draws none
+        return
+    initial = runs.initial.copy()
+    for row, state in zip(initial, states, strict=True):
+        work.begin(row, state)
+    yield points, replace(runs, initial=initial)
+
+
+def spread(plan: Plan, most: int) -> Array:
+    """Numbers of at most ``most`` points of a ``plan``, evenly spread over all axes, samples
+    and starts: equal shares of the speed, an additive sequence (Roberts 2018) along the
+    others."""
+    grid = np.array(plan.grid)
+    names = ["procedure", *plan.axes, *["other"] * (len(grid) - 1 - len(plan.axes))]
+    order = sorted(range(1, len(grid)), key=lambda axis: names[axis] != "rotary_speed" or grid[axis] == 1)
+    order = [axis for axis in order if grid[axis] > 1]
+    number = min(most, int(np.prod(grid[1:])))
+    k = np.arange(number)
+    ratio = _additive_ratio(max(1, len(order) - 1))
+    indices = np.zeros((len(grid), number), np.int64)
+    for place, axis in enumerate(order):
+        share = (k + 0.5) / number if place == 0 else (0.5 + (k + 1) * ratio**-place) % 1.0
+        indices[axis] = np.minimum((share * grid[axis]).astype(np.int64), grid[axis] - 1)
+    return np.unique(np.ravel_multi_index(tuple(indices), tuple(grid)))
+
+
+def _additive_ratio(dimensions: int) -> float:
+    """The root of x^(d + 1) = x + 1, the golden ratio for d = 1."""
+    x = 2.0
+    for _ in range(64):
+        x = (1.0 + x) ** (1.0 / (dimensions + 1))
+    return x
