@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import nsdrill
 from nsdrill.models.contents import Contents
 from nsdrill.store import record_dtype
 
@@ -62,6 +63,20 @@ def test_what_a_run_would_refuse_is_said(call, small, monkeypatch):
     assert "Too large for the memory: found a sweep of 1 001 000 points" in unwrapped(
         call("check", small, *more, *axis).err
     )
+
+
+def test_the_time_is_told_where_it_is_asked_for(call, small):
+    assert "Time:" not in call("check", small).out
+    text = call("check", small, "--price").out
+    assert re.search(
+        r"^Time: about [\d.]+ to [\d.]+ (s|min) on \d+ processors? \(\d+ runs timed for 16 points\)\.$", text, re.M
+    )
+    found = json.loads(call("check", small, "--price", "--json").out)["price"]
+    assert found["low"]["value"] < found["seconds"]["value"] < found["high"]["value"]
+    assert {found[name]["units"] for name in ("low", "seconds", "high", "took")} == {"s"}
+    assert found["runs"] == 16
+    assert nsdrill.check(small).price is None
+    assert nsdrill.check(small, price=True).price.runs == 16
 
 
 def test_text(call, small):

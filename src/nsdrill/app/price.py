@@ -31,7 +31,8 @@ from nsdrill.sweep.work import Work, compiled_parts
 TIMED = 24  # runs
 SPREAD = 2.0  # the true time over the estimate, and the inverse, at most
 SHARE, SHARE_ASKED = 0.04, 0.25  # of the run that timing takes at most, unasked and asked
-VERIFIED = 4.1  # times the steps, where every point is checked: docs/benchmarks.md
+CHECKS = 3.1  # times the steps of the sweep that its checks take: docs/benchmarks.md
+WIDER = 2.0  # times the time of a step of few lanes that one of many takes
 WORTH = 10.0  # s from which a run is priced unasked
 GLIMPSE = 5.0  # s of motion of each point, which tell whether it is worth it
 LEAST = 1e-3  # s of motion observed
@@ -112,16 +113,16 @@ def price(
         glimpse, _ = _estimate(work, workers, GLIMPSE / duration)
         if glimpse * coarse * share < WORTH * plan.points:
             return None
-    whole, timed = _estimate(work, workers, part)
-    whole *= share * (VERIFIED if study.simulation.verify else 1.0)
+    whole, timed = _estimate(work, workers, min(1.0, max(part, GLIMPSE / duration)))
+    whole *= share
     seconds = whole * coarse / plan.points
     took = time.perf_counter() - began
     return Price(seconds, seconds / SPREAD, whole * SPREAD, timed, int(coarse * share), workers, took)
 
 
 def _estimate(work: Work, workers: int, part: float) -> tuple[float, int]:
-    """The time of all points [s], from runs of this ``part`` of their time, and the number
-    of these runs."""
+    """The time of all points and of their checks [s], from runs of this ``part`` of their
+    time, and the number of these runs."""
     simulation = work.simulation
     transient, observe = part * simulation.transient, max(LEAST, part * simulation.observe)
     part = (transient + observe) / (simulation.transient + simulation.observe)
@@ -134,21 +135,22 @@ def _estimate(work: Work, workers: int, part: float) -> tuple[float, int]:
         lanes = widened(choose_lanes(chains), chains, one.program.rows)
         compiled_parts(lanes, one.program)
         found, per_step = _timed(one, own, lanes, workers)
-        filled = _packed_steps(work.plan, lanes, workers, found)
+        filled = _packed_steps(work.plan.chains, work.plan.chain_length, lanes * workers, found)
+        if work.simulation.verify:  # of every point alone, also where the sweep is a chain
+            many = max(lanes, choose_lanes(-(-work.plan.points // workers)))
+            of_checks = CHECKS * (WIDER if many > lanes else 1.0)
+            filled += of_checks * _packed_steps(work.plan.points, 1, many * workers, found)
         cost += filled * per_step * len(own) / len(points)
         steps.append(found)
         timed += len(found)
     return cost / part, timed
 
 
-def _packed_steps(plan: Plan, lanes: int, workers: int, steps: Array) -> float:
-    """The steps of a batch of so many ``lanes`` on each of the ``workers`` for all points,
-    where each takes as many as those that were timed, on average."""
-    side_by_side = lanes * workers
-    of_chain = plan.chain_length * float(np.mean(steps))
-    if plan.chains <= side_by_side:
-        return of_chain
-    return of_chain * (plan.chains / side_by_side + TAIL)
+def _packed_steps(chains: int, length: int, lanes: int, steps: Array) -> float:
+    """The steps of a batch for these ``chains`` of points, on so many ``lanes`` of all
+    workers, where each point takes as many as those that were timed, on average."""
+    of_chain = length * float(np.mean(steps))
+    return of_chain if chains <= lanes else of_chain * (chains / lanes + TAIL)
 
 
 def _timed(work: Work, points: Array, lanes: int, workers: int) -> tuple[Array, float]:
