@@ -36,6 +36,7 @@ def steps_for_seconds(monkeypatch):
     monkeypatch.setenv("NSDRILL_LANES", "1")
     monkeypatch.setattr(pricing, "_timed", lambda *inputs: (timed(*inputs)[0], 1.0))
     monkeypatch.setattr(pricing, "TAIL", 0.0)
+    monkeypatch.setattr(pricing, "TAIL_OF_CHAINS", 0.0)
 
 
 @pytest.mark.parametrize("text", STUDIES.values(), ids=STUDIES)

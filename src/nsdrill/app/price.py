@@ -11,7 +11,7 @@ and the time of a step give the time of all: on the studies that come with nsdri
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -37,7 +37,7 @@ WORTH = 10.0  # s from which a run is priced unasked
 GLIMPSE = 5.0  # s of motion of each point, which tell whether it is worth it
 LEAST = 1e-3  # s of motion observed
 MOST_THREADS = 4
-TAIL = 0.5  # of the last run or chain of a lane, in which others are idle already
+TAIL, TAIL_OF_CHAINS = 0.5, 1.0  # of the last run, or chain, of a lane, in which others are idle already
 
 
 @dataclass(frozen=True)
@@ -126,31 +126,37 @@ def _estimate(work: Work, workers: int, part: float) -> tuple[float, int]:
     simulation = work.simulation
     transient, observe = part * simulation.transient, max(LEAST, part * simulation.observe)
     part = (transient + observe) / (simulation.transient + simulation.observe)
-    points = spread(work.plan, TIMED // 2 if work.plan.chain_length > 1 else TIMED)
+    plan, chains = work.plan, -(-work.plan.chains // workers)
+    points = spread(plan, TIMED // 2 if plan.chain_length > 1 else TIMED, work.compiled)
     shorter = replace(work, simulation=replace(simulation, transient=transient, observe=observe))
-    chains = -(-work.plan.chains // workers)
-    cost, steps, timed = 0.0, list[Array](), 0
-    parts = (found for piece, those in shorter.parts(points) for found in piece.by_method(those))
-    for one, own in parts:
+    cost, timed = 0.0, 0
+    parts = ((found, len(those)) for piece, those in shorter.parts(points) for found in piece.by_method(those))
+    for (one, own), of_part in parts:
         lanes = widened(choose_lanes(chains), chains, one.program.rows)
         compiled_parts(lanes, one.program)
         found, per_step = _timed(one, own, lanes, workers)
-        filled = _packed_steps(work.plan.chains, work.plan.chain_length, lanes * workers, found)
+        # Parts with code of their own run one after the other. The method may change
+        # along a chain, of which each then has a share.
+        share, of_method = of_part / len(points), len(own) / of_part
+        of_points = share * of_method * plan.points
+        filled = of_method * _packed_steps(share * plan.chains, plan.chain_length, lanes * workers, found)
+        if plan.chain_length == 1:
+            filled = _packed_steps(of_points, 1, lanes * workers, found)
         if work.simulation.verify:  # of every point alone, also where the sweep is a chain
-            many = max(lanes, choose_lanes(-(-work.plan.points // workers)))
+            many = max(lanes, choose_lanes(-(-plan.points // workers)))
             of_checks = CHECKS * (WIDER if many > lanes else 1.0)
-            filled += of_checks * _packed_steps(work.plan.points, 1, many * workers, found)
-        cost += filled * per_step * len(own) / len(points)
-        steps.append(found)
+            filled += of_checks * _packed_steps(of_points, 1, many * workers, found)
+        cost += filled * per_step
         timed += len(found)
     return cost / part, timed
 
 
-def _packed_steps(chains: int, length: int, lanes: int, steps: Array) -> float:
+def _packed_steps(chains: float, length: int, lanes: int, steps: Array) -> float:
     """The steps of a batch for these ``chains`` of points, on so many ``lanes`` of all
     workers, where each point takes as many as those that were timed, on average."""
     of_chain = length * float(np.mean(steps))
-    return of_chain if chains <= lanes else of_chain * (chains / lanes + TAIL)
+    tail = TAIL_OF_CHAINS if length > 1 else TAIL
+    return of_chain if chains <= lanes else of_chain * (chains / lanes + tail)
 
 
 def _timed(work: Work, points: Array, lanes: int, workers: int) -> tuple[Array, float]:
@@ -206,15 +212,30 @@ def _starts(work: Work, points: Array) -> Iterator[tuple[Array, Runs]]:
     yield points, replace(runs, initial=initial)
 
 
-def spread(plan: Plan, most: int) -> Array:
+def spread(plan: Plan, most: int, apart: Sequence[str] = ()) -> Array:
     """Numbers of at most ``most`` points of a ``plan``, evenly spread over all axes, samples
     and starts: equal shares of the speed, an additive sequence (Roberts 2018) along the
-    others."""
+    others. Of the axes ``apart`` every value has as many points, two or more, where these
+    are not more than the most."""
+    of_each = [1 + list(plan.axes).index(axis) for axis in apart]
+    values = int(np.prod([plan.grid[axis] for axis in of_each], dtype=int))
+    if values > 1 and 2 * values <= most:
+        one = np.unravel_index(_spread(plan, most // values, of_each), plan.grid)
+        places = np.indices([plan.grid[axis] for axis in of_each]).reshape(len(of_each), -1)
+        indices = [np.tile(index, values) for index in one]
+        for axis, place in zip(of_each, places, strict=True):
+            indices[axis] = np.repeat(place, len(one[0]))
+        return np.unique(np.ravel_multi_index(tuple(indices), plan.grid))
+    return _spread(plan, most)
+
+
+def _spread(plan: Plan, most: int, without: Sequence[int] = ()) -> Array:
+    """Those points at the first values of the axes with the numbers ``without``."""
     grid = np.array(plan.grid)
     names = ["procedure", *plan.axes, *["other"] * (len(grid) - 1 - len(plan.axes))]
     order = sorted(range(1, len(grid)), key=lambda axis: names[axis] != "rotary_speed" or grid[axis] == 1)
-    order = [axis for axis in order if grid[axis] > 1]
-    number = min(most, int(np.prod(grid[1:])))
+    order = [axis for axis in order if grid[axis] > 1 and axis not in without]
+    number = min(most, int(np.prod(grid[order])))
     k = np.arange(number)
     ratio = _additive_ratio(max(1, len(order) - 1))
     indices = np.zeros((len(grid), number), np.int64)
