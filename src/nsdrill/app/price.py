@@ -147,21 +147,26 @@ def _estimate(work: Work, workers: int, part: float) -> tuple[float, int]:
             of_checks = CHECKS * (WIDER if many > lanes else 1.0)
             filled += of_checks * _packed_steps(of_points, 1, many * workers, found)
         cost += filled * per_step
-        timed += len(found)
+        timed += sum(map(len, found))
     return cost / part, timed
 
 
-def _packed_steps(chains: float, length: int, lanes: int, steps: Array) -> float:
+def _packed_steps(chains: float, length: int, lanes: int, steps: list[Array]) -> float:
     """The steps of a batch for these ``chains`` of points, on so many ``lanes`` of all
-    workers, where each point takes as many as those that were timed, on average."""
-    of_chain = length * float(np.mean(steps))
-    tail = TAIL_OF_CHAINS if length > 1 else TAIL
-    return of_chain if chains <= lanes else of_chain * (chains / lanes + tail)
+    workers, where each point takes as many as those that were timed, on average; the
+    longest of several chains as many as from the costlier kind of start."""
+    means = [float(np.mean(of_kind)) for of_kind in steps]
+    of_chain, longest = length * sum(means) / len(means), length * max(means)
+    if chains <= 1:
+        return of_chain
+    if chains <= lanes:
+        return longest
+    return max(longest, of_chain * (chains / lanes + (TAIL_OF_CHAINS if length > 1 else TAIL)))
 
 
-def _timed(work: Work, points: Array, lanes: int, workers: int) -> tuple[Array, float]:
-    """The steps of the runs of these points [runs], and the time of a step of all lanes
-    [s], on as many threads as the run will have."""
+def _timed(work: Work, points: Array, lanes: int, workers: int) -> tuple[list[Array], float]:
+    """The steps of the runs of these points [runs] from each kind of start, and the time of
+    a step of all lanes [s], on as many threads as the run will have."""
     starts = list(_starts(work, points))
     threads = min(workers, work.plan.chains, MOST_THREADS, len(points))
     with ThreadPoolExecutor(threads) as pool:
@@ -170,21 +175,24 @@ def _timed(work: Work, points: Array, lanes: int, workers: int) -> tuple[Array, 
             for k in range(threads)
         ]
         found = [one.result() for one in parts]
-    return np.concatenate([steps for steps, _, _ in found]), sum(s for _, s, _ in found) / sum(n for *_, n in found)
+    steps = [np.concatenate(of_kind) for of_kind in zip(*(steps for steps, _, _ in found), strict=True)]
+    return steps, sum(seconds for _, seconds, _ in found) / sum(number for *_, number in found)
 
 
-def _time(work: Work, starts: list[tuple[Array, Runs]], lanes: int) -> tuple[Array, float, int]:
-    """The steps of runs, and the time [s] and number of the steps of all lanes."""
-    batch = work.new_batch(lanes, sum(len(points) for points, _ in starts))
-    for points, runs in starts:
-        batch.add_many(points, runs)
-    functions, steps = compiled_parts(lanes, work.program), list[Array]()
+def _time(work: Work, starts: list[tuple[Array, Runs]], lanes: int) -> tuple[list[Array], float, int]:
+    """The steps of runs from each kind of start, and the time [s] and number of the steps of
+    all lanes."""
+    ends = np.cumsum([len(points) for points, _ in starts])
+    batch, steps = work.new_batch(lanes, int(ends[-1])), np.zeros(int(ends[-1]))
+    for end, (points, runs) in zip(ends, starts, strict=True):
+        batch.add_many(np.arange(end - len(points), end), runs)
+    functions = compiled_parts(lanes, work.program)
     began = time.perf_counter()
     while not batch.idle:
         interrupt.check_wanted()
         done = batch.advance(functions, 0.25, True)
-        steps.append(done.accepted + done.rejected)
-    return np.concatenate(steps), time.perf_counter() - began, max(1, batch.packed_steps)
+        steps[done.job] = done.accepted + done.rejected
+    return np.split(steps, ends[:-1]), time.perf_counter() - began, max(1, batch.packed_steps)
 
 
 def _those(runs: Runs, first: int, step: int) -> Runs:
