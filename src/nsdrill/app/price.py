@@ -10,6 +10,7 @@ and the time of a step give the time of all: on the studies that come with nsdri
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -169,27 +170,31 @@ def _timed(work: Work, points: Array, lanes: int, workers: int) -> tuple[list[Ar
     a step of all lanes [s], on as many threads as the run will have."""
     starts = list(_starts(work, points))
     threads = min(workers, work.plan.chains, MOST_THREADS, len(points))
+    stop = threading.Event()
     with ThreadPoolExecutor(threads) as pool:
-        parts = [
-            pool.submit(_time, work, [(own[k::threads], _those(runs, k, threads)) for own, runs in starts], lanes)
-            for k in range(threads)
-        ]
-        found = [one.result() for one in parts]
+        parts = [[(own[k::threads], _those(runs, k, threads)) for own, runs in starts] for k in range(threads)]
+        try:
+            found = [one.result() for one in [pool.submit(_time, work, part, lanes, stop) for part in parts]]
+        except BaseException:
+            stop.set()
+            raise
     steps = [np.concatenate(of_kind) for of_kind in zip(*(steps for steps, _, _ in found), strict=True)]
     return steps, sum(seconds for _, seconds, _ in found) / sum(number for *_, number in found)
 
 
-def _time(work: Work, starts: list[tuple[Array, Runs]], lanes: int) -> tuple[list[Array], float, int]:
+def _time(
+    work: Work, starts: list[tuple[Array, Runs]], lanes: int, stop: threading.Event
+) -> tuple[list[Array], float, int]:
     """The steps of runs from each kind of start, and the time [s] and number of the steps of
-    all lanes."""
+    all lanes; until ``stop`` is set."""
     ends = np.cumsum([len(points) for points, _ in starts])
     batch, steps = work.new_batch(lanes, int(ends[-1])), np.zeros(int(ends[-1]))
     for end, (points, runs) in zip(ends, starts, strict=True):
         batch.add_many(np.arange(end - len(points), end), runs)
     functions = compiled_parts(lanes, work.program)
     began = time.perf_counter()
-    while not batch.idle:
-        interrupt.check_wanted()
+    while not batch.idle and not stop.is_set():
+        interrupt.check()
         done = batch.advance(functions, 0.25, True)
         steps[done.job] = done.accepted + done.rejected
     return np.split(steps, ends[:-1]), time.perf_counter() - began, max(1, batch.packed_steps)
