@@ -4,8 +4,8 @@ The cost of a point depends on its motion: one on which the collar rolls along t
 takes up to 64 times the steps of the median. So points are spread evenly over all axes,
 samples and starts; where the state is carried each is started twice, from the start of
 the study and from a drawn one, as a chain may come to it rolling. The mean of their steps
-and the time of a step give the time of all: on the studies that come with nsdrill 0.5 to
-2 times the truth, which is what is told.
+and the time of a step give the time of all, within a factor of two on most of the studies
+that come with nsdrill; that is what is told.
 """
 
 from __future__ import annotations
