@@ -27,6 +27,7 @@ SHOWN: dict[str, tuple[str, str]] = {
     "N": ("kN", "klbf"),
     "N m": ("kN*m", "kft*lbf"),
     "rad/s": ("rad/s", "rpm"),
+    "rad/s^2": ("rad/s^2", "rpm/s"),
     "m/s": ("m/s", "ft/s"),
     "m/s^2": ("m/s^2", "gravity"),
     "rad": ("rad", "rev"),
@@ -41,6 +42,7 @@ SHOWN: dict[str, tuple[str, str]] = {
     "N m/rad": ("N m/rad", "kft*lbf/rad"),
     "N m s/rad": ("N m s/rad", "ft*lbf*s/rad"),
     "s/m": ("s/m", "s/ft"),
+    "W": ("kW", "hp"),
 }
 _SHOWN_OF_NAME = {
     "depth": ("m", "ft"),
