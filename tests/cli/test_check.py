@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import nsdrill
 from nsdrill.models.contents import Contents
 from nsdrill.store import record_dtype
 
@@ -48,6 +49,34 @@ def test_json(call, small):
     assert report["coefficients"]["gap"]["value"] == pytest.approx(0.0762, rel=1e-12)
     assert report["points"] == 16
     assert report["chains"] == 1
+
+
+def test_what_a_run_would_refuse_is_said(call, small, monkeypatch):
+    """1001 x 1000 runs need --large; 40 bytes * 1001000 are more than 20 MB of memory."""
+    more = ["--set", "sweep.wob={from: 1 kN, to: 9 kN, points: 1001}", "--set", "sweep.procedure=same"]
+    axis = ["--set", "sweep.rotary_speed={from: 1 rad/s, to: 9 rad/s, points: 1000}"]
+    answer = call("check", small, *more, *axis)
+    assert "Large: 1 001 000 points; nsdrill run takes up to 1 000 000, or more with --large." in unwrapped(answer.err)
+    assert "memory" not in answer.err
+    monkeypatch.setattr("nsdrill.app.check.memory_free", lambda: 2e7)
+    monkeypatch.setattr("nsdrill.app.check.BASE", 1e6)
+    assert "Too large for the memory: found a sweep of 1 001 000 points" in unwrapped(
+        call("check", small, *more, *axis).err
+    )
+
+
+def test_the_time_is_told_where_it_is_asked_for(call, small):
+    assert "Time:" not in call("check", small).out
+    text = call("check", small, "--price").out
+    assert re.search(
+        r"^Time: about [\d.]+ to [\d.]+ (s|min) on \d+ processors? \(\d+ runs timed for 16 points\)\.$", text, re.M
+    )
+    found = json.loads(call("check", small, "--price", "--json").out)["price"]
+    assert found["low"]["value"] < found["seconds"]["value"] < found["high"]["value"]
+    assert {found[name]["units"] for name in ("low", "seconds", "high", "took")} == {"s"}
+    assert found["runs"] == 16
+    assert nsdrill.check(small).price is None
+    assert nsdrill.check(small, price=True).price.runs == 16
 
 
 def test_text(call, small):

@@ -15,6 +15,7 @@ import xarray
 
 import nsdrill
 from nsdrill.app.unfinished import Part
+from nsdrill.orbit import explore
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.text.branches import _curve_lines, lines, stable_parts
 
@@ -401,6 +402,47 @@ def test_killed_and_resumed(made, tmp_path, call):
     one, two = nsdrill.open_results(made / "b.h5"), nsdrill.open_results(tmp_path / "b.h5")
     for name in ("rotary_speed", "state", "multiplier_real", "period", "label", "bit_speed_max"):
         assert np.array_equal(one[name].values, two[name].values, equal_nan=True)
+
+
+TWO = STUDY.replace("[5 rad/s]", "[1.7 rad/s, 5 rad/s]").replace("points: 300", "points: 60\n  switch: false")
+
+
+def test_every_branch_is_kept_as_it_ends(call, monkeypatch):
+    """Of those that are followed side by side as well; a resumed round follows only the
+    others, which end where they would have ended. What is kept can be seen."""
+    followed, write = [], Part.write
+    follow = explore.followed_side
+
+    def counted(flow, orders, known, side):
+        followed.append(side.candidate.key)
+        return (yield from follow(flow, orders, known, side))
+
+    def interrupted(part, *state):
+        write(part, *state)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(explore, "followed_side", counted)
+    Path("study.yaml").write_text(TWO)
+    nsdrill.continue_branches("study.yaml", "whole.h5")
+    keys, sides = {*followed}, len(followed)
+    assert len(keys) == 3  # from seeds, side by side
+    followed.clear()
+    with monkeypatch.context() as patched:
+        patched.setattr(Part, "write", interrupted)
+        with pytest.raises(KeyboardInterrupt, match=r"1 branch, \d+ points are kept in .*b.h5.part"):
+            nsdrill.continue_branches("study.yaml", "b.h5")
+    told = call("show", "b.h5.part").out
+    words = rf"unfinished: 1 branch so far, \d of {2 * 2} seeds still to follow or to place"
+    assert re.search(rf"an unfinished continuation. Steady drilling and stick-slip \({words}\)", told)
+    assert "Branch 0:" in told
+    assert json.loads(call("show", "b.h5.part", "--json").out)["unfinished"].startswith("unfinished: 1 branch")
+    call("plot", "b.h5.part", "-o", "part.svg")
+    assert "unfinished: 1 branch so far" in unwrapped(re.sub("<[^>]*>", "", Path("part.svg").read_text()))
+    followed.clear()
+    nsdrill.continue_branches("study.yaml", "b.h5", resume=True)
+    assert 0 < len(followed) < sides
+    assert len({*followed}) == len(keys) - 1
+    assert "The numbers are the same to the bit" in call("diff", "whole.h5", "b.h5", "--exit-code").out
 
 
 def test_a_curve_that_is_lost_at_once_says_so():

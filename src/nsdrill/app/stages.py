@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from nsdrill.app.experiment import Experiment
 from nsdrill.data import Array
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.kernel.settings import Simulation
@@ -29,6 +30,12 @@ Deliver = Callable[[Array, dict[str, Array]], None]
 StateAt = Callable[[int, int], Array | None]
 SYNC_SECONDS = 1.0
 _BLOCK = 1 << 18  # points examined at a time
+
+
+def work_of(experiment: Experiment) -> Work:
+    """All inputs of the numbers of an experiment."""
+    study, plan = experiment.study, experiment.plan
+    return Work(plan, study.parameters, study.initial, study.simulation, study.thresholds, study.record, study.model)
 
 
 @dataclass

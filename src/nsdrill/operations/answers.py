@@ -6,12 +6,12 @@ import os
 import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 from nsdrill.errors import InputError, NsdrillError, Refusal, option
 from nsdrill.late import deferred
-from nsdrill.operations.argument import Argument, File, Whole
+from nsdrill.operations.argument import Argument, File, Flag, Whole
 from nsdrill.operations.arguments import (
     FILE,
     AnyData,
@@ -37,9 +37,11 @@ with deferred():
     from nsdrill import files, store
     from nsdrill.analysis import hysteresis as directions
     from nsdrill.analysis import probability as probabilities
-    from nsdrill.app import answers, arguments, datasets, summary, unfinished
+    from nsdrill.app import answers, arguments, continuing, datasets, summary, unfinished
     from nsdrill.app import attractors as attractors_of
     from nsdrill.app import check as checking
+    from nsdrill.app import price as pricing
+    from nsdrill.app import run as running
     from nsdrill.text import branches as branches_text
     from nsdrill.text import show as text
     from nsdrill.text import window as window_text
@@ -76,8 +78,13 @@ Motions = Annotated[
 ]
 
 
-def check(study: StudyLike, set: Settings = None, units: Units = None) -> Report:
-    """Check a study without running it.
+Priced = Annotated[
+    bool, Argument("Time some points of the sweep, and tell how long all will take.", "bool", "--price", kind=Flag())
+]
+
+
+def check(study: StudyLike, set: Settings = None, units: Units = None, price: Priced = False) -> Report:
+    """Check a study without running it; with ``price`` some of its points are timed.
 
     Returns
     -------
@@ -95,7 +102,11 @@ def check(study: StudyLike, set: Settings = None, units: Units = None) -> Report
     (10, True)
     """
     loaded = arguments.study_in(study, set)
-    return checking.check(loaded, units or loaded.units)
+    report = checking.check(loaded, units or loaded.units)
+    if not price:
+        return report
+    running.check_sweep(loaded)
+    return replace(report, price=pricing.price_of(loaded, running.processors()))
 
 
 @dataclass(frozen=True)
@@ -136,8 +147,9 @@ def show(data: AnyData, *, units: Units = None, everything: Everything = False) 
 
 
 def _summary(data: AnyData, name: str) -> Answer:
-    if not datasets.is_dataset(data) and (found := unfinished.summary(name)) is not None:
-        return found
+    part = None if datasets.is_dataset(data) else unfinished.summary(name)
+    if part is not None and (part["what"] != continuing.WHAT or not part["kept"]):
+        return part
     if (branches := datasets.branches_in(data)) is not None:
         return branches_text.summarize_branches(branches)
     is_sweep = not datasets.is_dataset(data) and os.path.lexists(name) and store.kind_of(name) == "results"

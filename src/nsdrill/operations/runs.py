@@ -126,7 +126,9 @@ def run(
         store.check_target(output)  # before a cluster is started
     with executing as (executor, count), reports.reporting(progress) as watch:
         if output is None:
-            return running.run_in_memory(loaded, workers=count, watch=watch, executor=executor, large=large)
+            return running.run_in_memory(
+                loaded, workers=count, watch=watch, executor=executor, large=large, priced=progress is True
+            )
         return running.run_study(
             loaded,
             output,
@@ -137,6 +139,7 @@ def run(
             watch=watch,
             executor=executor,
             large=large,
+            priced=progress is True,
         )
 
 

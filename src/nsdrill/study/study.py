@@ -28,7 +28,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record
 from nsdrill.ranges import check_fields
 from nsdrill.study.continuation import SECTION, Continuation, continuation_of
-from nsdrill.study.forms import axis_values
+from nsdrill.study.forms import MAX_POINTS, axis_values
 from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_named
 from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis, Unknown
@@ -149,7 +149,7 @@ IN_WORDS_ONLY = ("title", "units")  # keys that change no number
 
 
 def study_from_resolved(
-    resolved: Resolved, text: str = "", source: str = "", overrides: Sequence[str] = (), *, most: int = 10**8
+    resolved: Resolved, text: str = "", source: str = "", overrides: Sequence[str] = (), *, most: int = MAX_POINTS
 ) -> Study:
     """The study that ``resolved`` describes, with at most ``most`` values of an axis
     and as many samples. :class:`FileError` where it is not a resolved study of this

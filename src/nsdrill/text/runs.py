@@ -70,6 +70,8 @@ def _size_lines(study: Study, report: Report, units: str) -> Iterator[str]:
         f"Size: up to {amount(report.disk)} on the disk, and as much again while the results "
         f"file is written; about {amount(report.memory)} of memory."
     )
+    if report.price is not None:
+        yield f"Time: {report.price.text}."
 
 
 def _method_lines(study: Study, report: Report, units: str) -> Iterator[str]:
