@@ -464,7 +464,12 @@ class Model(Generic[P]):
         return state_scales
 
     def classify(
-        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, state_scales: Array, dimension: Array
+        self,
+        features: Mapping[str, Array],
+        status: Array,
+        thresholds: Thresholds,
+        state_scales: Array,
+        dimension: Array,
     ) -> dict[str, Array]:
         """The labels of runs with these features, whose flows have this
         :meth:`dimension`."""
