@@ -17,6 +17,7 @@ from nsdrill.analysis.probability import SEVERITIES
 from nsdrill.errors import InputError
 from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
+from nsdrill.operations.arguments import GRADES
 from nsdrill.variables import INFERRED, OK, TRUST
 
 if TYPE_CHECKING:
@@ -95,8 +96,7 @@ class Accessor:
             trusted = trusted | True
         if severity is None:
             return _named(self._shows(None, "") & trusted, "the run is safe")
-        if severity not in range(5) or isinstance(severity, bool):
-            raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
+        GRADES.check("severity", severity)
         safe = trusted & (self._variable("status") == OK)
         graded = [name for name in SEVERITIES if name in self._data]
         if not graded:
