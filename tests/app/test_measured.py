@@ -260,7 +260,7 @@ def test_an_impossible_value_of_a_signal_is_refused(table):
 def test_an_error_that_says_nothing_is_refused(table):
     text = "wob [kN],bit_speed_max [rad/s]\n60,5\n"
     for error in (1e308, "1e308 rad/s", "1e308 percent"):
-        with pytest.raises(InputError, match="bit_speed_max: found .*; allowed: an error of at most 20 000 rad/s"):
+        with pytest.raises(InputError, match=r"bit_speed_max: found .*; allowed: an error of at most 20 000 rad/s"):
             table(text, Reading(errors={"bit_speed_max": error}))
 
 

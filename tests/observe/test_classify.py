@@ -19,7 +19,9 @@ CALM = dict.fromkeys(FEATURES, 0.0) | {"bit_speed_mean": 3.0, "whirl_ratio": 1.0
 
 def label(thresholds: Thresholds = Thresholds(), status: int = OK, **features: float) -> dict[str, int]:
     made = {name: np.array([value]) for name, value in (CALM | features).items()}
-    return {name: int(v[0]) for name, v in MAIN.classify(made, np.array([status]), thresholds, ONES, np.array([9])).items()}
+    return {
+        name: int(v[0]) for name, v in MAIN.classify(made, np.array([status]), thresholds, ONES, np.array([9])).items()
+    }
 
 
 def test_calm_drilling_has_no_response():
