@@ -37,7 +37,7 @@ from nsdrill.observe.inside import crossing, extreme, quintic, value
 
 MAX_ZEROS = 2  # zeros of a contact function in a step, at most
 NO_ZERO = 2.0  # a theta outside the step
-DEVIATION_ERROR = 10.0
+DEVIATION_ERROR = 30.0
 LITTLE = 2.0**-10  # squared, of parts that may be twice as long in a pair of order 5
 SHORTEST = 2.0**-20  # part of a step; if that is too long, the deviation is unknown
 
@@ -114,50 +114,49 @@ def _part_of_step(rows: Rows, pair: Pair, tangent: LaneFunction) -> LaneFunction
 
 def _error_of(lanes: int, rows: Rows, pair: Pair) -> Callable[..., float]:
     """The function ``squared_error(b, i)`` of a step of lane i: the square of the error
-    of its deviation, over the length of that and DEVIATION_ERROR tolerances; it is
-    written out."""
+    of its deviation, over the length of that at the start and DEVIATION_ERROR
+    tolerances; it is written out. The error is that of the slopes: in natural scales
+    that of a position is no greater where the motion is faster than natural."""
     W, own, pushed, diagonal = lanes, rows.own, rows.pushed, pair.diagonal
     slopes_ = tuple(W * row for row in (*slope_rows(pair, rows), rows.acceleration))
-    pushes_ = W * rows.slopes  # those of a stage follow its slopes
-    push_, last_push_ = W * rows.push, slopes_[-2] + pushes_
-    start_, stage_, scale_ = W * (rows.start + own), W * (rows.stage + own), W * (rows.scale + own)
-    step_, per_rtol_ = W * rows.step, W * (rows.control + CONTROL.index("per_rtol"))
-    weights, (position_weights, push_weights) = pair.error, pair.position_error
-    # (its state of highest order, its slope, its push or -1) of each
-    places = []
-    for order, count, state, slope in rows.blocks:
-        for k in range(count if state >= own else 0):
-            push = pushed.index(slope + k) if slope + k in pushed else -1
-            places.append((W * (state - own + order * k), order == 2, W * (slope + k), W * push))
-    parts = tuple(places)
+    push_, last_push_ = W * rows.push, slopes_[-2] + W * rows.slopes
+    start_, scale_ = W * (rows.start + own), W * (rows.scale + own)
+    step_, per_rtol_, weights = W * rows.step, W * (rows.control + CONTROL.index("per_rtol")), pair.error
+    # (order, its first state, its slope, its push or -1) of each
+    parts = tuple(
+        (
+            order,
+            W * (state - own + order * k),
+            W * (slope + k),
+            W * pushed.index(slope + k) if slope + k in pushed else -1,
+        )
+        for order, count, state, slope in rows.blocks
+        for k in range(count if state >= own else 0)
+    )
 
     @inlined
     def squared_error(b, i):  # type: ignore[no-untyped-def]
-        h, total, before, after = b[step_ + i], 0.0, 0.0, 0.0
-        for x, has_velocity, j, q in parts:
-            error = 0.0
+        errors = length = 0.0
+        for order, x, j, q in parts:
+            error, last = 0.0, x + (order - 1) * W
             for n in range(len(weights)):
                 error += weights[n] * b[slopes_[n] + j + i]
             if q >= 0:
                 error += diagonal * (b[push_ + q + i] - b[last_push_ + q + i])
-            if has_velocity:
-                position_error = 0.0
-                for n in range(len(position_weights)):
-                    position_error += position_weights[n] * b[slopes_[n] + j + i]
-                if q >= 0:
-                    for n in range(len(push_weights)):
-                        position_error += push_weights[n] * b[slopes_[n] + pushes_ + q + i]
-                per = 1.0 / b[scale_ + x + i]
-                total += (h * h * position_error * per) * (h * h * position_error * per)
-                before += (b[start_ + x + i] * per) * (b[start_ + x + i] * per)
-                after += (b[stage_ + x + i] * per) * (b[stage_ + x + i] * per)
-            last = x + W if has_velocity else x
-            per = 1.0 / b[scale_ + last + i]
-            total += (h * error * per) * (h * error * per)
-            before += (b[start_ + last + i] * per) * (b[start_ + last + i] * per)
-            after += (b[stage_ + last + i] * per) * (b[stage_ + last + i] * per)
-        relative = b[per_rtol_ + i] * (1.0 / DEVIATION_ERROR)
-        return total / max(before, after) * (relative * relative)
+            scale = b[scale_ + last + i]
+            if order == 2:  # the quotients of a pair share a division
+                position_scale = b[scale_ + x + i]
+                both = 1.0 / (scale * position_scale)
+                per = position_scale * both
+                position = b[start_ + x + i] * (scale * both)
+                length += position * position
+            else:
+                per = 1.0 / scale
+            last_state, error = b[start_ + last + i] * per, error * per
+            length += last_state * last_state
+            errors += error * error
+        relative = b[step_ + i] * b[per_rtol_ + i] * (1.0 / DEVIATION_ERROR)
+        return errors / length * (relative * relative)
 
     return squared_error
 
