@@ -12,17 +12,22 @@ from __future__ import annotations
 
 import ast
 import copy
+import hashlib
 import inspect
+import marshal
+import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from functools import lru_cache, reduce, update_wrapper
+from functools import cache, lru_cache, reduce, update_wrapper
 from numbers import Real
 from pathlib import Path
-from types import FunctionType, SimpleNamespace
-from typing import Any, Protocol, TypeAlias
+from types import CodeType, FunctionType, SimpleNamespace
+from typing import Any, Protocol, TypeAlias, cast
 
-from nsdrill.compiler.language import LanguageError, definition
+from nsdrill.cache import load, save
+from nsdrill.compiler.functions import route
+from nsdrill.compiler.language import LanguageError, definition, parts_of
 from nsdrill.equations.graph import Graph, Node
 from nsdrill.equations.library import FUNCTIONS
 
@@ -174,13 +179,49 @@ def prepared(function: Function) -> Function:
 @lru_cache
 def _prepared(function: Function, remember: bool) -> Function:
     assert isinstance(function, FunctionType)
-    body = copy.deepcopy(definition(function))
-    body.decorator_list = []
-    tree = ast.Module([body], [])
-    changed = ast.fix_missing_locations(_Changes(remember).visit(tree))
     scope = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **_WORDS}
-    exec(compile(changed, inspect.getfile(function), "exec"), scope)
-    return scope[function.__name__]
+    exec(_changed(function, remember), scope)
+    made = scope[function.__name__]
+    made.__defaults__, made.__kwdefaults__ = function.__defaults__, function.__kwdefaults__
+    return made
+
+
+def _changed(function: FunctionType, remember: bool) -> CodeType:
+    """The code of a module that defines the function with the changes, without its
+    defaults. To make it takes longer than all tracing, and it depends on the code of
+    the function alone, so that it is kept on disk."""
+    code = function.__code__
+    place = code.co_filename, code.co_firstlineno, code.co_linetable  # for messages
+    text = repr((parts_of(code), place, remember, _own_digest()))
+    name = f"changed-{hashlib.sha256(text.encode()).hexdigest()[:32]}"
+    is_kept = route() == "native"
+    if is_kept and (found := load(name, _loaded)) is not None:
+        return cast(CodeType, found)
+    body = copy.deepcopy(definition(function))
+    body.decorator_list, body.returns = [], None
+    body.args.defaults, body.args.kw_defaults = [], [None] * len(body.args.kwonlyargs)
+    for argument in ast.walk(body.args):
+        if isinstance(argument, ast.arg):
+            argument.annotation = None  # would be evaluated
+    tree = ast.fix_missing_locations(_Changes(remember).visit(ast.Module([body], [])))
+    made = cast(CodeType, compile(tree, inspect.getfile(function), "exec"))
+    if is_kept:
+        save(name, marshal.dumps(made))
+    return made
+
+
+def _loaded(content: bytes) -> CodeType:
+    made = marshal.loads(content)
+    if not isinstance(made, CodeType):
+        raise ValueError("it is no code of Python")
+    return made
+
+
+@cache
+def _own_digest() -> bytes:
+    """A digest of what makes the changes."""
+    text = f"{sys.version} {sys.flags.optimize}".encode() + Path(__file__).read_bytes()
+    return hashlib.sha256(text).digest()
 
 
 class _Changes(ast.NodeTransformer):

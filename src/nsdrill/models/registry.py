@@ -229,6 +229,7 @@ class _ByName(Mapping[str, Variable]):
     def __init__(self, attribute: str) -> None:
         self._attribute = attribute
         self._by_model: dict[str, dict[str, Variable]] = {}
+        self._found: dict[str, Variable] = {}
 
     def _of(self, model: Description) -> dict[str, Variable]:
         if model.name not in self._by_model:
@@ -236,6 +237,11 @@ class _ByName(Mapping[str, Variable]):
         return self._by_model[model.name]
 
     def __getitem__(self, name: str) -> Variable:
+        if name not in self._found:
+            self._found[name] = self._first(name)
+        return self._found[name]
+
+    def _first(self, name: str) -> Variable:
         for _, variables in of_all(self._of):
             if name in variables:
                 return variables[name]
