@@ -94,6 +94,12 @@ class Results:
             return self.coords[name]
         raise LackingVariable(name)
 
+    def __contains__(self, name: object) -> bool:
+        return name in self.variables or name in self.coords
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((*self.coords, *self.variables))
+
     @property
     def axes(self) -> tuple[str, ...]:
         """The names of the axes: depth, wob, rotary_speed, and the others of the
@@ -162,6 +168,12 @@ class Trace:
 
     def __getitem__(self, name: str) -> Array:
         return self.time if name == "time" else self.variables[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name == "time" or name in self.variables
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(("time", *self.variables))
 
 
 def frozen_modes(attrs: Attributes) -> tuple[str, ...]:

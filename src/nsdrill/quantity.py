@@ -42,6 +42,7 @@ SHOWN: dict[str, tuple[str, str]] = {
     "N m/rad": ("N m/rad", "kft*lbf/rad"),
     "N m s/rad": ("N m s/rad", "ft*lbf*s/rad"),
     "s/m": ("s/m", "s/ft"),
+    "W": ("kW", "hp"),
 }
 _SHOWN_OF_NAME = {
     "depth": ("m", "ft"),

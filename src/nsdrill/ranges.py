@@ -107,8 +107,14 @@ def given(default: object, source: str, confidence: str, **others: str) -> dict[
 
 def like(section: type[DataclassInstance], name: str, **others: object) -> Any:
     """A field with unit and range of that of another ``section``, and with its default
-    unless the ``others`` (:func:`given`) have one."""
-    original = next(item for item in fields(section) if item.name == name)
+    unless the ``others`` (:func:`given`) have one. ValueError where it has none of this
+    ``name``."""
+    originals = {item.name: item for item in fields(section)}
+    if name not in originals:
+        raise ValueError(
+            f"like: found {name!r}, which is no field of {section.__name__}; allowed: {', '.join(originals)}"
+        )
+    original = originals[name]
     metadata = {**original.metadata, **others}
     return field(default=metadata.pop("default", original.default), metadata=metadata)
 

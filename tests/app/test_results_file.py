@@ -143,7 +143,8 @@ def test_root_attributes(shared):
     assert attrs["nsdrill_version"] == nsdrill.__version__
     assert attrs["numpy_version"] == numpy.__version__
     assert attrs["h5py_version"] == h5py.__version__
-    assert attrs["numba_version"] == metadata.version("numba")
+    assert attrs["numba_version"] == metadata.version("numba")  # installed; what compiled is said beside it
+    assert attrs["compiler"] == "native"
     assert attrs["processor"]
     # No claim of CF: the coordinates procedure and state are text, and depth is
     # measured along the hole.

@@ -37,6 +37,17 @@ def test_a_diagram_has_the_peaks_of_the_file(session):
     assert (head["y"]["unit"], head["place"], head["dimension"]) == ("mm", [0, 0, 0, 0], 3)
 
 
+def test_what_is_no_quantity_of_the_results_is_told_with_what_is(session):
+    """By name: also the features that stand for the names of peaks."""
+    with pytest.raises(InputError) as caught:
+        session.diagram({"y": "peaks"})
+    said = str(caught.value)
+    assert said.startswith("y: found peaks; allowed: ")
+    for name in ("radius_peaks", "bit_speed_max", "stick_slip_index"):
+        assert name in said
+        session.diagram({"y": name})
+
+
 def test_field_units(shared):
     session = Session(shared / "small.h5", "field")
     head, columns = session.diagram({"y": "radius_peaks"})

@@ -111,7 +111,7 @@ Cell = tuple[int, int, int]  # of the maps: third, y, x
 
 def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:
     """The state of every operating point. With ``severity`` a history is safe where
-    none of the three severities exceeds it, whatever the response bits are. With
+    none of the three severities exceeds it and the bit is not stalled. With
     ``confidence`` (0 to 1), for results with samples, a point is safe where the
     probability of a safe run reaches it, and critical where it does not. InputError
     where the axes do not make maps.

@@ -209,6 +209,7 @@ MAKER_ATTRIBUTES = (
     "numpy_version",
     "h5py_version",
     "numba_version",
+    "compiler",
     "processor",
 )
 RUN_ATTRIBUTE_UNITS = {

@@ -203,10 +203,10 @@ def _unexpected(error: Exception) -> str:
     description = f"{type(error).__name__}: {error}"
     registry = sys.modules.get("nsdrill.models.registry")
     others = registry.other_packages() if registry is not None else ()
-    if others:
+    if registry is not None and others:
         return (
-            f"Error: {description}. The model {', '.join(others)} comes from another package, and "
-            "the fault may be there: the same command under NSDRILL_DEBUG=1 says where it was "
+            f"Error: {description}{registry.place_in_other_packages(error)}. The model {', '.join(others)} comes from "
+            "another package, and the fault may be there: the same command under NSDRILL_DEBUG=1 says where it was "
             "found. If it is in nsdrill, please report it."
         )
     return (

@@ -271,7 +271,7 @@ def carried(body: list[ast.stmt]) -> set[str]:
             found |= carried(node.body) - new
         elif isinstance(node, ast.If):
             read(node.test)
-            found |= carried(node.body) | carried(node.orelse) - new
+            found |= (carried(node.body) | carried(node.orelse)) - new
         else:
             if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
                 found.update({node.target.id} - new)

@@ -1,4 +1,4 @@
-"""From a graph to lane code (:mod:`.language`): a function of the lane buffer.
+"""From a graph to lane code (:mod:`nsdrill.compiler.language`): a function of the lane buffer.
 
 The code is a sequence of *pieces*, loops over the lanes of about a hundred operations
 each: a processor works on two vectors at once only if they are near in the code, and a

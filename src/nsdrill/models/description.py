@@ -252,6 +252,8 @@ class Description:
         if self.explicit_only is _OPEN:
             reason = "this model has no implicit friction" if self.friction_rates is _no_friction else None
             self._set("explicit_only", lambda parameters: reason)
+        if unknown := [one for one in self.responses if one not in RESPONSES]:
+            raise ValueError(f"responses: found {', '.join(unknown)}; allowed: {', '.join(RESPONSES)}")
         measured = {variable.name for variable in self.features}
         if "stalled" not in self.responses and measured & {RESPONSES[one].feature for one in ("stalled", "stick_slip")}:
             self._set("responses", (*self.responses, "stalled"))

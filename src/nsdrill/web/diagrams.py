@@ -110,7 +110,10 @@ def diagram(
     panel = next((p for p in drawn.panels if p.peaks == y), None)
     name = panel.greatest if panel and y not in results.variables else y
     if name not in results.variables or BY_NAME[name].dtype != "f8":
-        raise InputError(f"y: found {y}; allowed: peaks or a feature of these results.")
+        names = [p.peaks for p in drawn.panels]
+        names += [one for one in results.variables if one in BY_NAME and BY_NAME[one].dtype == "f8"]
+        listed = ", ".join(dict.fromkeys(names))
+        raise InputError(f"y: found {y}; allowed: what a panel or a feature of these results is called, {listed}.")
     values, constant = _peaks(series, name, panel.greatest if panel else None)
     outcomes = series.outcome
     x_edges = edges(series.x) / quantity(axis, units).scale

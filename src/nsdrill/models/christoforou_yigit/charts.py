@@ -35,8 +35,6 @@ from nsdrill.models.numbers import BucklingLoads, CriticalSpeeds, DriveCard, Dri
 from nsdrill.models.operation import Operation
 
 Point = tuple[Parameters, Operation]
-REFLECTING = ("ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi")
-"""The drives whose law can be an impedance at the top."""
 MATCHING = (0.5, 8.0)  # range of the tuning map, in impedances of the pipe
 TUNED = (0.5, 2.0)  # range of its frequencies, over that of the string
 CELLS = 49
@@ -113,7 +111,7 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
         return slope, reflection(gains(with_drive, k), float(impedance(with_drive)), frequency, circuit(with_drive, k))
 
     waves = torsional_waves(parameters, operation.depth, WAVES)
-    return drives.drive_card((*REFLECTING, "lqr"), parameters.drive.kind, waves, slope_and_reflection)
+    return drives.drive_card(("ideal", *drives.LAWS, "lqr"), parameters.drive.kind, waves, slope_and_reflection)
 
 
 def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
