@@ -20,6 +20,7 @@ from nsdrill.errors import InputError, count
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
+from nsdrill.operations.arguments import GRADES
 from nsdrill.variables import INFERRED, OK, TRUST, dimension_of
 
 if TYPE_CHECKING:
@@ -137,8 +138,7 @@ class Accessor:
             trusted = trusted | True
         if severity is None:
             return _named((self._variable("response") == 0) & self._is_known() & trusted, "the run is safe")
-        if severity not in range(5) or isinstance(severity, bool):
-            raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
+        GRADES.check("severity", severity)
         safe = trusted & self._is_known() & (status == OK)
         safe = safe & (self._variable("response") & STALLED == 0)
         graded = [name for name in SEVERITIES if name in self._data]

@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,9 +20,9 @@ from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.probability import known, probabilities_of
 from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, Trace, flat, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import word_or_number
-from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
-from nsdrill.variables import SAMPLE
+from nsdrill.models.leaves import with_values, word_or_number
+from nsdrill.models.registry import BY_NAME, IN_TRACE, described, model_in
+from nsdrill.variables import MODEL, SAMPLE
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -394,17 +396,31 @@ RELATIVE_TOLERANCE = 1e-9
 def string_differences(first: Resolved, second: Resolved, free: Collection[str] = ()) -> list[Change]:
     """(key, value in the first, value in the second), in SI, of the numbers and choices
     of the string in which two resolved studies differ beyond rounding, except for the
-    keys that are ``free``. A key that only one of them has belongs to another version,
-    or to a part that the other does not have, which then differs in another key."""
+    keys that are ``free`` and those that neither reads, as of a frozen motion. A key that
+    only one of them has belongs to another version, or to a part that the other does not
+    have, which then differs in another key."""
+    unread = _unread(first) & _unread(second)
     first, second = dict(flat(first)), dict(flat(second))
     return [
         (key, first[key], value)
         for key, value in second.items()
         if key.partition(".")[0] not in NO_EQUATION
         and key not in free
+        and key not in unread
         and key in first
         and not _is_equal(first[key], value)
     ]
+
+
+def _unread(study: Resolved) -> frozenset[str]:
+    """The keys of a resolved study that its string does not read; none where it is not
+    one of this version."""
+    parameters = described(study.get("model", MODEL)).parameters()
+    sections = {one.name: study[one.name] for one in fields(parameters) if one.name in study}
+    given = {key: value for key, value in flat(sections) if not isinstance(value, list)}
+    with suppress(AttributeError):
+        return frozenset(with_values(parameters, given).unread)
+    return frozenset()
 
 
 def other_string(

@@ -17,7 +17,7 @@ from nsdrill.analysis.comparison import compare_branches, compare_results, compa
 from nsdrill.analysis.maps import USES
 from nsdrill.analysis.probability import check_samples, needed, probabilities_of
 from nsdrill.analysis.window import find_window
-from nsdrill.app.arguments import is_whole, name_in
+from nsdrill.app.arguments import name_in
 from nsdrill.app.check import lasting_motions
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
 from nsdrill.app.early import stick_slip_ends
@@ -61,18 +61,9 @@ def window(source: Source, severity: int | None = None, confidence: float | None
 
 def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
     """The results with what a window is found of; of a file only that is read."""
-    check_choices(severity, confidence)
     results = sweep_in(source, "window", ("status", "response"), (*needed(severity), *USES, *TRUST))
     check_severity(results, severity, _path_of(source))
     return with_lasting_motions(with_overrides(results))
-
-
-def check_choices(severity: object, confidence: object = None) -> None:
-    """A Refusal of what is no severity, or no probability."""
-    if severity is not None and (not is_whole(severity) or severity not in range(5)):
-        raise Refusal("severity", repr(severity), "0 to 4, or None")
-    if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
-        raise Refusal("confidence", repr(confidence), "a number between 0 and 1, as 0.9, or None")
 
 
 def check_severity(results: Results, severity: int | None, path: str) -> None:
@@ -147,7 +138,6 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
-    check_choices(severity)
     results = sweep_in(source, "probability", needed(severity), TRUST)
     check_severity(results, severity, _path_of(source))
     estimates = probabilities_of(results, severity, model_in(results.attrs).responses)
@@ -199,7 +189,6 @@ def results_for_sensitivity(
 ) -> Results:
     """The results with what a sensitivity is found of, at the ``chosen`` values; of a file
     only that is read."""
-    check_choices(severity)
     if SAMPLE in (chosen or ()):
         raise Refusal("at", "one sample", "axes of the sweep, as all samples are compared", key=SAMPLE)
     attrs = (source if isinstance(source, Results) or is_dataset(source) else read_results(name_in(source), ())).attrs

@@ -108,7 +108,6 @@ def draw_data(
     """The picture ``kind`` of a Dataset or file, at the ``values`` (SI) of some axes; the
     other arguments are those of :func:`nsdrill.plot.draw`, the ``looks`` of
     :func:`nsdrill.plot.look.look_of`."""
-    answers.check_choices(severity, confidence)
     look = look_of(**looks)
     drawn, behind = _drawn(data, kind, values, start, panel, severity, over)
     options = {"over": behind, "states": states, "severity": severity, "confidence": confidence}

@@ -20,6 +20,7 @@ from typing import Any
 from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Rows
 from nsdrill.compiler.functions import BUFFER, LaneFunction, Source, generated
 from nsdrill.compiler.language import LanguageError
+from nsdrill.equations.dependence import dependences
 from nsdrill.equations.graph import Graph, Node, Number
 from nsdrill.equations.lanes import lane_code
 from nsdrill.equations.passes import Tangents, closed, settled
@@ -120,6 +121,27 @@ class Motion:
     def named(self) -> Mapping[str, Node]:
         """What the equations call by a name."""
         return traced(self.equations, self.states, self.parameters, self.options)[0].names
+
+    @lru_cache  # noqa: B019  # motions live as long as the process
+    def dimension(self, held: frozenset[str], zeros: frozenset[str]) -> int:
+        """The dimension of the flow where the states in ``held`` do not move and the
+        parameters in ``zeros`` are zero: how many states move and have an effect on what
+        moves, and one more if time or the phase has. With less than three there is no
+        chaos (Poincare and Bendixson)."""
+        _, slopes, _ = traced(self.equations, self.states, self.parameters, self.options)
+        found = dependences(slopes.values(), {f"p.{name}" for name in zeros})
+        reads: dict[str, frozenset[str]] = {}
+        pairs = len(self.states) - len(self.slopes)
+        for k, name in enumerate(self.slopes):
+            if (read := found[slopes[name]]) is not None and name not in held:
+                reads[f"s.{name}"] = read
+            if k < pairs and self.states[2 * k] not in held:
+                reads[f"s.{self.states[2 * k]}"] = frozenset({f"s.{name}"})
+        # What is held is read, but it is no state that moves.
+        while idle := reads.keys() - frozenset().union(*reads.values()):
+            reads = {name: read for name, read in reads.items() if name not in idle}
+        forced = any(not read.isdisjoint(("time", "phase")) for read in reads.values())
+        return len(reads) + forced
 
     @lru_cache  # noqa: B019  # motions live as long as the process
     def _graph(self, sides: tuple[str, ...]) -> tuple[Graph, dict[str, Node], dict[Node, Node]]:

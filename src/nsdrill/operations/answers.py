@@ -55,7 +55,6 @@ if TYPE_CHECKING:
     from nsdrill.data import Answer
     from nsdrill.web.session import Session
 
-MOST_MOTIONS = 8
 ResultsFiles = Annotated[
     "PathLike | Sequence[PathLike]",
     Argument(
@@ -69,11 +68,7 @@ ReportPath = Annotated["PathLike", Argument("Page to write: .html.", FILE, "-o -
 Motions = Annotated[
     int,
     Argument(
-        "Number of example motions to include, one of each kind of response.",
-        "int",
-        "--motions",
-        "N",
-        Whole(0, MOST_MOTIONS),
+        "Number of example motions to include, one of each kind of response.", "int", "--motions", "N", Whole(0, 8)
     ),
 ]
 
@@ -185,8 +180,6 @@ def window(
     """
     if other is None:
         return answers.window(results, severity, confidence)
-    if not datasets.is_dataset(other) and not isinstance(other, str | os.PathLike):  # the severity, in earlier scripts
-        return answers.window(results, other, severity if confidence is None else confidence)
     both = (results, other)
     data = [answers.results_for_window(one, severity, confidence) for one in both]
     names = [
@@ -363,9 +356,6 @@ def report(
     path = arguments.name_in(path, "path")
     if not path.lower().endswith((".html", ".htm")):
         raise InputError(f"{path}: found another ending; allowed: .html.")
-    if not arguments.is_whole(motions) or not 0 <= motions <= MOST_MOTIONS:
-        raise Refusal("motions", repr(motions), f"0 to {MOST_MOTIONS}")
-    answers.check_choices(severity, confidence)
     store.claim_file(path, overwrite)
     given = [results] if isinstance(results, str | os.PathLike) or datasets.is_dataset(results) else list(results)
     if not given:

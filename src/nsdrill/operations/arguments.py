@@ -290,6 +290,7 @@ Duration = Annotated[
 Sample = Annotated[
     "Quantity | None", Argument("Interval between samples. Default: 10 ms.", "float [s] or str", "--sample", "Q")
 ]
+GRADES = Whole(0, 4)
 Severity = Annotated[
     "int | None",
     Argument(
@@ -298,14 +299,14 @@ Severity = Annotated[
         "int",
         "--severity",
         "N",
-        Whole(0, 4),
+        GRADES,
         "Call a run safe if no severity exceeds N and the bit is not stalled. Default: if no response is critical.",
     ),
 ]
 Confidence = Annotated[
     "float | None",
     Argument(
-        "0 to 1: with uncertain numbers, the least probability of a safe run at a safe point (0.9).",
+        "0.01 to 0.9999: with uncertain numbers, the least probability of a safe run at a safe point (0.9).",
         "float",
         "--confidence",
         "PERCENT",

@@ -326,8 +326,6 @@ def replay(
         source = datasets.with_variables(datasets.data_in(results, names), "replay", names)
     else:
         source = arguments.name_in(results)
-    if procedure not in (None, "same", "up", "down"):
-        raise Refusal("procedure", repr(procedure), "same, up, down")
     return trajectory.replay(
         source,
         at=arguments.values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed),

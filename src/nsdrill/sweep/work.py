@@ -248,7 +248,9 @@ class Work:
             measured |= _or_nan(ok, model.section(done.outcome, record, done.parameters, self.program.variant))
             measured["zero_one"] = self._zero_one(model.returns(measured), state_scales)
         status = self.model.status_of(done.status, measured)
-        labels = model.classify(measured, status, self.thresholds, state_scales)
+        # Only the kind of motion reads it.
+        dimension = model.dimension(done.parameters, self.parameters) if record.poincare else np.zeros(len(ok))
+        labels = model.classify(measured, status, self.thresholds, state_scales, dimension)
         return {
             "status": status,
             "steps": done.accepted,
