@@ -13,11 +13,13 @@ import numpy as np
 from xarray import DataArray, Dataset, register_dataset_accessor
 
 from nsdrill import api
-from nsdrill.analysis.probability import SEVERITIES
+from nsdrill.analysis.counts import after_failure
+from nsdrill.data import Results, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
+from nsdrill.models.registry import model_in
+from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.observe.motion import CHECK_FAILED, RESPONSE_DIFFERS, verdict
-from nsdrill.variables import INFERRED, OK, TRUST
+from nsdrill.variables import INFERRED, OK, TRUST, dimension_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,11 +27,15 @@ if TYPE_CHECKING:
 
 @register_dataset_accessor("nsdrill")
 class Accessor:
-    """What a Dataset of results says of each run: arrays of bool over procedure, axes
-    and start or sample, as its variables.
+    """What a Dataset of results says of each run: arrays over procedure, axes and start or
+    sample, as its variables.
 
-    A run that failed, or has not been made, shows none of the responses and is not
-    safe: its ``status`` says so.
+    The response of a run that failed, has not been made, or has features that are no
+    numbers is not known. A response, as ``bouncing``, is an array of bool where all runs
+    are known; else it has 1, 0 and NaN where it is not known, as other values that are
+    missing in xarray: its mean is the share among the known runs, and it is compared by
+    ``== 1``. ``safe`` is always of bool: a run that is not known is not safe. ``known``
+    tells the known runs from the others.
 
     Examples
     --------
@@ -59,15 +65,28 @@ class Accessor:
         """Where the collar whirls, by the thresholds of the file."""
         return self._shows(WHIRL, "the collar whirls")
 
+    @property
+    def stalled(self) -> DataArray:
+        """Where the bit is stalled: it stays stuck, and shows none of the other
+        responses."""
+        return self._shows(STALLED, "the bit is stalled")
+
+    @property
+    def known(self) -> DataArray:
+        """Where the response of a run is known: it ended well, or was inferred from the runs
+        around it. Not where it failed, has not been made, or comes after a failed one in
+        a chain, from which nothing was carried to it."""
+        return _named(self._is_known(), "the response of the run is known")
+
     def safe(self, severity: int | None = None) -> DataArray:
-        """Where a run is safe: it ended well, without a critical response, and no check of
-        it gave another one.
+        """Where a run is known to be safe: it ended well, without a critical response, and no
+        check of it gave another one. A run that is not :attr:`known` is not.
 
         Parameters
         ----------
         severity : int, optional
             0 to 4: safe is a run none of whose severities exceeds this one, whatever its
-            response.
+            response; but a stalled one never is.
 
         Returns
         -------
@@ -87,23 +106,26 @@ class Accessor:
         >>> whatever_the_history.sizes["rotary_speed"]
         5
         """
-        trusted = self._variable("status") == INFERRED  # the runs around it were checked
+        status = self._status()
+        trusted = status == INFERRED  # the runs around it were checked
         if "trusted" in self._data:
-            found = verdict({name: self._data[name].values for name in ("response", *TRUST)})
+            values = {name: self._data[name].values for name in ("response", *TRUST)}
+            found = verdict(values | {name: self._status(name).values for name in TRUST if name.endswith("status")})
             trusted = trusted | ~np.isin(found, (RESPONSE_DIFFERS, CHECK_FAILED))
         else:
             trusted = trusted | True
         if severity is None:
-            return _named(self._shows(None, "") & trusted, "the run is safe")
+            return _named((self._variable("response") == 0) & self._is_known() & trusted, "the run is safe")
         if severity not in range(5) or isinstance(severity, bool):
             raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
-        safe = trusted & (self._variable("status") == OK)
+        safe = trusted & self._is_known() & (status == OK)
+        safe = safe & (self._variable("response") & STALLED == 0)
         graded = [name for name in SEVERITIES if name in self._data]
         if not graded:
             raise InputError("severity: found results without severities; allowed: None, for the responses.")
         for name in graded:
             safe = safe & (self._data[name] <= severity)
-        return _named(safe, f"no severity of the run exceeds {severity}")
+        return _named(safe, f"no severity of the run exceeds {severity}, and the bit is not stalled")
 
     def plot(self, kind: str | None = None, **options: Any) -> Figure:
         """Draw the results.
@@ -128,11 +150,30 @@ class Accessor:
         """
         return api.plot(self._data, kind, **options)
 
-    def _shows(self, bit: int | None, words: str) -> DataArray:
-        """Where the response of a run is known and has this bit; None: has none."""
-        response = self._variable("response")
-        found = response == 0 if bit is None else (response & bit) > 0
-        return _named(found & self._variable("status").isin((OK, INFERRED)), words)
+    def _status(self, name: str = "status") -> DataArray:
+        """How the runs, or one of their checks, ended, as far as their features say what
+        they showed."""
+        status, model, prefix = self._variable(name), model_in(self._data.attrs), name.removesuffix("status")
+        there = [prefix + feature for feature in model.labelled if prefix + feature in self._data]
+        features = {one: self._data[one].transpose(*status.dims).values for one in there}
+        return status.copy(data=model.status_of(status.values, features, prefix))
+
+    def _shows(self, bit: int, words: str) -> DataArray:
+        """Where the response of a run has this bit; of NaN where it is not known."""
+        known, found = self._is_known(), (self._variable("response") & bit) > 0
+        return _named(found if bool(known.all()) else found.where(known), words)
+
+    def _is_known(self) -> DataArray:
+        status = self._status()
+        known = status.isin((OK, INFERRED))
+        along = resolved_study(self._data.attrs).get("sweep", {}).get("along")
+        if "procedure" not in self._data.coords or not along or dimension_of(along) not in status.dims:
+            return known
+        by_procedure = status if "procedure" in status.dims else status.expand_dims("procedure")
+        ordered = by_procedure.transpose("procedure", ...)
+        coords = {str(name): np.atleast_1d(self._data[name].values) for name in ordered.dims}
+        after = ordered.copy(data=after_failure(Results(coords, {"status": ordered.values}, self._data.attrs)))
+        return known & ~(after if "procedure" in status.dims else after.squeeze("procedure"))
 
     def _variable(self, name: str) -> DataArray:
         if name not in self._data:

@@ -16,6 +16,7 @@ ENDINGS = {
     "diverged": "the motion grew without bound; the values of the study are far from any drill string",
     "step_limit": "the run took more than simulation.max_steps steps",
     "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
+    "unmeasured": "a feature that decides on the response is no number, so that nothing is known of it",
 }
 
 # Arguments that are named apart from their options, and those that are on or off.

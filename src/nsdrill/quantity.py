@@ -27,6 +27,7 @@ SHOWN: dict[str, tuple[str, str]] = {
     "N": ("kN", "klbf"),
     "N m": ("kN*m", "kft*lbf"),
     "rad/s": ("rad/s", "rpm"),
+    "rad/s^2": ("rad/s^2", "rpm/s"),
     "m/s": ("m/s", "ft/s"),
     "m/s^2": ("m/s^2", "gravity"),
     "rad": ("rad", "rev"),

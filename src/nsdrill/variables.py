@@ -20,7 +20,12 @@ PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 2
 MODEL = "christoforou_yigit"  # of a study without the key ``model``
 
-PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED = range(6)
+PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED, UNMEASURED = range(7)
+
+
+def end_of_run(status: int) -> int:
+    """How a run with this status ended: an unmeasured one ended well."""
+    return OK if status == UNMEASURED else status
 
 
 def has_failed(status: NDArray[Any]) -> NDArray[Any]:

@@ -37,7 +37,7 @@ def test_nothing_differs_from_itself():
     found = compare_results(a, b)
     assert found["points"] == 16
     assert all(one["same"] for one in (*found["axes"], *found["variables"]))
-    assert found["responses"] == {"changed": 0, "changes": [], "at": []}
+    assert found["responses"] == {"changed": 0, "unchanged": 15, "unknown": 1, "changes": [], "at": []}
     assert len([one for one in found["variables"] if one["name"].startswith("final_state[")]) == 9
 
 
@@ -232,4 +232,10 @@ def test_probabilities_of_other_samples_are_compared():
     assert safe["at"] == {"depth": 1e3, "wob": 1e4, "rotary_speed": 3.0}
     assert safe["apart"] == slipping["apart"] == 1
     b["status"][..., 0] = PENDING
-    assert compare_results(a, b)["probabilities"] is None
+    found = compare_results(a, b)["probabilities"]
+    assert found["a"] == {"known": 40, "failed": 0, "pending": 0, "of": 40}
+    assert found["b"] == {"known": 38, "failed": 0, "pending": 2, "of": 40}
+    b["status"][..., 1, :] = PENDING
+    slipping = next(one for one in compare_results(a, b)["probabilities"]["outcomes"] if one["name"] == "stick_slip")
+    assert slipping["known"] == 1, "of the other point nothing is known"
+    assert (slipping["a"], slipping["b"]) == pytest.approx((1 / 20, 17 / 19))

@@ -38,6 +38,7 @@ def test_responses_are_counted_in_both(found):
         "bit_bounce": (0, 0),
         "stick_slip": (5, 2),
         "whirl": (3, 5),
+        "stalled": (0, 0),
     }
 
 

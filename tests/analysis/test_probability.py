@@ -14,7 +14,7 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.answers import contrast as app_contrast
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.responses import BIT_BOUNCE, STICK_SLIP, WHIRL
+from nsdrill.models.responses import BIT_BOUNCE, SEVERITIES, STALLED, STICK_SLIP, WHIRL
 from nsdrill.plot.answer import answer, warnings
 from nsdrill.sampling import Uncertain, draw
 from nsdrill.text.contrast import difference, notes, sentence, side_by_side, thresholds
@@ -45,9 +45,9 @@ def test_shares_are_counted_for_each_history_and_for_all():
     response[1, 0, 0, 2:6] = WHIRL | BIT_BOUNCE
     found = probabilities_of(made_up(response))
     assert found.histories == ("up", "down", EVERY)
-    assert found.outcomes == ("safe", "bit_bounce", "stick_slip", "whirl")
+    assert found.outcomes == ("safe", "bit_bounce", "stick_slip", "whirl", "stalled")
     assert found.total == 8
-    assert found.count[..., 0, 0, 0].tolist() == [[5, 0, 3, 0], [4, 4, 0, 4], [2, 4, 3, 4]]
+    assert found.count[..., 0, 0, 0].tolist() == [[5, 0, 3, 0, 0], [4, 4, 0, 4, 0], [2, 4, 3, 4, 0]]
     assert float(found.of("safe")[0].ravel()[0]) == 2 / 8
     assert float(found.of("safe", "up")[0].ravel()[0]) == 5 / 8
 
@@ -59,7 +59,7 @@ def test_a_failed_run_is_not_safe_and_leaves_open_what_it_might_be():
     status[0, 0, 1, :2], response[1, 0, 1, :2] = DIVERGED, WHIRL
     found = probabilities_of(made_up(response, status))
     assert found.count[-1, 0].ravel().tolist() == [8, 8, 10]
-    assert found.open[-1].ravel().tolist() == [2, 0, 0]
+    assert found.open[-1, 0].ravel().tolist() == [2, 0, 0]
     inside, might = window_state(found, 0.9)
     assert inside.ravel().tolist() == [False, False, True]
     assert might.ravel().tolist() == [True, False, False]
@@ -182,6 +182,22 @@ def test_by_severity():
     assert find_window(results, severity=2)["safe"] == 2
 
 
+def test_a_stalled_run_is_never_safe_whatever_severity_is_allowed():
+    """In half of the samples of the first speed the bit stalls; it has no severity."""
+    response = np.zeros((1, 1, 2, 8), int)
+    response[..., 0, :4] = STALLED
+    results = made_up(response)
+    for name in SEVERITIES:
+        results.variables[name] = np.zeros_like(results["response"])
+    for severity in (None, 0, 4):
+        found = probabilities_of(results, severity)
+        assert found.of("safe")[0].ravel().tolist() == [0.5, 1.0]
+        assert found.of("stalled")[0].ravel().tolist() == [0.5, 0.0]
+        window = find_window(results, severity, confidence=0.9)
+        assert (window["safe"], window["critical"]) == (1, 1)
+        assert window["obstacles"]["stalled"] == 1
+
+
 def test_results_without_samples_have_no_probability():
     results = made_up(np.zeros((1, 1, 2, 4), int))
     del results.coords["sample"]
@@ -253,7 +269,7 @@ def test_a_window_with_samples_says_what_may_be_and_stands_beside_one_without():
     assert told[0].startswith("100.0 % (")
     assert "single estimates" in told[1]
     assert "in a bit-bounce" in thresholds(found)
-    why = "each in 3.3 % of the samples or more, a third of the 10 % that need not be safe"
+    why = "each in 2.5 % of the samples or more, a quarter of the 10 % that need not be safe"
     assert f"{why}; in b bit-bounce" in thresholds(found)
     (told,) = [note for note in notes(found, "si") if note.startswith("ONE HAS SAMPLES, a: ")]
     assert "90 % of 10 samples" in told
@@ -265,7 +281,7 @@ def test_a_window_with_samples_says_what_may_be_and_stands_beside_one_without():
 @pytest.mark.parametrize(("safe", "apart"), [(4, False), (9, True)])
 def test_a_comparison_without_a_safe_point_has_the_probabilities(safe, apart):
     """At the second of three speeds 4 or 9 of 10 samples of b are safe instead of 2 of a; all
-    others whirl: at 3 points of both, as 1 of 10 is more than a third of 5 %."""
+    others whirl: at 3 points of both, as 1 of 10 is more than a quarter of 5 %."""
     data = []
     for number in (2, safe):
         response = np.full((1, 1, 3, 10), WHIRL)
@@ -276,7 +292,7 @@ def test_a_comparison_without_a_safe_point_has_the_probabilities(safe, apart):
     text = sentence(found, "si")
     assert text.startswith("None of 3 common points is safe with a probability of 95 %, neither with b.h5 (b) nor")
     chance = "" if apart else ", which may be chance"
-    assert f"5.7 to 51.0){chance}; whirl at all 3 points with both (each in 1.7 % of the samples or more)." in text
+    assert f"5.7 to 51.0){chance}; whirl at all 3 points with both (each in 1.3 % of the samples or more)." in text
     assert f"; the most probable point {10 * safe}.0 % (" in text
     (told,) = [row[1:] for row in side_by_side(found, "si") if row[0] == "most probably safe"]
     assert told[0] == "2 rad/s (19.1 rpm): 20.0 % (5.7 to 51.0)"

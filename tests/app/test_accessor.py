@@ -28,7 +28,11 @@ def results():
         (lambda data: data.bouncing, "whether the bit bounces", [False, True, False]),
         (lambda data: data.whirling, "whether the collar whirls", [False, False, True]),
         (lambda data: data.safe(), "whether the run is safe", [True, False, False]),
-        (lambda data: data.safe(1), "whether no severity of the run exceeds 1", [True, False, False]),
+        (
+            lambda data: data.safe(1),
+            "whether no severity of the run exceeds 1, and the bit is not stalled",
+            [True, False, False],
+        ),
     ],
 )
 def test_an_array_of_bool_says_what_it_is(results, ask, words, expected):

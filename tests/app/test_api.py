@@ -159,7 +159,7 @@ def test_in_memory_and_in_a_file_are_the_same(shared, small, tmp_path):
             kept.sel(procedure="up", rotary_speed=3.0).final_state.squeeze().sel(state="bit_speed")
         )
     assert small.bit_speed_max.attrs["units"] == "rad s-1"
-    assert small.response.attrs["flag_meanings"] == "bit_bounce stick_slip whirl"
+    assert small.response.attrs["flag_meanings"] == "bit_bounce stick_slip whirl stalled"
 
 
 @pytest.mark.parametrize(

@@ -91,8 +91,8 @@ def test_flags(data):
     status, response, kind = data["status"].attrs, data["response"].attrs, data["whirl_kind"].attrs
     assert list(status["flag_values"][:4]) == [0, 1, 2, 3]
     assert status["flag_meanings"].split()[:4] == ["pending", "ok", "diverged", "step_limit"]
-    assert list(response["flag_masks"]) == [1, 2, 4]
-    assert response["flag_meanings"] == "bit_bounce stick_slip whirl"
+    assert list(response["flag_masks"]) == [1, 2, 4, 8]
+    assert response["flag_meanings"] == "bit_bounce stick_slip whirl stalled"
     assert list(kind["flag_values"]) == [0, 1, 2, 3, 4, 5]
     assert kind["flag_meanings"] == "none forward backward backward_rolling irregular low_side"
     assert data["status"].dtype.kind == "i"
@@ -108,9 +108,11 @@ def test_values_are_consistent(data):
     assert np.allclose(
         v["stick_slip_index"], 100 * (v["bit_speed_max"] - v["bit_speed_min"]) / (2 * v["bit_speed_mean"]), rtol=1e-9
     )
-    assert np.array_equal((v["response"] & 1) > 0, v["lift_off_fraction"] > 0.01)
-    assert np.array_equal((v["response"] & 2) > 0, v["stick_slip_index"] > 80)
-    assert np.array_equal((v["response"] & 4) > 0, v["wall_contact_fraction"] > 0.01)
+    stalled = v["stuck_fraction"] > 0.99
+    assert np.array_equal((v["response"] & 1) > 0, (v["lift_off_fraction"] > 0.01) & ~stalled)
+    assert np.array_equal((v["response"] & 2) > 0, (v["stick_slip_index"] > 80) & ~stalled)
+    assert np.array_equal((v["response"] & 4) > 0, (v["wall_contact_fraction"] > 0.01) & ~stalled)
+    assert np.array_equal(v["response"] == 8, stalled)
     assert np.array_equal(v["whirl_kind"] > 0, (v["response"] & 4) > 0)
     # the gap of the default well
     assert ((v["wall_force_max"] > 0) == (v["radius_max"] > 0.0762)).all()

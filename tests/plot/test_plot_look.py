@@ -19,12 +19,15 @@ from nsdrill import plot
 from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.models.responses import STALLED
 from nsdrill.plot import look_of
 from nsdrill.plot.kinds.basin import distinct_colours
 from nsdrill.plot.look import value_of
 from nsdrill.plot.page import panels_of
 from nsdrill.plot.style import MOTIONS, REFERENCE, RESPONSES, contrast, lightness_and_hue, luminance
 from nsdrill.variables import DIVERGED, OK, PENDING
+
+SINGLE = RESPONSES[: STALLED + 1]  # of one run, which has no other response where it is stalled
 
 
 def words_of(figure: Any) -> list[Any]:
@@ -248,9 +251,10 @@ def test_no_line_is_wider_than_its_figure(make, kind):
 
 def test_each_colour_of_a_legend_means_one_thing():
     """Pictures of the kind of motion have the responses in the same legend. Black is a
-    dash at an equilibrium."""
-    colours = [style.colour for style in (*RESPONSES, *MOTIONS) if style.marker != "_"]
+    dash at an equilibrium. Stalled has its colour whatever occurs beside it."""
+    colours = [style.colour for style in (*SINGLE, *MOTIONS) if style.marker != "_"]
     assert len(set(colours)) == len(colours)
+    assert {style.colour for style in RESPONSES[STALLED:]} == {RESPONSES[STALLED].colour}
 
 
 def test_what_the_title_says_is_not_said_again():
@@ -323,14 +327,15 @@ def lab(colour: str, vision: str) -> np.ndarray:
 def test_responses_differ_in_colour(vision):
     """At least 13 CIELAB units; 2.3 is the least difference that people notice (Mahy et
     al. 1994)."""
-    for one, other in combinations(RESPONSES, 2):
+    for one, other in combinations(SINGLE, 2):
         distance = np.linalg.norm(lab(one.colour, vision) - lab(other.colour, vision))
         assert distance > 13, f"{one.name} and {other.name} look alike under {vision}"
 
 
 def test_responses_differ_in_shape_and_name():
-    assert len({style.marker for style in RESPONSES}) == len(RESPONSES) == 8
-    assert len({style.name for style in RESPONSES}) == 8
+    assert len({style.marker for style in SINGLE}) == len(SINGLE) == 9
+    assert len({style.name for style in RESPONSES}) == 16
+    assert len({style.letters for style in RESPONSES}) == len(RESPONSES) == 16
 
 
 def test_every_mark_can_be_seen_on_a_dark_page(speeds, trace):

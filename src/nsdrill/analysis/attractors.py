@@ -29,10 +29,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.branches import Places
+from nsdrill.analysis.counts import Counts, knowledge
 from nsdrill.analysis.probability import interval
-from nsdrill.data import Array
+from nsdrill.data import Answer, Array
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED
+from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED
 
 # variables beside the features by which a model groups starts: required, and optional
 NEEDED = ("status", "response", "settled", "half_difference")
@@ -50,8 +51,9 @@ class Attractor:
     labels of its members as values of the file (``kinds`` of responses by the names of
     their labels, 0 where not recorded, and ``motion`` and ``period`` of most of
     them, None where not recorded), the number of ``members`` and of ``unsettled`` ones
-    among them, its ``share`` of the starts that ended well with the Wilson 95 %
-    interval ``low`` to ``high``, and the medians of some ``features``, in SI."""
+    among them, its ``share`` of the starts that are on a known attractor with the Wilson
+    95 % interval ``low`` to ``high``, which covers whatever attractors the others are on,
+    and the medians of some ``features``, in SI."""
 
     number: int
     response: int
@@ -226,31 +228,31 @@ def describe(
     variables: Mapping[str, Array], features: Sequence[str]
 ) -> Iterator[tuple[list[Attractor], dict[str, int]]]:
     """For each operating point its attractors, by falling share, and the numbers of
-    ``starts``: all, ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones.
+    ``starts``: all, ``known`` ones, on a known attractor, ``failed``, ``pending``,
+    ``unsettled`` and ``ungrouped`` ones.
     ``variables`` are arrays (operating points, starts) with ``attractor`` and
     ``settled``; of ``features`` those that are among them are summarised."""
     for i, status in enumerate(variables["status"]):
         ended_well = status == OK
         at_point = {name: values[i] for name, values in variables.items()}
-        total = int(np.count_nonzero(ended_well))
         at_point["attractor"] = np.where(ended_well, at_point["attractor"], 0)
         groups, members = np.unique(at_point["attractor"][at_point["attractor"] > 0], return_counts=True)
         numbers = groups[np.argsort(-members, kind="stable")].tolist()
+        runs = Counts.over(knowledge(status, at_point["attractor"] > 0)).at()
         counts = {
             "starts": len(status),
-            "failed": int(np.count_nonzero(~ended_well & (status != PENDING))),
-            "pending": int(np.count_nonzero(status == PENDING)),
+            **{name: runs[name] for name in ("known", "failed", "pending")},
             "unsettled": int(np.count_nonzero(ended_well & (at_point["settled"] == 0))),
             "ungrouped": int(np.count_nonzero(ended_well & (at_point["attractor"] == 0))),
         }
-        yield [_attractor(number, at_point, total, features) for number in numbers], counts
+        yield [_attractor(number, at_point, runs, features) for number in numbers], counts
 
 
-def _attractor(number: int, at_point: Mapping[str, Array], total: int, features: Sequence[str]) -> Attractor:
+def _attractor(number: int, at_point: Mapping[str, Array], runs: Answer, features: Sequence[str]) -> Attractor:
     is_member = at_point["attractor"] == number
     members = int(np.count_nonzero(is_member))
     first_member = int(np.argmax(is_member))
-    low, high = wilson(members, total)
+    low, high = wilson(members, runs["of"], runs["of"] - runs["known"])
     motion, period = _majority_motion(at_point, is_member) if "motion" in at_point else (None, None)
     medians = {name: float(np.median(at_point[name][is_member])) for name in features if name in at_point}
     return Attractor(
@@ -261,7 +263,7 @@ def _attractor(number: int, at_point: Mapping[str, Array], total: int, features:
         period,
         members,
         int(np.count_nonzero(is_member & (at_point["settled"] == 0))),
-        members / total,
+        members / runs["known"],
         low,
         high,
         medians,
@@ -277,8 +279,8 @@ def _majority_motion(at_point: Mapping[str, Array], is_member: Array) -> tuple[i
     return majority, int(period[motion == majority][0])
 
 
-def wilson(count: int, total: int) -> tuple[float, float]:
+def wilson(count: int, total: int, unknown: int = 0) -> tuple[float, float]:
     """The Wilson 95 % interval of a share, of which ``count`` occurred in ``total``
-    independent draws."""
-    low, high = interval(np.array(count), total)
+    independent draws, and of ``unknown`` further ones among them it is not known."""
+    low, high = interval(np.array(count), total, unknown)
     return float(low), float(high)

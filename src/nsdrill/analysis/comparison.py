@@ -20,7 +20,7 @@ from nsdrill.data import Answer, Array, Attributes, Change, Resolved, Results, T
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import BY_NAME, IN_TRACE, model_in
-from nsdrill.variables import PENDING, SAMPLE
+from nsdrill.variables import SAMPLE
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -283,14 +283,15 @@ def _points(is_chosen: Array, dims: int) -> int:
 
 def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict[str, Array]) -> Answer | None:
     """The outcomes that changed: a response, or the status of the run where no response
-    is known."""
+    is known; how many are ``unchanged``, known and the same; and ``unknown``: at how many
+    points one or both of the responses are not."""
     if not all(name in data.variables for data in (a, b) for name in ("status", "response")):
         return None
     left, right = (
         _outcomes(data["status"][point], data["response"][point])
         for data, point in zip((a, b), selections, strict=True)
     )
-    differs = left != right
+    differs, unknown = left != right, (left >= _STATUS_OFFSET) | (right >= _STATUS_OFFSET)
     pairs, counts = np.unique(np.stack([left[differs], right[differs]]), axis=1, return_counts=True)
     changes = [
         {"from": _outcome_name(int(x)), "to": _outcome_name(int(y)), "points": int(n)}
@@ -306,6 +307,8 @@ def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict
     ]
     return {
         "changed": int(np.count_nonzero(differs)),
+        "unchanged": int(np.count_nonzero(~differs & ~unknown)),
+        "unknown": int(np.count_nonzero(unknown)),
         "changes": sorted(changes, key=lambda change: -change["points"]),
         "at": examples,
     }
@@ -313,8 +316,11 @@ def _responses(a: Results, b: Results, selections: Sequence[Place], coords: dict
 
 def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]]) -> Answer | None:
     """The comparison of two results with samples, equal or not: the number of operating
-    ``points``, and for each outcome its mean probability in ``a`` and in ``b``, the
-    ``largest`` change, b less a, with its place ``at``, and the number of points at
+    ``points``; of how many samples at them every run is known, failed or pending in ``a``
+    and in ``b``, as plain data of :class:`nsdrill.analysis.counts.Counts`; and for each
+    outcome the number of points at which both ``known`` it of some sample, the mean
+    probability there in ``a`` and in ``b``, the ``largest`` change, b less a, with its
+    place ``at`` (None where there are no such points), and the number of all points at
     which their 95 % intervals lie ``apart``. A safe run is safe in all procedures. None
     where they cannot be compared."""
     if any(SAMPLE not in data.coords or not {"status", "response"} <= data.variables.keys() for data in (a, b)):
@@ -325,8 +331,6 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
         return None
     if not np.array_equal(a.coords["procedure"], b.coords["procedure"]):
         return None
-    if any(np.any(data["status"] == PENDING) for data in (a, b)):
-        return None
     try:
         probabilities = [probabilities_of(data, None, model_in(data.attrs).responses) for data in (a, b)]
     except InputError:  # a part of a design of which only the whole gives a probability
@@ -334,25 +338,27 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
     if probabilities[0].outcomes != probabilities[1].outcomes:
         return None
     coords = {name: a.coords[name][places[name][0]] for name in axes}
+    selections = [np.ix_(*(places[axis][side] for axis in axes)) for side in (0, 1)]
     rows = []
     for name in probabilities[0].outcomes:
         (in_a, *interval_a), (in_b, *interval_b) = (
-            [part[np.ix_(*(places[axis][side] for axis in axes))] for part in side_probabilities.of(name)]
-            for side, side_probabilities in enumerate(probabilities)
+            [part[selection] for part in one.of(name)] for one, selection in zip(probabilities, selections, strict=True)
         )
         change = in_b - in_a
-        place = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
-        rows.append(
-            {
-                "name": name,
-                "a": float(in_a.mean()),
-                "b": float(in_b.mean()),
-                "largest": float(change[place]),
-                "at": point_of(coords, [int(i) for i in place]),
-                "apart": int(np.count_nonzero((interval_a[1] < interval_b[0]) | (interval_b[1] < interval_a[0]))),
-            }
-        )
-    return {"points": points, "outcomes": rows}
+        in_both = np.isfinite(change)
+        row: Answer = {"name": name, "known": int(np.count_nonzero(in_both))}
+        row |= dict.fromkeys(("a", "b", "largest", "at"))
+        if in_both.any():
+            place = np.unravel_index(int(np.nanargmax(np.abs(change))), change.shape)
+            row |= {"a": float(in_a[in_both].mean()), "b": float(in_b[in_both].mean())}
+            row |= {"largest": float(change[place]), "at": point_of(coords, [int(i) for i in place])}
+        apart = (interval_a[1] < interval_b[0]) | (interval_b[1] < interval_a[0])
+        rows.append(row | {"apart": int(np.count_nonzero(apart))})
+    counts = [
+        one.runs.each(lambda part, selection=selection: np.asarray(part[-1][selection].sum())).at()  # type: ignore[misc]
+        for one, selection in zip(probabilities, selections, strict=True)
+    ]
+    return {"points": points, "a": counts[0], "b": counts[1], "outcomes": rows}
 
 
 def _outcomes(status: Array, response: Array) -> Array:

@@ -21,10 +21,11 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
     """The windows of two results with the same axes as plain data in SI units:
 
     - ``windows``: the two, as of :func:`nsdrill.analysis.window.find_window`;
-    - ``points``: the operating points that both have; how many of them are safe in
-      ``both``, ``gained`` (in b alone), ``lost`` (in a alone), and ``unknown`` in
-      either; and for each of the ``responses`` at how many it occurs in ``a`` and in
-      ``b``, in any history;
+    - ``points``: the operating points that both have; how many of them are ``safe`` in
+      each, safe in ``both``, ``gained`` (safe in b, and known not to be in a), ``lost``
+      (safe in a, and known not to be in b), and ``unknown`` in either; ``not_known``, at
+      how many of them a run is not known in ``a`` and in ``b``; and for each of the
+      ``responses`` at how many it occurs in ``a`` and in ``b``, in any history;
     - ``borders``: for each line of the map along its first axis the safe intervals of
       the two that meet: ``at``, and for the ends ``lower`` and ``upper`` the last safe
       values in ``a`` and ``b``, how far it ``moved``, and what lies beyond: the
@@ -32,7 +33,8 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
       a window (``edge`` beyond the map). An end is None where the interval is only in
       the other; its responses are then those that occur there instead;
     - ``onsets``: for each line, way and response, the intervals in which it occurs in
-      ``a`` and in ``b``, by their first and last value;
+      ``a`` and in ``b``, by their first and last value, and ``a_unknown`` and
+      ``b_unknown``, those in which a run is not known;
     - ``rate``: the rate of penetration [m/s] at the recommended point, at the fastest
       safe point, and on average over the points that are safe in both;
     - ``most_probable``: of two with samples the points that are most probably safe,
@@ -57,9 +59,14 @@ def contrast(a: Results, b: Results, severity: int | None = None, confidence: fl
         "windows": windows,
         "points": int(state[0].size),
         "both": int(np.count_nonzero(safe[0] & safe[1])),
-        "gained": int(np.count_nonzero(safe[1] & ~safe[0])),
-        "lost": int(np.count_nonzero(safe[0] & ~safe[1])),
+        "gained": int(np.count_nonzero(safe[1] & ~safe[0] & (state[0] != UNKNOWN))),
+        "lost": int(np.count_nonzero(safe[0] & ~safe[1] & (state[1] != UNKNOWN))),
+        "safe": {side: int(np.count_nonzero(part)) for side, part in zip("ab", safe, strict=True)},
         "unknown": int(np.count_nonzero((state[0] == UNKNOWN) | (state[1] == UNKNOWN))),
+        "not_known": {
+            side: int(np.count_nonzero(one.counts.known[np.ix_(*place)] < one.counts.of[np.ix_(*place)]))
+            for side, one, place in zip("ab", maps, places, strict=True)
+        },
         "responses": _responses(maps, places),
         "borders": _borders(maps, places),
         "onsets": _onsets(maps, places),
@@ -168,9 +175,12 @@ def _onsets(maps: list[Classes], places: tuple[tuple[Array, ...], tuple[Array, .
             for name, response in RESPONSES.items():
                 row: Answer = {"at": at, "axis": maps[0].x, "procedure": way, "response": name}
                 for side, one, cell in zip(("a", "b"), maps, cells, strict=True):
-                    bits = one.bits_in[(one.results.procedures.index(way), *cell)]
-                    places_along = stretches((bits & response.bit).astype(bool))
-                    row[side] = [one.values(one.x)[list(ends)].tolist() for ends in places_along]
+                    line = (one.results.procedures.index(way), *cell)
+                    for key, chosen in (
+                        (side, (one.bits_in[line] & response.bit).astype(bool)),
+                        (f"{side}_unknown", ~one.is_known_in[line]),
+                    ):
+                        row[key] = [one.values(one.x)[list(ends)].tolist() for ends in stretches(chosen)]
                 if row["a"] or row["b"]:
                     rows.append(row)
     return rows

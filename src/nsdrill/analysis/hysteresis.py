@@ -7,17 +7,16 @@ The shading of the pictures, the table of ``show`` and its JSON all use
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.probability import outcome
+from nsdrill.analysis.counts import Counts, carried_axis, knowledge
+from nsdrill.analysis.probability import known_outcome, known_runs
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import BY_NAME
 from nsdrill.models.responses import RESPONSE_KINDS
-from nsdrill.variables import dimension_of
 
 NEEDED = ("status", "response", *RESPONSE_KINDS)  # the variables of results that are used
 
@@ -78,18 +77,6 @@ def spans(intervals: Sequence[Difference]) -> list[tuple[int, int]]:
     return joined
 
 
-def carried_axis(results: Results) -> str | None:
-    """The axis along which the state was carried: that of the study, or the only one
-    that is swept; None where neither is given."""
-    try:
-        along = json.loads(results.attrs["study_resolved"])["sweep"]["along"]
-    except (KeyError, TypeError, ValueError):
-        along = None
-    if isinstance(along, str) and dimension_of(along) in results.axes:
-        return dimension_of(along)
-    return results.swept[0] if len(results.swept) == 1 else None
-
-
 def hysteresis(results: Results, along: str | None = None) -> list[Answer]:
     """The intervals along the carried axis in which the two directions of an up-down
     sweep differ, for every combination of the other axes; empty for any other sweep.
@@ -105,7 +92,19 @@ def hysteresis(results: Results, along: str | None = None) -> list[Answer]:
     along = along or carried_axis(results)
     if along is None or not {"up", "down"} <= set(results.procedures):
         return []
-    return [row for place in _lines(results, along) for row in _rows(results, along, place)]
+    outcomes = known_outcome(results)
+    return [row for place in _lines(results, along) for row in _rows(results, along, place, outcomes[place])]
+
+
+def not_compared(results: Results) -> Answer | None:
+    """At how many of the operating points (and starts) up and down are not compared, as
+    one of them is not known: plain data of :class:`nsdrill.analysis.counts.Counts`. None
+    where the file does not have both."""
+    if not {"up", "down"} <= set(results.procedures):
+        return None
+    ways = [results.procedures.index(name) for name in ("up", "down")]
+    found = knowledge(np.asarray(results["status"]), known_runs(results))[ways]
+    return Counts.over(found.max(axis=0)).at()
 
 
 def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
@@ -117,9 +116,8 @@ def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
         yield (slice(None), *place[:axis], slice(None), *place[axis:])
 
 
-def _rows(results: Results, along: str, place: tuple[int | slice, ...]) -> Iterator[Answer]:
+def _rows(results: Results, along: str, place: tuple[int | slice, ...], outcomes: Array) -> Iterator[Answer]:
     procedures = results.procedures
-    outcomes = outcome(results["status"][place], results["response"][place])
     x = np.asarray(results.coords[along], dtype=float)
     fixed = {
         axis: results.coords[axis][number].item()

@@ -17,10 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.probability import RunSafety, known, probabilities_of, run_safety, window_state
+from nsdrill.analysis.counts import Counts, knowledge
+from nsdrill.analysis.probability import SAFE as PROBABLY_SAFE
+from nsdrill.analysis.probability import RunSafety, known_runs, probabilities_of, run_safety, window_state
 from nsdrill.data import Answer, Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
+from nsdrill.models.responses import RESPONSES
 from nsdrill.variables import OK
 
 # axes of the maps: the first of these that is swept is x, the next one y
@@ -41,13 +44,16 @@ class Classes:
     - ``distrusted``: whether the checks of any history gave another response;
     - ``yields``: those of :data:`YIELDS` that the file has, as the mean over histories
       and samples, NaN where none has run;
-    - ``safety``: with a ``confidence`` the probability of a safe run and the ends of
-      its 95 % interval;
+    - ``safety``: with a ``confidence`` the probability of a safe run, the ends of its
+      95 % interval, and the share of the samples that are known to be safe;
+    - ``counts``: of the runs of the point how many are known, failed and pending, of
+      results with samples those of samples;
     - ``unsettled``: whether any history was finished and did not settle; with a
-      ``confidence`` whether more runs did not than may be critical.
+      ``confidence`` whether more runs did not, or are not known, than may be critical.
 
-    ``bits_in`` and ``is_safe_in`` are [procedure, third, y, x]: the responses in each
-    procedure, and whether it is safe.
+    ``bits_in``, ``is_safe_in`` and ``is_known_in`` are [procedure, third, y, x]: the
+    responses in each procedure, whether it is safe, and whether all of its runs are
+    known.
 
     ``over_all``: this is one map of what holds at all values of a third axis. ``histories``
     and ``failed_runs`` are the numbers of histories and of failed runs,
@@ -68,7 +74,9 @@ class Classes:
     yields: dict[str, Array]
     bits_in: Array
     is_safe_in: Array
+    is_known_in: Array
     unsettled: Array
+    counts: Counts
     confidence: float | None = None
     safety: tuple[Array, ...] = ()
     over_all: bool = False
@@ -144,6 +152,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         failed=np.asarray(planes(runs.failed).any(axis=-1)),
         distrusted=np.asarray(planes(runs.distrusted).any(axis=-1)),
         failed_runs=int(np.count_nonzero(runs.failed)),
+        is_known_in=np.array([planes(part[None]).all(axis=-1) for part in known_runs(results)]),
         yields={name: mean_known(planes(results[name])) for name in YIELDS if name in results.variables},
         **found,
     )
@@ -154,7 +163,7 @@ def _by_histories(results: Results, runs: RunSafety, planes: Planes) -> Answer:
     any_safe, any_unsafe = planes(runs.safe).any(axis=-1), planes(runs.unsafe).any(axis=-1)
     is_decided = planes(runs.safe | runs.unsafe).all(axis=-1) | (any_safe & any_unsafe)
     state = np.where(any_unsafe, np.where(any_safe, HISTORY_DEPENDENT, CRITICAL), SAFE)
-    bits = np.where(known(results["status"]), results["response"], 0).astype(int)
+    bits = np.where(known_runs(results), results["response"], 0).astype(int)
     bits_in = np.array([np.bitwise_or.reduce(planes(part[None]), axis=-1) for part in bits])
     is_safe_in = np.array([planes(part[None]).all(axis=-1) for part in runs.safe])
     return {
@@ -167,6 +176,7 @@ def _by_histories(results: Results, runs: RunSafety, planes: Planes) -> Answer:
         "bits_in": bits_in,
         "is_safe_in": is_safe_in,
         "unsettled": np.asarray(planes(_unsettled(results)).any(axis=-1)),
+        "counts": Counts.over(planes(knowledge(results["status"], runs.safe | runs.unsafe)), -1),
     }
 
 
@@ -180,8 +190,9 @@ def _unsettled(results: Results) -> Array:
 
 def least_share(confidence: float) -> float:
     """The probability from which a response counts among those that may prevent that a
-    point is safe: one of the three must have a third of 1 less ``confidence``."""
-    return (1.0 - confidence) / 3
+    point is safe: one of the four must have a quarter of 1 less
+    ``confidence``."""
+    return (1.0 - confidence) / len(RESPONSES)
 
 
 def _by_confidence(results: Results, severity: int | None, confidence: float, planes: Planes) -> Answer:
@@ -194,9 +205,11 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
         return planes(array[None])[..., 0]
 
     def bits_of(share: Array) -> Array:
-        occurs = share >= least_share(confidence)
-        return np.asarray(sum(placed(response).astype(int) << number for number, response in enumerate(occurs)))
+        occurs = np.nan_to_num(share) >= least_share(confidence)
+        bits = (one.bit * placed(occurs_here) for one, occurs_here in zip(RESPONSES.values(), occurs, strict=True))
+        return np.asarray(sum(bits))
 
+    unsettled, unknown = planes(_unsettled(results)), planes(~known_runs(results))
     procedures = len(results.coords["procedure"])
     safe_by = {name: window_state(probabilities, confidence, name)[0] for name in probabilities.histories[:procedures]}
     return {
@@ -206,9 +219,12 @@ def _by_confidence(results: Results, severity: int | None, confidence: float, pl
         "safe_in": {name: int(np.count_nonzero(safe)) for name, safe in safe_by.items()},
         "bits_in": np.array([bits_of(probabilities.share[number, 1:]) for number in range(procedures)]),
         "is_safe_in": np.array([placed(safe) for safe in safe_by.values()]),
-        "unsettled": np.asarray(planes(_unsettled(results)).mean(axis=-1) > 1.0 - confidence + 1e-9),
+        "unsettled": unsettled.any(axis=-1) & ((unsettled | unknown).mean(axis=-1) > 1.0 - confidence + 1e-9),
         "confidence": confidence,
-        "safety": tuple(placed(part) for part in probabilities.of("safe")),
+        "safety": tuple(
+            map(placed, (*probabilities.of(PROBABLY_SAFE), probabilities.least[probabilities.place(PROBABLY_SAFE)]))
+        ),
+        "counts": probabilities.runs.each(lambda part: placed(part[-1])),
     }
 
 

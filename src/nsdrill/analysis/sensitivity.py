@@ -22,7 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis import probability
-from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, independent, run_safety
+from nsdrill.analysis.counts import Counts, knowledge
+from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, independent, known_runs, run_safety
 from nsdrill.data import Answer, Array, Attributes, Results, overrides, resolved_study
 from nsdrill.errors import InputError, count
 from nsdrill.models.leaves import word_or_number
@@ -147,7 +148,8 @@ def answers_of(results: Results, severity: int | None = None) -> dict[str, Array
     answers: dict[str, Array] = {SAFE: np.where(runs.safe.all(axis=0), 1.0, unsafe)}
     for name in model_in(results.attrs).check_features:
         if name in results.variables:
-            answers[name] = np.where(results["status"] == OK, results[name], np.nan).max(axis=0)
+            is_known = known_runs(results) & (results["status"] == OK)
+            answers[name] = np.where(is_known, results[name], np.nan).max(axis=0)
     return {name: values.reshape(-1, values.shape[-1]).T for name, values in answers.items()}
 
 
@@ -155,13 +157,19 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
     """Which unknown matters most, over all operating points of ``results``, as plain
     data in SI units.
 
-    ``answers``: of the safe run and of each feature the ``mean``, the standard
-    ``deviation``, and for each unknown ``first`` and ``total`` with their standard
+    ``known``, ``failed``, ``pending``, ``of``: how many samples of all points are known to
+    be safe or not, as plain data of :class:`nsdrill.analysis.counts.Counts`. ``answers``:
+    of the safe run and of each feature the ``mean`` of those that are known, the standard
+    ``deviation``, how many are ``missing``, and for each unknown ``first`` and ``total`` with their standard
     errors (``total`` None where the design does not determine it; it then lies between
     ``total_least`` and ``total_most``), and for the fifth of the samples in which the
     unknown is ``low``, and ``high``, the mean ``answer`` and the median ``value`` of
-    the unknown. ``measure_first``: the key of the unknown whose measurement reduces the
-    variance of a safe run most."""
+    the unknown. Of the safe run, every mean has the ends ``least`` and ``most`` beside it,
+    and ``first`` the ends ``first_least`` and ``first_most`` (None where there is no
+    such index): what it may be if all samples that are not known were unsafe, or all
+    were safe. ``measure_first``: the key of the unknown whose measurement reduces the
+    variance of a safe run most, the same in both cases; ``depends_on_unknown``: whether
+    it is another, or none, in one of them."""
     check_samples(results, "sensitivity")
     uncertain = resolved_study(results.attrs).get("uncertain", {})
     design = str(uncertain.get("design", "sobol"))
@@ -179,10 +187,31 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
     else:
         columns = list(range(len(keys)))
     samples, rows = independent(results), list[Answer]()
+    firsts = list[Answer | None]()
     for name, answers in answers_of(results, severity).items():
-        found, drawn = indices(values, answers, design), zip(results.drawn, columns, values[samples].T, strict=True)
+        found, drawn = (
+            indices(values, answers, design),
+            list(zip(results.drawn, columns, values[samples].T, strict=True)),
+        )
         row = _answer_row(name, answers[samples], found)
-        rows.append(row | {"unknowns": [_unknown_row(*one, found, answers[samples], dependent) for one in drawn]})
+        row["unknowns"] = [_unknown_row(*one, found, answers[samples], dependent) for one in drawn]
+        if name == SAFE:
+            firsts.append(_measure_first(row["unknowns"]))
+            # whatever the samples are that are not known
+            ends = [np.where(np.isfinite(answers), answers, filled) for filled in (0.0, 1.0)]
+            if row["missing"]:
+                cases = [indices(values, end, design) for end in ends]
+                firsts += [
+                    _measure_first([_unknown_row(*one, case, end[samples], dependent) for one in drawn])
+                    for case, end in zip(cases, ends, strict=True)
+                ]
+            else:
+                cases = [found, found]
+            _add_ends(row, [end[samples] for end in ends], drawn, (found, *cases))
+        rows.append(row)
+    same_first = len({one and one["key"] for one in firsts}) == 1
+    safety = run_safety(results, severity)
+    runs = knowledge(np.asarray(results["status"]), safety.safe | safety.unsafe).max(axis=0)[..., samples]
     return {
         "kind": "sensitivity",
         "title": str(results.attrs.get("title") or ""),
@@ -196,7 +225,9 @@ def sensitivity(results: Results, severity: int | None = None) -> Answer:
         "swept": list(results.swept),
         "histories": len(results.coords["procedure"]),
         "answers": rows,
-        "measure_first": _measure_first(rows[0]["unknowns"]),
+        **Counts.over(runs).at(),
+        "measure_first": firsts[0] if same_first else None,
+        "depends_on_unknown": not same_first,
     }
 
 
@@ -209,14 +240,34 @@ def _answer_row(name: str, answers: Array, found: Indices | None) -> Answer:
         "mean": _mean(answers),
         "deviation": None if found is None else float(np.sqrt(found.variance)),
         "missing": int(np.count_nonzero(~np.isfinite(answers))),
+        "present": int(np.count_nonzero(np.isfinite(answers))),
     }
+
+
+def _add_ends(
+    row: Answer, answers: Sequence[Array], drawn: Sequence[tuple[Unknown, int, Array]], cases: Sequence[Indices | None]
+) -> None:
+    """Add to the ``row`` of the safe run what its numbers may be: ``answers`` are those
+    with all samples that are not known unsafe, and all safe, ``cases`` the indices of
+    the known samples and of these two."""
+    row |= {"least": _mean(answers[0]), "most": _mean(answers[1])}
+    for one, (_, column, values) in zip(row["unknowns"], drawn, strict=True):
+        for end, is_chosen in _ends(values).items():
+            one[end] |= {"least": _mean(answers[0][is_chosen]), "most": _mean(answers[1][is_chosen])}
+        first = [float(case.first[column]) for case in cases if case is not None]
+        is_whole = len(first) == len(cases)
+        one |= {"first_least": min(first) if is_whole else None, "first_most": max(first) if is_whole else None}
+
+
+def _ends(drawn: Array) -> dict[str, Array]:
+    """Which samples have the lowest and the highest values of an unknown."""
+    lowest, highest = np.quantile(drawn, [PART, 1.0 - PART])
+    return {"low": drawn <= lowest, "high": drawn >= highest}
 
 
 def _unknown_row(
     unknown: Unknown, column: int, drawn: Array, result: Indices | None, answers: Array, dependent: bool
 ) -> Answer:
-    lowest, highest = np.quantile(drawn, [PART, 1.0 - PART])
-    ends = {"low": drawn <= lowest, "high": drawn >= highest}
     row: Answer = {
         "key": unknown.key,
         **{
@@ -225,7 +276,7 @@ def _unknown_row(
                 "value": float(np.median(drawn[is_chosen])),
                 "units": unknown.units,
             }
-            for end, is_chosen in ends.items()
+            for end, is_chosen in _ends(drawn).items()
         },
         "first": None,
         "first_error": None,

@@ -13,7 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.analysis.hysteresis import carried_axis, response_text
+from nsdrill.analysis.counts import after_failure, carried_axis
+from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.maps import (
     CRITICAL,
     HISTORY_DEPENDENT,
@@ -29,14 +30,15 @@ from nsdrill.analysis.maps import (
     regions,
     stretches,
 )
-from nsdrill.analysis.probability import check_samples, effective_number, independent, one_procedure
-from nsdrill.data import LASTING_MOTIONS, Answer, Array, Results, overrides
+from nsdrill.analysis.probability import check_samples, counts_of, effective_number, independent, known, one_procedure
+from nsdrill.data import ENDS_EARLY, LASTING_MOTIONS, Answer, Array, Results, overrides
 from nsdrill.errors import option
 from nsdrill.models.leaves import in_words
-from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STICK_SLIP, WHIRL
-from nsdrill.variables import PENDING, SAMPLE
+from nsdrill.models.responses import BIT_BOUNCE, RESPONSES, STALLED, STICK_SLIP, WHIRL
+from nsdrill.variables import INFERRED, PENDING, SAMPLE
 
 USUAL_CONFIDENCE = 0.9
+LEAST = 3  # of the safety of a map: the share of samples that are known to be safe
 LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)  # of confidence whose costs are listed
 
 
@@ -76,6 +78,11 @@ def find_window(results: Results, severity: int | None = None, confidence: float
 def _runs(maps: Classes, severity: int | None) -> Answer:
     """What was run, and how."""
     results, axes = maps.results, [axis for axis in (maps.x, maps.y) if axis]
+    status, counts = results["status"], counts_of(results, severity)
+    after = int(np.count_nonzero(after_failure(results) & known(status)))
+    # an inferred point has no severity, and is told of by its class
+    inferred = int(np.count_nonzero(status == INFERRED)) if severity is not None else 0
+    others = counts["of"] - counts["known"] - counts["failed"] - counts["pending"]
     lasting = json.loads(results.attrs.get(LASTING_MOTIONS, "[]"))
     return {
         "procedures": list(results.procedures),
@@ -87,7 +94,11 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
         "fixed": results.held,
         "runs": int(results["status"].size),
         "failed_runs": maps.failed_runs,
+        "after_failure": after,
+        "undecided_runs": max(others - after - inferred, 0),
+        **counts,
         "failed_points": int(np.count_nonzero(maps.failed)),
+        "points_with_failed": int(np.count_nonzero(maps.counts.failed)),
         "distrusted_points": int(np.count_nonzero(maps.distrusted)),
         "pending_runs": int(np.count_nonzero(results["status"] == PENDING)),
         "unsettled_points": int(np.count_nonzero(maps.unsettled & (maps.state == SAFE))),
@@ -96,6 +107,7 @@ def _runs(maps: Classes, severity: int | None) -> Answer:
         "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": [speed for speed in lasting if speed["from"] is not None],
         "lasting_motions": lasting,
+        ENDS_EARLY: json.loads(results.attrs.get(ENDS_EARLY, "[]")),
     }
 
 
@@ -128,12 +140,13 @@ def usual_confidence(results: Results, confidence: float | None) -> float | None
 
 
 def unknown_words(summary: Answer) -> str:
-    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed, 12
-    inferred, without a severity``."""
+    """Why points of a window's ``summary`` are unknown: ``3 failed``, ``3 failed or not
+    carried``, ``3 failed, 12 inferred, without a severity``."""
     failed = summary["unknown_failed"]
     inferred = summary["unknown"] - failed
+    chain = " or not carried" if summary["after_failure"] else ""
     return ", ".join(
-        [f"{failed} failed"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
+        [f"{failed} failed{chain}"] * bool(failed) + [f"{inferred} inferred, without a severity"] * bool(inferred)
     )
 
 
@@ -157,7 +170,8 @@ def _throughout(maps: Classes) -> Classes:
     def at_any(array: Array) -> Array:
         return np.asarray(array.any(axis=0, keepdims=True))
 
-    least = np.argmin(maps.safety[0], axis=0)[None] if maps.safety else None
+    least = np.argmin(maps.safety[LEAST], axis=0)[None] if maps.safety else None
+    fewest = np.argmin(maps.counts.known, axis=0)[None]
     return replace(
         maps,
         third=None,
@@ -168,7 +182,9 @@ def _throughout(maps: Classes) -> Classes:
         unsettled=at_any(maps.unsettled),
         yields={name: mean_known(np.moveaxis(array, 0, -1))[None] for name, array in maps.yields.items()},
         is_safe_in=np.asarray(maps.is_safe_in.all(axis=1, keepdims=True)),
+        is_known_in=np.asarray(maps.is_known_in.all(axis=1, keepdims=True)),
         safety=() if least is None else tuple(np.take_along_axis(part, least, axis=0) for part in maps.safety),
+        counts=maps.counts.each(lambda part: np.take_along_axis(part, fewest, axis=0)),
         over_all=True,
     )
 
@@ -220,13 +236,18 @@ def _yields(maps: Classes, cell: Cell) -> dict[str, float]:
     return {name: float(array[cell]) for name, array in maps.yields.items() if np.isfinite(array[cell])}
 
 
-def _safety(maps: Classes, cell: Cell) -> dict[str, float]:
-    """The probability of a safe run in a cell, and its interval."""
+def _safety(maps: Classes, cell: Cell) -> Answer:
+    """The probability of a safe run in a cell, None where it is not known of any sample,
+    its interval, and of how many samples it is known; nothing without samples."""
+    if not maps.safety:
+        return {}
     names = ("probability", "probability_low", "probability_high")
-    return {name: float(part[cell]) for name, part in zip(names, maps.safety, strict=False)}
+    found = {name: float(part[cell]) for name, part in zip(names, maps.safety, strict=False)}
+    counts = maps.counts.at(cell)
+    return {name: value if np.isfinite(value) else None for name, value in found.items()} | {"samples_of": counts}
 
 
-def _everything(maps: Classes, cell: Cell) -> dict[str, float]:
+def _everything(maps: Classes, cell: Cell) -> Answer:
     """Where a cell is, its safety and its yields."""
     return {**_at(maps, cell, (maps.third, maps.y, maps.x)), **_safety(maps, cell), **_yields(maps, cell)}
 
@@ -248,12 +269,12 @@ def _recommended(maps: Classes, number: int) -> Answer | None:
 
 
 def _most_probable(maps: Classes) -> Answer | None:
-    """The point with the greatest probability of a safe run; of several the one with
-    the greatest rate of penetration, or the first where no rate is known. None where
-    no sample is safe at any point."""
-    if not maps.safety or not (greatest := np.max(maps.safety[0])):
+    """The point at which most samples are known to be safe; of several the one with the
+    greatest rate of penetration, or the first where no rate is known. None where no
+    sample is safe at any point."""
+    if not maps.safety or not (greatest := np.max(maps.safety[LEAST])):
         return None
-    is_best = maps.safety[0] >= greatest
+    is_best = maps.safety[LEAST] >= greatest
     cell = _best(maps, is_best) or _cell(is_best)
     return {**_everything(maps, cell), "ties": int(is_best.sum()) - 1}
 
@@ -263,7 +284,7 @@ def _confidence_costs(maps: Classes) -> list[Answer]:
     maps, and the fastest of these."""
     rows = []
     for level in sorted({*LEVELS, maps.confidence}) if maps.confidence is not None else ():
-        is_safe = maps.safety[0] >= level - 1e-9
+        is_safe = maps.safety[LEAST] >= level - 1e-9
         fastest = _best(maps, is_safe)
         row: Answer = {"confidence": level, "safe": int(is_safe.sum()), "share": float(is_safe.mean())}
         rows.append(row | {"fastest": None if fastest is None else _everything(maps, fastest)})
@@ -343,6 +364,7 @@ STARTS_ON_WALL = "starts_on_wall"
 STAYS_ON_WALL = "stays_on_wall"
 BOUNCE_LASTS = "bounce_lasts"
 STICKING_LASTS = "sticking_lasts"
+STALL_LASTS = "stall_lasts"
 
 
 def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
@@ -381,7 +403,8 @@ def reason(maps: Classes, inside: Cell, beyond: Cell) -> Answer | None:
             if begin != place and (is_beside or any(safe_on)):
                 return {"code": STAYS_ON_WALL, **found}
         elif any(safe_on) and there[place]:
-            code = BOUNCE_LASTS if there[place] & BIT_BOUNCE else STICKING_LASTS
+            lasting = {BIT_BOUNCE: BOUNCE_LASTS, STALLED: STALL_LASTS, STICK_SLIP: STICKING_LASTS}
+            code = next(code for bit, code in lasting.items() if there[place] & bit)
             return {"code": code, "procedure": procedure, "axis": along, "value": None}
     return None
 

@@ -20,8 +20,10 @@ from nsdrill.analysis.window import find_window
 from nsdrill.app.arguments import is_whole, name_in
 from nsdrill.app.check import lasting_motions
 from nsdrill.app.datasets import branches_in, data_in, is_dataset, sweep_in
+from nsdrill.app.early import stick_slip_ends
 from nsdrill.app.experiment import with_overrides
 from nsdrill.data import (
+    ENDS_EARLY,
     IN_MEMORY,
     LASTING_MOTIONS,
     Answer,
@@ -60,7 +62,7 @@ def window(source: Source, severity: int | None = None, confidence: float | None
 def results_for_window(source: Source, severity: int | None = None, confidence: float | None = None) -> Results:
     """The results with what a window is found of; of a file only that is read."""
     check_choices(severity, confidence)
-    results = sweep_in(source, "window", ("status", *needed(severity), *USES), TRUST)
+    results = sweep_in(source, "window", ("status", "response"), (*needed(severity), *USES, *TRUST))
     check_severity(results, severity, _path_of(source))
     return with_lasting_motions(with_overrides(results))
 
@@ -75,7 +77,8 @@ def check_choices(severity: object, confidence: object = None) -> None:
 
 def check_severity(results: Results, severity: int | None, path: str) -> None:
     """FileError where the results lack what a window by ``severity`` needs."""
-    if lacking := [name for name in needed(severity) if name not in results.variables]:
+    model = {variable.name for variable in model_in(results.attrs).variables}
+    if lacking := [name for name in needed(severity) if name in model and name not in results.variables]:
         raise FileError(
             f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
             "the window without a severity. Or run the study again."
@@ -87,13 +90,15 @@ def _path_of(source: Source) -> str:
 
 
 def with_lasting_motions(results: Results) -> Results:
-    """The ``results`` with the critical speeds above which a motion may last among the root
-    attributes, for the window in words and as a picture; without any where there are
-    none, or where the file has no study of this version."""
+    """The ``results`` with the critical speeds above which a motion may last, and with the
+    settings at which stick-slip ends early, among the root attributes, for the window in
+    words and as a picture; without any where there are none, or where the file has no
+    study of this version."""
     speeds: list[Answer] = []
     with suppress(NsdrillError):
         speeds = lasting_motions(study_from_resolved(resolved_study(results.attrs)))
-    return replace(results, attrs={**results.attrs, LASTING_MOTIONS: json_text(speeds)})
+    found = {LASTING_MOTIONS: json_text(speeds), ENDS_EARLY: json_text(stick_slip_ends(results))}
+    return replace(results, attrs={**results.attrs, **found})
 
 
 def contrast(
@@ -149,17 +154,20 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
     low, high = estimates.interval
     dims = ("history", "outcome", *results.axes)
     variables = {
-        "probability": (estimates.share, "part of the samples"),
+        "probability": (estimates.share, "part of the samples of which the outcome is known"),
+        "known": (estimates.known, "number of the samples of which the outcome is known"),
         "low": (low, "lower end of the 95 % interval of the probability"),
         "high": (high, "upper end of the 95 % interval of the probability"),
     }
     data = {name: (dims, values, {"long_name": words, "units": "1"}) for name, (values, words) in variables.items()}
-    unknown = estimates.open / estimates.total
-    data["unknown"] = (
-        ("history", *results.axes),
-        unknown,
-        {"long_name": "part of the samples of which a failed run leaves open whether they are safe", "units": "1"},
-    )
+    each_point, runs = ("history", *results.axes), estimates.runs
+    unknown = estimates.open[:, 0] / estimates.total
+    counts = {
+        "failed": (runs.failed, "number of samples in which a run failed"),
+        "pending": (runs.pending, "number of the other samples in which a run has not been made"),
+        "unknown": (unknown, "part of the samples of which it is open whether they are safe"),
+    }
+    data |= {name: (each_point, values, {"long_name": words, "units": "1"}) for name, (values, words) in counts.items()}
     further = {axis.name: axis for axis in results.more}
     axes = {
         name: ((name,), in_words(name, results.coords[name]), coordinate_attributes(name, further.get(name)))
@@ -174,7 +182,7 @@ def probability(source: Source, severity: int | None = None) -> Dataset:
         "outcome": ("outcome", list(estimates.outcomes), {"long_name": words["outcome"]}),
         **axes,
     }
-    attrs = {"title": str(results.attrs.get("title") or ""), "samples": estimates.total}
+    attrs = {"title": str(results.attrs.get("title") or ""), "samples": estimates.total, "of": estimates.total}
     result = xarray.Dataset(data, coords, attrs)
     fixed = [name for name in ("history", *results.axes) if result.sizes[name] == 1]
     return result.squeeze(fixed).drop_vars(results.uncertain)

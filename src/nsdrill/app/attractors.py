@@ -113,11 +113,11 @@ def attractors(source: Source) -> list[Answer]:
     memory, that has several starts.
 
     A list with one entry for each operating point in the order of the file: ``depth``
-    [m], ``wob`` [N], ``rotary_speed`` [rad/s], the numbers of ``starts``, ``failed``,
-    ``pending``, ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling
+    [m], ``wob`` [N], ``rotary_speed`` [rad/s], the numbers of ``starts``, ``known``,
+    ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling
     share: ``number``, the same for one attractor in all entries, ``response``,
     its kinds, ``motion`` and ``period`` where recorded, ``members``, ``unsettled``
-    members, ``share`` of the starts that ended well and its 95 % interval ``low`` to
+    members, ``share`` of the known starts and its 95 % interval ``low`` to
     ``high`` (None in a slice, whose starts are not a sample), and the median
     ``features`` in SI (None where not finite). FileError where every operating point
     has one start.

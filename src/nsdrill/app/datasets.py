@@ -78,9 +78,7 @@ def data_in(data: object, names: Iterable[str] | None) -> Results | Trace:
             "the Dataset: found branches; allowed here: results of a sweep or a trace. show, plot and save take "
             "branches."
         )
-    if names is not None and "time" not in data.dims:
-        data = data.drop_vars({*data.data_vars} - {*names})
-    found = validated(from_dataset(data))
+    found = validated(from_dataset(data, None if names is None else {*names}))
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return found
 

@@ -13,9 +13,10 @@ from datetime import UTC, datetime
 import numpy as np
 
 from nsdrill import __version__
-from nsdrill.analysis.hysteresis import hysteresis
-from nsdrill.analysis.probability import effective_number, independent, probabilities_of
-from nsdrill.data import IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
+from nsdrill.analysis.counts import after_failure
+from nsdrill.analysis.hysteresis import hysteresis, not_compared
+from nsdrill.analysis.probability import counts_of, effective_number, independent, known, known_runs, probabilities_of
+from nsdrill.data import ENDS_EARLY, IN_MEMORY, Answer, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError, count, option
 from nsdrill.late import deferred
 from nsdrill.models.leaves import in_words, values_in_parts, word_or_number, words_along
@@ -28,12 +29,14 @@ from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE
 
 with deferred():  # they run the model, and the parser is slow to import
     from nsdrill.app import attractors as grouping
+    from nsdrill.app import early
     from nsdrill.app import experiment as experiments
     from nsdrill.app import refinement as refining
     from nsdrill.study import load as loading
 
 # the origins of the variables that decide labels
 MEASURED = ("feature", "label", "section", "trust")
+NOT_CARRIED = -1  # beside the statuses of runs: it ended well, after one in its chain that failed
 EXPONENT = ("lyapunov_exponent", "lyapunov_error")  # where it is recorded
 
 
@@ -71,6 +74,8 @@ def _summarize_results(results: Results) -> Answer:
         "procedures": list(results.procedures),
         "points": int(status.size),
         "status": _counts("status", status),
+        "runs": counts_of(results),
+        "not_carried": int(np.count_nonzero(after_failure(results) & known(status))),
         **_labels(results),
         "ranges": _ranges(results),
         "settled": int(np.count_nonzero(results["settled"][status == OK])),
@@ -88,6 +93,8 @@ def _summarize_results(results: Results) -> Answer:
         return summary | starts | {"operating_points": grouping.attractors(results)}
     else:
         summary["hysteresis"] = hysteresis(results)
+        summary["compared"] = not_compared(results)
+        summary[ENDS_EARLY] = early.stick_slip_ends(results)
         if len(results.swept) == 1:
             summary["intervals"] = intervals(results)
     if "points_run" in results.attrs:
@@ -98,7 +105,8 @@ def _summarize_results(results: Results) -> Answer:
 def _labels(results: Results) -> Answer:
     """The counts of the labels of each procedure."""
     status, names = results["status"], model_in(results.attrs).severities
-    ok, procedures = status == OK, results.procedures
+    is_known, procedures = known_runs(results), results.procedures
+    ok = is_known & (status == OK)
 
     def counts(name: str, where: np.ndarray) -> dict[str, dict[str, int]]:
         if name not in results.variables:
@@ -107,7 +115,7 @@ def _labels(results: Results) -> Answer:
 
     severities = {name: counts(name, ok) for name in names if name in results.variables}
     return {
-        "responses": counts("response", ok | (status == INFERRED)),
+        "responses": counts("response", is_known),
         **{
             f"{name}s": counts(name, ok & (results[name] > 0)) if name in results.variables else {}
             for name in RESPONSE_KINDS
@@ -156,8 +164,10 @@ def _uncertain(results: Results) -> Answer:
 
 def _probabilities(results: Results) -> list[Answer]:
     """One row for each operating point, and for each procedure and for all of them
-    where there are several: the axes in SI, and of each outcome the ``probability`` and
-    the ends ``low`` and ``high`` of its 95 % interval."""
+    where there are several: the axes in SI, of how many samples (``of``) every run is
+    ``known``, and one ``failed`` or is ``pending``, and of each outcome the
+    ``probability`` among the samples of which it is ``known`` (None where it is of none),
+    and the ends ``low`` and ``high`` of its 95 % interval, which covers the others."""
     estimates = probabilities_of(results, None, model_in(results.attrs).responses)
     share, (low, high) = estimates.share, estimates.interval
     table = []
@@ -168,10 +178,15 @@ def _probabilities(results: Results) -> list[Answer]:
                 for axis, i in zip(results.axes, place, strict=True)
                 if axis in results.certain_axes
             }
-            row: Answer = {**values, "history": history}
+            row: Answer = {**values, "history": history, **estimates.runs.at((number, *place))}
             for which, outcome in enumerate(estimates.outcomes):
                 cell = (number, which, *place)
-                row[outcome] = {"probability": float(share[cell]), "low": float(low[cell]), "high": float(high[cell])}
+                row[outcome] = {
+                    "probability": float(share[cell]) if estimates.known[cell] else None,
+                    "low": float(low[cell]),
+                    "high": float(high[cell]),
+                    "known": int(estimates.known[cell]),
+                }
             table.append(row)
     return table
 
@@ -229,25 +244,29 @@ def _counts(name: str, values: np.ndarray) -> dict[str, int]:
 
 def intervals(results: Results) -> list[Answer]:
     """Runs of neighbouring points with one response along the swept axis of a one-axis
-    sweep."""
+    sweep; ``not_carried`` where a run before them in the chain failed."""
     axis = results.swept[0]
     values = results.coords[axis]
-    rows = []
+    rows, not_carried = [], after_failure(results) & known(results["status"])
     for i, procedure in enumerate(results.procedures):
         response = results["response"][i].ravel()
         status = results["status"][i].ravel()
         status = np.where(status == INFERRED, OK, status)
+        status = np.where(not_carried[i].ravel(), NOT_CARRIED, status)
         start = 0
         for end in range(1, len(values) + 1):
             if (
                 end < len(values)
                 and not words_along(axis)
-                and response[end] == response[start]
+                and (response[end] == response[start] or status[start] == NOT_CARRIED)
                 and status[end] == status[start]
             ):
                 continue
-            state = "response" if status[start] == OK else "status"
-            word = BY_NAME[state].words(int((response if state == "response" else status)[start]))
+            if status[start] == NOT_CARRIED:
+                word = "not_carried"
+            else:
+                state = "response" if status[start] == OK else "status"
+                word = BY_NAME[state].words(int((response if state == "response" else status)[start]))
             rows.append(
                 {
                     "procedure": str(procedure),

@@ -16,18 +16,24 @@ from __future__ import annotations
 
 import ast
 import copy
+import hashlib
 import inspect
+import marshal
+import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from functools import lru_cache, reduce, update_wrapper
+from functools import cache, lru_cache, reduce, update_wrapper
 from math import isfinite
 from numbers import Real
 from pathlib import Path
 from types import CodeType, FunctionType, SimpleNamespace
-from typing import Any, NoReturn, Protocol, TypeAlias
+from typing import Any, NoReturn, Protocol, TypeAlias, cast
 
-from nsdrill.compiler.language import LanguageError, definition
+from nsdrill.cache import load, save
+from nsdrill.compiler.functions import route
+from nsdrill.compiler.language import LanguageError, definition, parts_of
+from nsdrill.equations import changes
 from nsdrill.equations.changes import AROUND, REMEDY, WORD, Changes, forbidden, meanings
 from nsdrill.equations.effects import SECONDS, Hanging, Kept, is_foreign, sources, watched
 from nsdrill.equations.graph import TRUTHS, Graph, Node, Refused
@@ -186,7 +192,7 @@ def _check_text(function: Function) -> None:
             f"found {function!r:.80} as the equations of a model; allowed: a plain function of (t, phase, s, p, o), in "
             "a class as `equations = staticmethod(equations)`."
         )
-    for each in (function, *sources(function)):
+    for each in (function, *sources(function)) if is_foreign(function.__module__) else ():  # ours are tested
         try:
             tree = definition(each)
         except LanguageError:
@@ -309,21 +315,55 @@ def _prepared(function: Function, remember: bool) -> Function:
 def _compiled(function: Function, remember: bool) -> CodeType:
     """The code of the changed function, without its defaults and its closure."""
     assert isinstance(function, FunctionType)
-    _check_text(function)
-    body, code = copy.deepcopy(definition(function)), function.__code__
-    body.decorator_list, none = [], ast.Constant(None)
-    body.args.defaults = [none for _ in body.args.defaults]
-    body.args.kw_defaults = [value and none for value in body.args.kw_defaults]
+    module = _changed(function, remember)
+    return next(part for part in module.co_consts if isinstance(part, CodeType) and part.co_name == function.__name__)
+
+
+def _changed(function: FunctionType, remember: bool) -> CodeType:
+    """The code of a module that defines the function with the changes, without its
+    defaults. To make it takes longer than all tracing, and it depends on the code of
+    the function alone, so that it is kept on disk."""
+    code = function.__code__
     own = {*code.co_varnames, *code.co_cellvars}
     own |= meanings(("max", "min"), {**function.__globals__, **inspect.getclosurevars(function).nonlocals})
+    place = code.co_filename, code.co_firstlineno, code.co_linetable  # for messages
+    text = repr((parts_of(code), place, remember, sorted(own), _own_digest()))
+    name = f"changed-{hashlib.sha256(text.encode()).hexdigest()[:32]}"
+    is_kept = route() == "native"
+    if is_kept and (found := load(name, _loaded)) is not None:
+        return cast(CodeType, found)
+    body = copy.deepcopy(definition(function))
+    body.name, body.decorator_list, body.returns = function.__name__, [], None
+    none = ast.Constant(None)
+    body.args.defaults = [none for _ in body.args.defaults]
+    body.args.kw_defaults = [value and none for value in body.args.kw_defaults]
+    for argument in ast.walk(body.args):
+        if isinstance(argument, ast.arg):
+            argument.annotation = None  # would be evaluated
     try:
         tree = ast.fix_missing_locations(ast.Module([Changes(remember, own).visit(body)], []))
-        module = compile(tree, code.co_filename, "exec")
+        made = cast(CodeType, compile(tree, code.co_filename, "exec"))
     except SyntaxError as error:  # such as nonlocal for what is outside
         raise LanguageError(
             _told(code.co_filename, error.lineno, function.__name__, "", f"{error.msg}; {AROUND}")
         ) from error
-    return next(part for part in module.co_consts if isinstance(part, CodeType) and part.co_name == body.name)
+    if is_kept:
+        save(name, marshal.dumps(made))
+    return made
+
+
+def _loaded(content: bytes) -> CodeType:
+    made = marshal.loads(content)
+    if not isinstance(made, CodeType):
+        raise ValueError("it is no code of Python")
+    return made
+
+
+@cache
+def _own_digest() -> bytes:
+    """A digest of what makes the changes."""
+    sources_of_changes = [Path(file).read_bytes() for file in (__file__, str(changes.__file__))]
+    return hashlib.sha256(b"".join([f"{sys.version} {sys.flags.optimize}".encode(), *sources_of_changes])).digest()
 
 
 # What the changed tree calls.

@@ -192,7 +192,8 @@ def _check_own(name: str, description: Description) -> None:
     for place, response in enumerate(description.responses):
         if response in description.responses[:place]:
             raise InputError(f"the model {name}, responses: found {response} twice; allowed: each once.")
-        if RESPONSES[response].feature not in features:
+        # a stall is told from the stick-slip where its own feature is not measured
+        if response != "stalled" and RESPONSES[response].feature not in features:
             raise InputError(
                 f"the model {name}, responses: found {response}, and no feature {RESPONSES[response].feature}, which "
                 "tells whether it is there; allowed: that feature in the declaration and the description."
@@ -298,6 +299,7 @@ class _ByName(Mapping[str, Variable]):
     def __init__(self, attribute: str) -> None:
         self._attribute = attribute
         self._by_model: dict[str, dict[str, Variable]] = {}
+        self._found: dict[str, Variable] = {}
 
     def _of(self, model: Description) -> dict[str, Variable]:
         if model.name not in self._by_model:
@@ -305,6 +307,11 @@ class _ByName(Mapping[str, Variable]):
         return self._by_model[model.name]
 
     def __getitem__(self, name: str) -> Variable:
+        if name not in self._found:
+            self._found[name] = self._first(name)
+        return self._found[name]
+
+    def _first(self, name: str) -> Variable:
         for _, variables in of_all(self._of):
             if name in variables:
                 return variables[name]

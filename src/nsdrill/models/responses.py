@@ -1,6 +1,9 @@
 """The critical responses of a drill string, each declared once: from which feature and
 threshold it follows, how bad it is, and the words and signs for it. A model names those
 that it can show.
+
+A bit that stays stuck is *stalled*. Such a run is critical, and it has no other
+response: what the bit and the collar do beside that is in the features alone.
 """
 
 from __future__ import annotations
@@ -140,6 +143,21 @@ class Whirl(Checked):
 
 
 @dataclass(frozen=True)
+class Stalled(Checked):
+    """Stalled: the bit is stuck for more than ``stuck_fraction`` of the time. A run in
+    which the mean bit speed is zero is stalled, too."""
+
+    stuck_fraction: float = parameter(
+        0.99,
+        "",
+        "R: all but one percent of the time",
+        "convention",
+        high=1.0,
+        meaning="Stalled above this fraction of time with the bit stuck",
+    )
+
+
+@dataclass(frozen=True)
 class Thresholds(Checked):
     """All thresholds; ``stuck_below`` [rad/s] is the bit speed under which the bit
     counts as stuck."""
@@ -147,6 +165,7 @@ class Thresholds(Checked):
     bit_bounce: BitBounce = section(BitBounce, "Bit-bounce; the bounds of its severity must ascend")
     stick_slip: StickSlip = section(StickSlip, "Stick-slip; the bounds of its severity must ascend")
     whirl: Whirl = section(Whirl, "Whirl; the bounds of its severity must ascend")
+    stalled: Stalled = section(Stalled, "Stalled: the bit stays stuck, and no other response counts")
     settled: Settled = section(Settled, "Settled motion")
     trust: Trust = section(Trust, "Trust, where points were checked")
     motion: Motion = section(Motion, "Kind of motion, from the returns to the Poincare section")
@@ -162,7 +181,7 @@ class Thresholds(Checked):
     )
 
 
-BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
+BIT_BOUNCE, STICK_SLIP, WHIRL, STALLED = 1, 2, 4, 8
 MILD_TO_SEVERE = ("none", "light", "moderate", "strong", "severe")
 
 
@@ -174,41 +193,45 @@ class Response:
     :class:`Thresholds` that has the ``name`` of the response, and has this ``bit`` in
     the label ``response``. The label ``severity`` is the band, 0 to 4, of the feature
     ``graded`` among the thresholds ``bounds``; on pictures the bands are named
-    ``bands``, and an axis of ``feature`` reaches ``axis`` percent at least. ``missing``
-    stands for a feature that is no number, and ``share`` says whether it is a fraction
+    ``bands``, and an axis of ``feature`` reaches ``axis`` percent at least. A response
+    without a severity is never safe. ``share`` says whether the feature is a fraction
     of the time, not a percentage. A map of the feature has ``lines`` at the bounds.
     Where ``at_least`` is set, a response that is present has at least the band 1,
-    whatever its threshold.
+    whatever its threshold; where ``turning`` is set, it is a motion of a bit that
+    turns, and has the band 0 where the bit is stalled.
 
     The label ``kind`` tells several kinds of it apart, if there is one.
 
     ``words`` and one ``letter`` stand for it on pictures; ``verb`` is what a string may
     do, ``limit`` from where it counts, and ``measured`` how much of it an attractor
-    has, both of the feature in percent.
+    has, both of the feature in percent; ``absent`` stands for a run without it, by
+    default its words after "no".
     """
 
     name: str
     bit: int
     feature: str
-    severity: Variable
-    graded: str
-    bounds: tuple[str, ...]
     words: str
     letter: str
     verb: str
     limit: str
     measured: str
+    severity: Variable | None = None
+    graded: str = ""
+    bounds: tuple[str, ...] = ()
     kind: Variable | None = None
     bands: tuple[str, ...] = MILD_TO_SEVERE
     axis: float = 5.0
-    missing: float = 0.0
     at_least: bool = True
+    turning: bool = False
     share: bool = True
     lines: bool = False
+    absent: str = ""
 
-    def values(self, features: Mapping[str, Array], name: str) -> Array:
-        """A feature, with :attr:`missing` where it is no number."""
-        return np.asarray(np.nan_to_num(features[name], nan=self.missing))
+    @property
+    def absence(self) -> str:
+        """The words for a run without it: ``no whirl``."""
+        return self.absent or f"no {self.words}"
 
     def bounds_in(self, thresholds: Thresholds) -> tuple[float, ...]:
         """The bounds of severity."""
@@ -218,7 +241,7 @@ class Response:
     def words_of_kinds(self) -> tuple[str, ...]:
         """The words of the label ``kind``, the first for no response."""
         _, *kinds = ((self.kind and self.kind.flag_meanings) or "none").split()
-        return f"no {self.words}", *(kind.replace("_", " ") for kind in kinds)
+        return self.absence, *(kind.replace("_", " ") for kind in kinds)
 
     def percent(self, value: float) -> float:
         """The value of the feature in percent."""
@@ -232,7 +255,7 @@ RESPONSES = {
             "bit_bounce",
             BIT_BOUNCE,
             "lift_off_fraction",
-            flag("bounce_severity", "severity band of the time off the rock", " ".join(MILD_TO_SEVERE)),
+            severity=flag("bounce_severity", "severity band of the time off the rock", " ".join(MILD_TO_SEVERE)),
             graded="lift_off_fraction",
             bounds=("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
             words="bit-bounce",
@@ -245,7 +268,7 @@ RESPONSES = {
             "stick_slip",
             STICK_SLIP,
             "stick_slip_index",
-            flag(
+            severity=flag(
                 "stick_slip_severity",
                 "severity band of the stick-slip index",
                 "none torsional_oscillation medium onset_of_full_stall severe",
@@ -259,8 +282,8 @@ RESPONSES = {
             measured="index {:.0f} %",
             bands=("none", "oscillation", "medium", "onset of stall", "severe"),
             axis=110.0,
-            missing=np.inf,  # the bit does not rotate at all: it is stuck
             at_least=False,
+            turning=True,
             share=False,
             lines=True,
         ),
@@ -268,7 +291,9 @@ RESPONSES = {
             "whirl",
             WHIRL,
             "wall_contact_fraction",
-            flag("whirl_severity", "severity band of the r.m.s. lateral acceleration", " ".join(MILD_TO_SEVERE)),
+            severity=flag(
+                "whirl_severity", "severity band of the r.m.s. lateral acceleration", " ".join(MILD_TO_SEVERE)
+            ),
             graded="lateral_acceleration_rms",
             bounds=("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
             words="whirl",
@@ -278,8 +303,21 @@ RESPONSES = {
             measured="",
             kind=flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"),
         ),
+        Response(
+            "stalled",
+            STALLED,
+            "stuck_fraction",
+            words="stalled",
+            letter="T",
+            verb="stall",
+            limit="stuck for more than {:g} % of the time",
+            measured="stuck {:.1f} %",
+            absent="not stalled",
+        ),
     )
 }
+# The labels of severity.
+SEVERITIES = tuple(response.severity.name for response in RESPONSES.values() if response.severity)
 
 
 # The kinds of a response, by the names of their labels.
@@ -288,13 +326,16 @@ RESPONSE_KINDS = {response.kind.name: response for response in RESPONSES.values(
 
 def present(features: Mapping[str, Array], thresholds: Thresholds) -> Array:
     """The critical responses as a sum of bits, of those whose feature is among
-    ``features``."""
+    ``features``; a stalled run has no other."""
     bits: Any = np.int64(0)
-    for one in RESPONSES.values():
-        if one.feature in features:
-            limit = getattr(getattr(thresholds, one.name), one.feature)
-            bits = bits + one.bit * (one.values(features, one.feature) > limit)
-    return np.asarray(bits)
+    with np.errstate(invalid="ignore"):
+        for one in RESPONSES.values():
+            if one.feature in features:
+                limit = getattr(getattr(thresholds, one.name), one.feature)
+                bits = bits + one.bit * (np.asarray(features[one.feature]) > limit)
+        # The index is infinite where the mean bit speed is zero.
+        stands = np.isposinf(features.get(RESPONSES["stick_slip"].feature, 0.0))
+    return np.asarray(np.where((bits & STALLED > 0) | stands, STALLED, bits))
 
 
 def severities(features: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
@@ -302,10 +343,11 @@ def severities(features: Mapping[str, Array], response: Array, thresholds: Thres
     belongs to the band below it."""
     labels = {}
     for one in RESPONSES.values():
-        if one.graded in features:
-            band = np.digitize(one.values(features, one.graded), one.bounds_in(thresholds), right=True)
+        if one.severity and one.graded in features:
+            band = np.digitize(np.nan_to_num(features[one.graded]), one.bounds_in(thresholds), right=True)
             least = response & one.bit > 0 if one.at_least else 0
-            labels[one.severity.name] = np.asarray(np.maximum(band, least))
+            graded = np.where(one.turning & (response & STALLED > 0), 0, band)
+            labels[one.severity.name] = np.asarray(np.maximum(graded, least))
     return labels
 
 

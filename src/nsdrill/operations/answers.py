@@ -191,10 +191,13 @@ def probability(results: ResultsLike, severity: Severity = None) -> Dataset:
     Returns
     -------
     Dataset
-        ``probability``, the ends ``low`` and ``high`` of its 95 % interval, and ``unknown``,
+        ``probability`` among the samples that are ``known``, NaN where none is, and the ends
+        ``low`` and ``high`` of its 95 % interval, which covers whatever the others show,
         over ``outcome`` (``safe`` and the responses), the swept axes, and ``history`` where
         there are several procedures: each of them, and ``every``, for which a point is safe
-        in all of them, or has a response in any.
+        in all of them, or has a response in any. Without ``outcome``: in how many samples a
+        run ``failed`` or is ``pending``, and the part of them, ``unknown``, of which it is
+        open whether they are safe. The attribute ``of`` is the number of samples.
 
     Raises
     ------

@@ -289,12 +289,13 @@ Sample = Annotated[
 Severity = Annotated[
     "int | None",
     Argument(
-        "0 to 4: a run is safe if none of its severities exceeds this one; by default, if no response is critical.",
+        "0 to 4: a run is safe if none of its severities exceeds this one and the bit is not stalled; by default, if "
+        "no response is critical.",
         "int",
         "--severity",
         "N",
         Whole(0, 4),
-        "Call a run safe if no severity exceeds N. Default: if no response is critical.",
+        "Call a run safe if no severity exceeds N and the bit is not stalled. Default: if no response is critical.",
     ),
 ]
 Confidence = Annotated[

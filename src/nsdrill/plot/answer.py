@@ -12,8 +12,16 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.probability import interval, samples_for
-from nsdrill.analysis.window import BOUNCE_LASTS, PASSES_IN_STICK_SLIP, STARTS_ON_WALL, STICKING_LASTS, unknown_words
+from nsdrill.analysis.window import (
+    BOUNCE_LASTS,
+    PASSES_IN_STICK_SLIP,
+    STALL_LASTS,
+    STARTS_ON_WALL,
+    STICKING_LASTS,
+    unknown_words,
+)
 from nsdrill.data import Answer
 from nsdrill.errors import count
 from nsdrill.models.responses import MILD_TO_SEVERE, RESPONSES
@@ -85,9 +93,12 @@ class Formatter:
 
 
 def percent(point: Answer) -> str:
-    """``97.3 % (94.4 to 98.7)``: a probability with its interval."""
+    """``97.3 % (94.4 to 98.7)``: a probability with its interval; ``not known (2.1 to 100;
+    7 of 8 failed)`` where no sample tells it, and with what is not known otherwise too."""
     ends = " to ".join(f"{100 * point[f'probability_{end}']:.1f}" for end in ("low", "high"))
-    return f"{100 * point['probability']:.1f} % ({ends})"
+    words = open_words(point["samples_of"]) if "samples_of" in point else ""
+    value = "not known" if point["probability"] is None else f"{100 * point['probability']:.1f} %"
+    return f"{value} ({ends}{f'; {words}' if words else ''})"
 
 
 def drilling(point: Answer, fmt: Formatter) -> str:
@@ -138,8 +149,18 @@ def answer(summary: Answer, units: str) -> str:
     may = summary["confidence"] is not None  # some of the samples do
     words = {side: _side_verb(sides[side], "below" if side == "less" else "above", may) for side in ("less", "more")}
     if all(side["why"] == "edge" for side in sides.values()):
-        return f"{text}; the map ends on both sides."
-    return f"{text}; {words['less']}, {words['more']}."
+        words = {"both": "the map ends on both sides"}
+    return f"{text}; {', '.join(words.values())}{''.join(_stalls(best, axes[1:], fmt, may))}."
+
+
+def _stalls(best: Answer, axes: Iterable[str], fmt: Formatter, may: bool) -> Iterator[str]:
+    """Where the bit stalls along the other axes: ``; from 30 klbf the bit stalls``."""
+    for axis in axes:
+        for side, word in (("less", "down from"), ("more", "from")):
+            border = best["margins"][axis][side]
+            if "stalled" in border["responses"]:
+                verb = "may stall" if may or border["why"] == "rim" else "stalls"
+                yield f"; {word} {fmt.value(axis, border['first_not_safe'])} the bit {verb}"
 
 
 def _in_histories(summary: Answer) -> str:
@@ -196,6 +217,8 @@ def _side_verb(side: Answer, where: str, may: bool) -> str:
     if side["why"] in ("failed", "unknown"):
         return f"{where} nothing is known"
     depends = may or side["why"] == "rim"
+    if side["responses"] == ["stalled"]:
+        return f"{where} the bit {'may stall' if depends else 'stalls'}"
     verbs = [RESPONSES[name].verb + ("" if depends else "s") for name in side["responses"]]
     if not verbs:
         return f"{where} it {'may be' if depends else 'is'} critical"
@@ -258,6 +281,10 @@ def why(axis: str, side: Answer, best: Answer, fmt: Formatter) -> str | None:
             f"{way} the bit sticks already and goes on sticking: rock holds a standing bit "
             "more firmly than a turning one."
         )
+    if found["code"] == STALL_LASTS:
+        return (
+            f"{way} the bit is stalled already and stays so: rock holds a standing bit more firmly than a turning one."
+        )
     at = fmt.value(found["axis"], found["value"])
     if found["code"] == PASSES_IN_STICK_SLIP:
         here, there = (fmt.value(axis, value) for value in (best[axis], side["first_not_safe"]))
@@ -301,9 +328,7 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
             "and their points are unknown."
         )
-    if failed := summary["failed_runs"] - summary["pending_runs"]:
-        points = count(summary["failed_points"], "point")
-        yield f"FAILED: {failed} of {summary['runs']} runs failed, at {points}. No window goes there."
+    yield from _of_unknown_runs(summary)
     if inferred := summary["unknown"] - summary["unknown_failed"]:
         yield (f"NOT KNOWN at {count(inferred, 'point')} ({unknown_words(dict(summary))}); no window goes there.")
     if distrusted := summary["distrusted_points"]:
@@ -314,6 +339,25 @@ def warnings(summary: Answer, units: str) -> Iterator[str]:
         )
     yield from _of_motions(summary)
     yield from _of_recommended(summary, fmt)
+
+
+def _of_unknown_runs(summary: Answer) -> Iterator[str]:
+    """Runs that failed, those that came after one in a chain, and those whose checks
+    failed."""
+    if failed := summary["failed"]:
+        points = count(summary["points_with_failed"], "point")
+        meaning = "No window goes there."
+        if summary["confidence"] is not None:
+            meaning = "They count as not safe; probabilities are of the others, and their intervals cover both."
+        yield f"FAILED: {failed} of {summary['of']} runs failed, at {points}. {meaning}"
+    if after := summary["after_failure"]:
+        yield (
+            f"NOT CARRIED to {count(after, 'run')}: a run before them in their chain failed, so they began at the "
+            "start of the study and their history is not known. Run them again (--retry-failed, with a larger "
+            "simulation.max_steps)."
+        )
+    if others := summary["undecided_runs"]:
+        yield f"NOT DECIDED: {count(others, 'run')} ended well, but the answer is not known, as a check of it failed."
 
 
 def _of_critical_speeds(summary: Answer, fmt: Formatter) -> Iterator[str]:

@@ -41,6 +41,7 @@ MANY_MARKERS = 20_000
 
 BLUE, SKY, GREEN, ORANGE, VERMILLION = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00"
 PURPLE, WINE, GREY, BLACK = "#CC79A7", "#882255", "#ABABAB", "#000000"
+STALLED_GREY = "#2E2E2E"  # dark, and yet neither black nor what colour-blind readers see as wine
 # Safe has one colour in every picture, and grey is what is not known.
 SAFE_COLOUR = "#A3D58A"
 # From the worst to the best, which is the colour of safe; the lightness rises all the
@@ -106,7 +107,8 @@ class ResponseStyle:
 NO_RESPONSE = "no critical response"
 
 # Indexed by the response bits. One response: a light, strong colour; two: a darker one;
-# all three: black. None is green, which readers take for safe.
+# three: black. None is green, which readers take for safe. Stalled is dark grey, also
+# where other histories or samples of a point have other responses.
 _LOOKS = (
     (SAFE_COLOUR, "o"),
     (SKY, "^"),
@@ -116,6 +118,7 @@ _LOOKS = (
     (BLUE, "P"),
     (VERMILLION, "X"),
     (BLACK, "*"),
+    *8 * ((STALLED_GREY, "v"),),
 )
 
 

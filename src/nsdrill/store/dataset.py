@@ -5,7 +5,7 @@ files. xarray is imported here alone, as it takes longer than all that ``show`` 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -84,10 +84,11 @@ def _dataset(variables: Mapping[str, Stored], coordinates: Mapping[str, Stored],
     return data
 
 
-def from_dataset(data: Dataset) -> Results | Trace:
-    """The inverse of :func:`to_dataset`. The dimensions may be in any order, and the
-    Dataset may be a selection of axes, procedures, peaks and variables. FileError where
-    ``data`` is not a Dataset of nsdrill."""
+def from_dataset(data: Dataset, names: Collection[str] | None = None) -> Results | Trace:
+    """The inverse of :func:`to_dataset`; of results only the variables ``names``, if
+    given. The dimensions may be in any order, and the Dataset may be a selection of
+    axes, procedures, peaks and variables. FileError where ``data`` is not a Dataset of
+    nsdrill."""
     import xarray
 
     if not isinstance(data, xarray.Dataset):
@@ -103,7 +104,7 @@ def from_dataset(data: Dataset) -> Results | Trace:
     try:
         if kind == "trace":
             return trace_in(_NAME, data.variables, attrs, _GIVE)
-        return Points.of(_NAME, data.variables, attrs, _GIVE, whole=False).results()
+        return Points.of(_NAME, data.variables, attrs, _GIVE, whole=False).results(names)
     except hdf5.UNREADABLE as error:  # of the file from which the Dataset is read lazily
         raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
 

@@ -94,8 +94,11 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
 def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> Attributes:
     """The attributes of ``variable``, with flags as in CF, of the type of the variable.
     For a variable over states, ``states`` are their names."""
-    units_of_states = ", ".join(IN_TRACE[name].units for name in states)
-    attributes: Attributes = {"units": variable.units} if variable.units else {"state_units": units_of_states}
+    attributes: Attributes = (
+        {"units": variable.units}
+        if variable.units
+        else {"state_units": ", ".join(IN_TRACE[name].units for name in states)}
+    )
     attributes["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):
         if getattr(variable, name) is not None:

@@ -273,6 +273,7 @@ class Section:
         meant: one of nearly this name here, else one of this name elsewhere."""
         *above, name = path
         suggestion = did_you_mean(str(name), self.listed or self.members, dotted(tuple(above)))
+        others = at.keys.models_with(dotted(path))
         elsewhere = [key for key in at.keys.meanings if key.rpartition(".")[2] == name]
         if colon := colon_hint(str(name), self.members):
             suggestion = colon
@@ -283,7 +284,12 @@ class Section:
             suggestion = f"In a file keys are nested: {': {'.join(parts)}: ...{'}' * (len(parts) - 1)}"
         elif suggestion is None and elsewhere:
             suggestion = f"Did you mean {' or '.join(elsewhere[:3])}?"
-        return at.refuse(path, "an unknown key", ", ".join(self.listed or self.members), suggestion, of_key=True)
+        what = "an unknown key"
+        if others:
+            *several, last = others
+            models = f"models {', '.join(several)} and {last}" if several else f"model {last}"
+            what = f"a key of the {models}, which the model {at.keys.model.name} does not have"
+        return at.refuse(path, what, ", ".join(self.listed or self.members), suggestion, of_key=True)
 
     def own_schema(self, parts: dict[str, Schema]) -> Schema:
         """The JSON Schema of the mapping itself."""

@@ -44,7 +44,7 @@ def thresholds(found: Answer) -> str:
     told = []
     for limits, window in zip(found["thresholds"], found["windows"], strict=True):
         level, share = window["confidence"], _share(window)
-        why = f"; {share}, a third of the {100 - 100 * level:.3g} % that need not be safe" if share else ""
+        why = f"; {share}, a quarter of the {100 - 100 * level:.3g} % that need not be safe" if share else ""
         told.append(f"{limits}{why}")
     a, b = told
     return a if a == b else f"in a {a}; in b {b}"
@@ -58,17 +58,24 @@ def sentence(found: Answer, units: str) -> str:
     level, other = (window["confidence"] for window in found["windows"])
     if level is not None and level == other:
         safe += f" with a probability of {100 * level:g} %"
-    if found["both"] + found["gained"] + found["lost"]:
+    if any(found["safe"].values()):
         of_a, of_b = (_setting(window, fmt) for window in found["windows"])
         text = (
-            f"With {b} {of_b}; with {a} {of_a}. Of {points} common points {found['both'] + found['gained']} are {safe} "
-            f"with b, {found['both'] + found['lost']} with a: {found['gained']} gained, {found['lost']} lost"
+            f"With {b} {of_b}; with {a} {of_a}. Of {points} common points {found['safe']['b']} are {safe} "
+            f"with b, {found['safe']['a']} with a: {found['gained']} gained, {found['lost']} lost"
+            f"{_unknown(found)}"
         )
         parts = [_moves(found, fmt), _occurrence(found), _cost(found, fmt)]
     else:
-        text = f"None of {points} common points is {safe}, neither with {b} nor with {a}"
+        text = f"None of {points} common points is known to be {safe}, neither with {b} nor with {a}{_unknown(found)}"
+        text = text if found["unknown"] else text.replace("known to be ", "")
         parts = [_most_probable(found), _occurrence(found)]
     return "; ".join([text, *filter(None, parts)]) + "."
+
+
+def _unknown(found: Answer) -> str:
+    """At how many points one of the two is not known."""
+    return f", {found['unknown']} not known in one of them" if found["unknown"] else ""
 
 
 def _setting(window: Answer, fmt: Formatter) -> str:
@@ -103,7 +110,10 @@ def _occurrence(found: Answer) -> str:
         parts.append(f"{RESPONSES[name].words} at {number} point{'' if number == '1' else 's'} {other}")
     shares = {_share(window) for window in found["windows"]}
     share = shares.pop() if len(shares) == 1 and parts else ""
-    return ", ".join(parts) + (f" ({share})" if share else "")
+    open_at = [f"at {number} points of {side}" for side, number in found["not_known"].items() if number]
+    notes = [share, f"not all is known {' and '.join(open_at)}" if open_at else ""]
+    words = "; ".join(filter(None, notes))
+    return ", ".join(parts or ["no response is known"] * bool(open_at)) + (f" ({words})" if words else "")
 
 
 def _moves(found: Answer, fmt: Formatter) -> str:
@@ -183,7 +193,10 @@ def notes(found: Answer, units: str) -> Iterator[str]:
             "or lost by that alone."
         )
     if found["unknown"]:
-        yield f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points."
+        yield (
+            f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points. There a point may be "
+            "gained or lost by that alone."
+        )
     if not found["points"]:
         yield "NO COMMON POINT: the axes of the two have no value in common."
     yield from of_both(*(warnings(window, units) for window in found["windows"]))
@@ -284,11 +297,20 @@ def onset_rows(found: Answer, units: str) -> list[tuple[str, ...]]:
     for row in found["onsets"]:
         if row["a"] == row["b"]:
             continue
-        spans = [_intervals(row["axis"], row[side], fmt) for side in ("a", "b")]
+        spans = [_occurs(row, side, fmt) for side in ("a", "b")]
         where = fmt.setting(row["at"], row["at"])
         way = WAYS.get(row["procedure"], row["procedure"])
         table.append((where, way, row["response"].replace("_", "-"), *spans))
     return table
+
+
+def _occurs(row: Answer, side: str, fmt: Formatter) -> str:
+    """Where a response occurs in a or b, and where that is not known."""
+    text = _intervals(row["axis"], row[side], fmt)
+    if unknown := row[f"{side}_unknown"]:
+        where = _intervals(row["axis"], unknown, fmt)
+        text = f"not known at {where}" if not row[side] else f"{text}; not all known at {where}"
+    return text
 
 
 def _intervals(axis: str, intervals: list[list[float]], fmt: Formatter) -> str:

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterator
 
 from nsdrill.analysis.bifurcations import motion_text
+from nsdrill.analysis.counts import open_words
 from nsdrill.app.answers import contrast
 from nsdrill.app.datasets import read_any, with_variables
 from nsdrill.data import Answer
@@ -156,17 +157,25 @@ def _special_lines(d: Answer, units: str) -> Iterator[str]:
 
 def _probability_lines(probabilities: Answer, swept: list[str], units: str) -> Iterator[str]:
     yield (f"Probabilities at {count(probabilities['points'], 'operating point')}, means and largest change:")
+    for side in ("a", "b"):
+        if words := open_words(probabilities[side], "samples"):
+            yield f"  in {side} {words}: means are of the points known in both, intervals cover what is not known"
     rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "at", "intervals apart")]
     for row in probabilities["outcomes"]:
+        apart, name = f"at {count(row['apart'], 'point')}", in_words(row["name"])
+        if row["at"] is None:
+            rows.append((name, "unknown", "unknown", "unknown", "", apart))
+            continue
         means = (f"{100 * row[side]:.1f} %" for side in ("a", "b"))
         where = _place_text(row["at"], [name for name in swept if name in row["at"]], units)
-        apart = f"at {count(row['apart'], 'point')}"
-        rows.append((in_words(row["name"]), *means, f"{100 * row['largest']:+.1f} %", where, apart))
+        known = "" if row["known"] == probabilities["points"] else f", known at {row['known']}"
+        rows.append((name, *means, f"{100 * row['largest']:+.1f} %", where, f"{apart}{known}"))
     yield from aligned(rows)
 
 
 def _response_lines(responses: Answer, points: int, swept: list[str], units: str) -> Iterator[str]:
-    yield (f"Responses: {responses['changed']} of {points} changed{':' if responses['changed'] else '.'}")
+    unknown = f"; {responses['unknown']} are not known in one of the files or both" if responses["unknown"] else ""
+    yield (f"Responses: {responses['changed']} of {points} changed{unknown}{':' if responses['changed'] else '.'}")
     changes = responses["changes"]
     for change in changes[:MAX_CHANGES]:
         yield f"  {change['points']:6d}  {in_words(change['from'])} -> {in_words(change['to'])}"

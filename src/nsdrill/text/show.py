@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.data import Answer, evenly_spaced
+from nsdrill.analysis.counts import open_words
+from nsdrill.data import ENDS_EARLY, Answer, evenly_spaced
 from nsdrill.errors import count, printable
 from nsdrill.models.responses import RESPONSE_KINDS, RESPONSES
 from nsdrill.quantity import amount, quantity, sign
 from nsdrill.text.branches import lines as branch_lines
+from nsdrill.text.early import early_lines
 from nsdrill.text.words import (
     in_words,
     knots_text,
@@ -73,6 +75,10 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield f"  starts         {starts} of every operating point, {origin}"
     yield from _unknown_lines(s, units)
     yield f"  points         {s['points']}: {status}; {s['settled']} settled"
+    if words := open_words(s["runs"], "runs"):
+        yield f"  not known      {words}: they count neither as a response nor as none"
+    if after := s["not_carried"]:
+        yield f"  not carried    to {count(after, 'run')}: a run before them in their chain failed"
     if refinement := s.get("refinement"):
         yield f"  refined        {refinement_text(refinement, units)}"
     if trust := s.get("trust"):
@@ -86,9 +92,12 @@ def _result_lines(file: str, s: Answer, units: str, everything: bool) -> Iterato
         yield from _probability_lines(s, units, everything)
     if "operating_points" in s:
         yield from _attractor_lines(s, units, everything)
+    yield from early_lines(s.get(ENDS_EARLY, []), units)
     if hysteresis := s.get("hysteresis"):
         swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
         yield from _hysteresis_lines(hysteresis, swept, units, everything)
+    if (compared := s.get("compared")) and (words := open_words(compared)):
+        yield f"{'  Up' if hysteresis else chr(10) + 'Up'} and down are not compared at all points: {words}."
     if s["ranges"]:
         yield "\nLeast and greatest over all points:"
         yield from _range_lines(s["ranges"], units)
@@ -148,18 +157,22 @@ def _probability_lines(s: Answer, units: str, everything: bool) -> Iterator[str]
             f"\nProbability{condition}, in brackets its 95 % interval from "
             f"{samples_text(s['counted'], s['effective'])}:"
         )
+        if any(map(open_words, history_rows)):
+            yield "  Of the samples that are known; the intervals cover whatever the others would show."
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
         most = len(history_rows) if everything else MAX_POINTS
         for row in evenly_spaced(history_rows, most):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
-            yield f"  {where:30s}" + "".join(f"{_probability_text(row[name]):>22s}" for name in names)
+            open_runs = open_words(row)
+            numbers = "".join(f"{_probability_text(row[name]):>22s}" for name in names)
+            yield f"  {where:30s}{numbers}{f'   {open_runs}' if open_runs else ''}"
         if len(history_rows) > most:
             yield f"  ({most} of {len(history_rows)} points; all with --all, or nsdrill plot --kind probability)"
 
 
 def _probability_text(estimate: dict[str, float]) -> str:
-    low, high = 100 * estimate["low"], 100 * estimate["high"]
-    return f"{100 * estimate['probability']:.1f} % ({low:.0f} to {high:.0f})"
+    ends = f"({100 * estimate['low']:.0f} to {100 * estimate['high']:.0f})"
+    return f"unknown {ends}" if estimate["probability"] is None else f"{100 * estimate['probability']:.1f} % {ends}"
 
 
 def _override_lines(overrides: dict[str, str]) -> Iterator[str]:
@@ -320,9 +333,11 @@ def _point_lines(point: Answer, units: str) -> list[str]:
             f"   {100 * share:5.1f} %  in {len(others)} smaller groups, {count(members, 'start')}, "
             f"{unsettled} unsettled"
         )
-    for name in ("failed", "pending", "ungrouped"):
+    for name in ("failed", "pending"):
         if point[name]:
-            lines.append(f"   {point[name]} {'of the starts not yet grouped' if name == 'ungrouped' else name}")
+            lines.append(f"   {point[name]} of {point['starts']} starts {name}: on which attractor is not known")
+    if point["ungrouped"]:
+        lines.append(f"   {point['ungrouped']} of the starts not yet grouped")
     return lines
 
 
@@ -348,7 +363,7 @@ def _attractor_line(attractor: Answer, units: str) -> str:
 def _unsettled_lines(points: list[Answer]) -> Iterator[str]:
     unsettled = sum(point["unsettled"] for point in points)
     total = sum(point["starts"] - point["failed"] - point["pending"] for point in points)
-    if total and unsettled > 0.05 * total:
+    if unsettled:
         yield (
             f"  {unsettled} of {total} starts are unsettled: chaotic, or still on their way. A "
             "motion that loses its share as simulation.transient grows is no attractor."

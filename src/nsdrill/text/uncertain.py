@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from nsdrill.analysis.counts import open_words
 from nsdrill.data import Answer
 from nsdrill.errors import count
 from nsdrill.quantity import find, quantity, shown_scale, sign
@@ -19,6 +20,8 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
     yield (f"  {summary['samples']} samples, at {', '.join(filter(None, (where, points if summary['swept'] else '')))}")
     if summary["overrides"]:
         yield f"  overrides {overrides_text(summary['overrides'])}"
+    if words := open_words(summary, "samples"):
+        yield f"  {words}: means and indices are of the others, in brackets what they may be with these"
     if summary["histories"] > 1:
         yield "  safe in every procedure; of the other answers the greatest of the procedures"
     exact = summary["design"] == "saltelli"
@@ -35,6 +38,11 @@ def sensitivity_lines(summary: Answer, units: str) -> Iterator[str]:
 def conclusion(summary: Answer) -> str:
     """Which unknown to measure first and why, or why that is not known."""
     first, safe = summary["measure_first"], summary["answers"][0]
+    words = open_words(summary, "samples")
+    if summary["known"] == 0:
+        return f"Which unknown to measure first is not known: {words}."
+    if summary["depends_on_unknown"] or (words and safe["deviation"] is None):
+        return f"Which unknown to measure first is not known: {words}, and it depends on what they would show."
     if first is None and safe["deviation"] is None:
         return "All samples agree on whether they are safe: no measurement would change that."
     if first is None:
@@ -42,30 +50,47 @@ def conclusion(summary: Answer) -> str:
     alike = ", ".join(label_of(key) for key in first["alike"])
     also = f" (so few samples cannot distinguish it from {alike})" if alike else ""
     row = next(row for row in safe["unknowns"] if row["key"] == first["key"])
-    low, high = (_amount(row[end]["answer"], "1") for end in ("low", "high"))
+    low, high = (_amount_within(row[end], "1", words) for end in ("low", "high"))
+    share = f"{100 * first['first']:.0f} %"
+    if words and row["first_least"] is not None:
+        share += f" ({100 * row['first_least']:.0f} to {100 * row['first_most']:.0f})"
+    among = f" {words}; in brackets what it may be with these." if words else ""
     return (
-        f"Measure first: {label_of(first['key'])} ({first['key']}). It alone causes {100 * first['first']:.0f} % of "
-        f"the variance of a safe run{also}: {low} are safe where it is low, {high} where it is high."
+        f"Measure first: {label_of(first['key'])} ({first['key']}). It alone causes {share} of "
+        f"the variance of a safe run{also}: {low} are safe where it is low, {high} where it is high.{among}"
     )
+
+
+def _amount_within(end: Answer, units: str, is_open: object) -> str:
+    """A mean of an answer, and where not all samples are known what it may be."""
+    text = _amount(end["answer"], units)
+    if not is_open or end.get("least") is None:
+        return text
+    return f"{text} ({100 * end['least']:.0f} to {100 * end['most']:.0f})"
 
 
 def _answer_lines(answer: Answer, units: str) -> Iterator[str]:
     """The mean of an answer, and the share of each unknown in its variance."""
     mean, name, of = answer["mean"], in_words(answer["name"]), answer["units"]
+    missing = answer["missing"]
+    lacking = f"; {missing} of {missing + answer['present']} not known" if missing else ""
     if mean is None:
-        yield f"{name}: not known, as too many runs failed."
+        yield f"{name}: not known{lacking}."
         return
     if answer["deviation"] is None:
-        yield f"{name}: {_amount(mean, of)} in every sample, whatever the unknowns are."
+        every = "every sample that is known" if missing else "every sample, whatever the unknowns are"
+        yield f"{name}: {_amount(mean, of)} in {every}{lacking}."
         return
-    yield f"{name}: {_amount(mean, of)} on average"
+    within = _amount_within({"answer": mean, **answer}, of, missing)
+    yield f"{name}: {within} on average{lacking}"
     yield f"  {'unknown':26s}{'first':>16s}{'total':>16s}   where it is low, and high"
     for row in sorted(answer["unknowns"], key=lambda row: -row["first"]):
         low, high = (quantity(row["key"]).text(row[end]["value"], units, 3) for end in ("low", "high"))
         index = _index(row["first"], row["first_error"])
+        amounts = [_amount_within(row[end], of, missing) for end in ("low", "high")]
         yield (
             f"  {label_of(row['key']):26s}{index:>16s}{_total(row):>16s}   "
-            f"{_amount(row['low']['answer'], of)} at {low}, {_amount(row['high']['answer'], of)} at {high}"
+            f"{amounts[0]} at {low}, {amounts[1]} at {high}"
         )
 
 
@@ -162,6 +187,11 @@ def _in_shown_unit(name: str, values: list[float], si: str, units: str) -> tuple
 def verdicts(summary: Answer) -> Iterator[str]:
     """The conclusions from a fit, in sentences."""
     undetermined = [row["key"] for row in summary["unknowns"] if row["told"] == "not"]
+    if failed := summary["failed"]:
+        yield (
+            f"FAILED: {failed} of {summary['samples']} samples, and what they would give is not known: values of the "
+            "unknowns that make runs fail are left out of the intervals. Run with a larger simulation.max_steps."
+        )
     if len(undetermined) == len(summary["unknowns"]):
         yield (
             "THE DATA DETERMINE NONE of the unknowns: they are as uncertain as before. Measure at other "

@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Drawn, Order, Panel
-from nsdrill.models.drives import LAWS, inertia_faults
+from nsdrill.models.drives import LAWS, inertia_faults, stateless_faults
 from nsdrill.models.leaves import Values
 from nsdrill.models.numbers import DRILLED
 from nsdrill.models.operation import Numeric
@@ -95,6 +95,7 @@ def constraints(check: Any) -> Iterator[Fault]:
     yield from _load(check)
     if check.sound("drive"):
         yield from DRIVE.faults(check)
+        yield from stateless_faults(check)
     yield from _gains(check)
     yield from _torque(check)
 

@@ -20,7 +20,8 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, Refusal, option
 from nsdrill.models.registry import BY_NAME, drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.plot.kinds.starts import ATTRACTOR_VARIABLES, UNGROUPED, by_operating_point
+from nsdrill.plot.cells import hatch
+from nsdrill.plot.kinds.starts import ATTRACTOR_VARIABLES, UNGROUPED, UNKNOWN_HATCH, by_operating_point
 from nsdrill.plot.labels import quantity, sweep_title
 from nsdrill.plot.page import area_entry, finish, marker_entry, single_panel
 from nsdrill.plot.panels import draw_codes
@@ -34,6 +35,7 @@ BASIN_HEIGHT = 4.4
 # least share
 MAX_NAMED, MIN_SHARE = 8, 0.005
 OTHER_CELLS, FAILED_CELLS, OTHER_DOTS = "#F2F2F2", "#FFFFFF", "#808080"
+UNSETTLED_HATCH = "/////"
 MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 
 
@@ -49,7 +51,9 @@ def draw_basin(results: Results, units: str = "si", states: Sequence[str] | None
     if counts["ungrouped"]:
         raise InputError(UNGROUPED)
     names, as_cells = _states(results, known_states, states), bool(results.slice)
-    starts = _Starts(variables["attractor"][0].astype(int), variables["status"][0], attractors)
+    starts = _Starts(
+        variables["attractor"][0].astype(int), variables["status"][0], variables["settled"][0] == 0, attractors
+    )
     if as_cells:
         by_name = slice_values(Starts(slice=results.slice), tuple(known_states))
     else:
@@ -93,12 +97,12 @@ def distinct_colours(attractors: list[Attractor]) -> list[str]:
 
 
 class _Starts:
-    """The starts and their attractors: of each start the ``number`` of its attractor
-    and its ``status`` [start]; of the ``named`` attractors, the largest first, their
+    """The starts and their attractors: of each start the ``number`` of its attractor, its
+    ``status`` and whether it is ``unsettled`` [start]; of the ``named`` attractors, the largest first, their
     colours and markers; and the ``others``."""
 
-    def __init__(self, number: Array, status: Array, attractors: list[Attractor]) -> None:
-        self.number, self.status = number, status
+    def __init__(self, number: Array, status: Array, unsettled: Array, attractors: list[Attractor]) -> None:
+        self.number, self.status, self.unsettled = number, status, unsettled & (status == OK)
         colours = distinct_colours(attractors)
         self.named = list(zip(attractors, colours, MARKERS, strict=False))
         self.others = attractors[len(colours) :]
@@ -112,10 +116,16 @@ def _draw_cells(axes: Axes, x: Array, y: Array, starts: _Starts, *, transposed: 
     for code, (attractor, _, _) in enumerate(starts.named, 1):
         codes[starts.number == attractor.number] = code
     codes = np.where(starts.status == OK, codes, len(starts.named) + 1)
-    codes = codes.reshape(len(x), len(y)).T if transposed else codes.reshape(len(y), len(x))
+
+    def placed(array: Array) -> Array:
+        return array.reshape(len(x), len(y)).T if transposed else array.reshape(len(y), len(x))
+
+    codes, unsettled, failed = (placed(array) for array in (codes, starts.unsettled, has_failed(starts.status)))
     x, y = edges(x), edges(y)
     colours = [OTHER_CELLS, *(colour for _, colour, _ in starts.named), FAILED_CELLS]
     draw_codes(axes, (x, y), codes, colours, "basins", "basins")
+    hatch(axes, (x, y), unsettled, UNSETTLED_HATCH, "black", "unsettled")
+    hatch(axes, (x, y), failed, UNKNOWN_HATCH, "black", "failed")
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
 
 
@@ -123,9 +133,13 @@ def _draw_dots(axes: Axes, x: Array, y: Array, starts: _Starts) -> None:
     """Draw a dot for each start, at ``x`` and ``y`` [start]."""
     size = float(np.clip(140 / np.sqrt(len(x)), 1.5, 5.0))
     outlined: Properties = {"linestyle": "none", "markersize": size, "markeredgecolor": "black", "markeredgewidth": 0.2}
+    open_marker: Properties = {"markerfacecolor": "white", "markeredgewidth": 0.6, "linestyle": "none"}
     for attractor, colour, marker in starts.named:
         of_it, gid = starts.number == attractor.number, f"attractor:{attractor.number}"
-        axes.plot(x[of_it], y[of_it], gid=gid, marker=marker, color=colour, **outlined)
+        settled, unsettled = of_it & ~starts.unsettled, of_it & starts.unsettled
+        axes.plot(x[settled], y[settled], gid=gid, marker=marker, color=colour, **outlined)
+        own: Properties = {"gid": f"unsettled:{attractor.number}", "markeredgecolor": colour, "markersize": size}
+        axes.plot(x[unsettled], y[unsettled], marker=marker, **own, **open_marker)
     rest = np.isin(starts.number, [attractor.number for attractor in starts.others])
     axes.plot(x[rest], y[rest], "o", color=OTHER_DOTS, markersize=0.5 * size, markeredgewidth=0, gid="others")
     failed = has_failed(starts.status)
@@ -145,12 +159,26 @@ def _handles(starts: _Starts, failed: int, *, as_cells: bool) -> list[Artist]:
         members = sum(attractor.members for attractor in starts.others)
         label = f"{count} smaller group{'s' * (count > 1)}, {members} starts"
         entries.append((label, "o", OTHER_CELLS if as_cells else OTHER_DOTS))
-    if failed:
-        entries.append((f"failed ({failed})", "x", FAILED_CELLS if as_cells else "black"))
+    count, unsettled = len(starts.status), int(np.count_nonzero(starts.unsettled))
+    of_failed, of_unsettled = (f"({number} of {count} starts)" for number in (failed, unsettled))
+    handles: list[Artist]
     if as_cells:
         border: Properties = {"edgecolor": "#808080", "linewidth": 0.3}
-        return [area_entry(facecolor=colour, label=label, **border) for label, _, colour in entries]
-    return [marker_entry(label, marker, colour, edge=0.2) for label, marker, colour in entries]
+        handles = [area_entry(facecolor=colour, label=label, **border) for label, _, colour in entries]
+        for number, label, pattern in (
+            (unsettled, f"unsettled {of_unsettled}", UNSETTLED_HATCH),
+            (failed, f"failed, not known {of_failed}", UNKNOWN_HATCH),
+        ):
+            if number:
+                style: Properties = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.3, "hatch": pattern}
+                handles.append(area_entry(label=label, **style))
+        return handles
+    handles = [marker_entry(label, marker, colour, edge=0.2) for label, marker, colour in entries]
+    if unsettled:
+        handles.append(marker_entry(f"open: unsettled {of_unsettled}", hollow=True))
+    if failed:
+        handles.append(marker_entry(f"failed, not known {of_failed}", "x", "black", edge=0.2))
+    return handles
 
 
 KINDS = (

@@ -56,7 +56,10 @@ class Along:
         self.results, self.units, self.axis = results, units, results.swept[0]
         described = list(describe(by_operating_point(results), model_in(results.attrs).distinguishing))
         self.points = [attractors for attractors, _ in described]
-        self.failed = sum(counts["failed"] for _, counts in described)
+        # of each operating point, and of all: starts, known, failed and pending ones
+        self.counts = [counts for _, counts in described]
+        self.total = {name: sum(counts[name] for counts in self.counts) for name in ("starts", "failed", "unsettled")}
+        self.unknown = self.total["starts"] - sum(counts["known"] for counts in self.counts)
         self.attractors = [attractor for attractors in self.points for attractor in attractors]
         if not self.attractors:
             raise InputError(UNGROUPED)
@@ -81,6 +84,7 @@ class Along:
 
 
 SHARES_HEIGHT = 3.6
+UNKNOWN_HATCH = "xxxxxx"
 # borders between attractors with smaller shares are not drawn: they would fill the
 # column
 MIN_DIVIDED_SHARE = 0.02
@@ -100,8 +104,8 @@ def draw_shares(results: Results, units: str = "si") -> Figure:
     borders = edges(along.centres)
     figure, axes = single_panel(page_width(), SHARES_HEIGHT)
     columns = [
-        draw_column(axes, attractors, left, right)
-        for attractors, (left, right) in zip(along.points, pairwise(borders), strict=True)
+        draw_column(axes, attractors, counts["starts"], left, right)
+        for attractors, counts, (left, right) in zip(along.points, along.counts, pairwise(borders), strict=True)
     ]
     is_sample = not results.slice
     if along.is_matched:
@@ -116,10 +120,20 @@ def draw_shares(results: Results, units: str = "si") -> Figure:
         handles.append(line_entry(color="white", linewidth=1, label="between attractors", path_effects=outline))
     if is_sample and len(along.present) > 1:
         handles.append(marker_entry("95 % interval", "|", "black", size=7, edge=1.0))
-    if along.failed:
-        label = f"failed, left out ({along.failed})"
-        handles.append(area_entry(facecolor="white", edgecolor="black", linewidth=0.4, label=label))
+    if along.unknown:
+        mark_unknown(axes, along, borders)
+        label = f"not known ({along.unknown} of {along.total['starts']}, {along.total['failed']} failed)"
+        style: Properties = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4, "hatch": UNKNOWN_HATCH}
+        handles.append(area_entry(label=label, **style))
     return along.finish(figure, axes, handles)
+
+
+def mark_unknown(axes: Axes, along: Along, borders: Array) -> None:
+    """Hatch the part of each column of the starts that are not known."""
+    for counts, (left, right) in zip(along.counts, pairwise(borders), strict=True):
+        if part := 1.0 - counts["known"] / counts["starts"]:
+            style: Properties = {"facecolor": "white", "edgecolor": "black", "linewidth": 0, "hatch": UNKNOWN_HATCH}
+            axes.fill_between([left, right], 100 * (1.0 - part), 100, gid="unknown", **style)
 
 
 @dataclass(frozen=True)
@@ -137,12 +151,13 @@ class Share:
         return differ and max(one.share, two.share) >= MIN_DIVIDED_SHARE
 
 
-def draw_column(axes: Axes, attractors: list[Attractor], left: float, right: float) -> list[Share]:
-    """Draw the attractors of one operating point, the lowest response first."""
+def draw_column(axes: Axes, attractors: list[Attractor], starts: int, left: float, right: float) -> list[Share]:
+    """Draw the attractors of one operating point, the lowest response first, as parts of
+    all its ``starts``; those that are not known remain free above."""
     bottom = 0.0
     shares: list[Share] = []
     for attractor in sorted(attractors, key=lambda attractor: (attractor.response, attractor.number)):
-        height, colour = 100 * attractor.share, RESPONSES[attractor.response].colour
+        height, colour = 100 * attractor.members / starts, RESPONSES[attractor.response].colour
         gid = f"attractor:{attractor.number}:{attractor.response}"
         area: Properties = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.2, "gid": gid}
         axes.fill_between([left, right], bottom, bottom + height, **area)
@@ -182,12 +197,12 @@ def draw_bands(axes: Axes, columns: list[list[Share]], borders: Array, *, beside
 def draw_intervals(axes: Axes, along: Along) -> None:
     """Draw at every border between responses the interval of the share below it."""
     stride = -(-len(along.points) // MAX_INTERVALS)
-    for attractors, centre in list(zip(along.points, along.centres, strict=True))[::stride]:
-        total = sum(attractor.members for attractor in attractors)
+    for attractors, counts, centre in list(zip(along.points, along.counts, along.centres, strict=True))[::stride]:
+        total = counts["starts"]
         for code in along.present[:-1]:
             below = sum(attractor.members for attractor in attractors if attractor.response <= code)
             if 0 < below < total and any(attractor.response == code for attractor in attractors):
-                ends = [100 * end for end in wilson(below, total)]
+                ends = [100 * end for end in wilson(below, total, total - counts["known"])]
                 axes.plot([centre, centre], ends, color="black", linewidth=0.9, zorder=3, gid=f"interval:{code}")
 
 
@@ -233,6 +248,9 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
     handles = response_entries(along.present)
     if any(map(_is_unsettled, along.attractors)):
         handles.append(marker_entry("open: most of its starts unsettled", hollow=True))
+    if along.unknown:
+        words = f"not known: {along.unknown} of {along.total['starts']} starts, {along.total['failed']} failed"
+        handles.append(line_entry(linestyle="none", label=words))
     if along.is_matched:
         handles.append(line_entry(color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
     shares = (1.0, 0.25, 0.05)

@@ -8,12 +8,16 @@ confidence."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
+
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from nsdrill.analysis.counts import open_words
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, window_state
 from nsdrill.analysis.sensitivity import PART, sensitivity
 from nsdrill.analysis.sensitivity import SAFE as SAFE_RUN
@@ -21,17 +25,18 @@ from nsdrill.analysis.window import USUAL_CONFIDENCE
 from nsdrill.data import Answer, Array, Results
 from nsdrill.models.registry import model_in
 from nsdrill.models.responses import RESPONSES as CRITICAL
-from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_outline, outline_entry
+from nsdrill.plot.cells import RATE_OF_PENETRATION, draw_outline, hatch, outline_entry
 from nsdrill.plot.labels import heading, operating_point, quantity, sweep_title, way_word
 from nsdrill.plot.look import BESIDE
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, Planes, lies_across
 from nsdrill.plot.page import area_entry, finish, line_entry, new_figure, put_title, single_panel, write
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
-from nsdrill.plot.slices import lay_along, positions, robust_limits
+from nsdrill.plot.slices import edges, lay_along, positions, robust_limits
 from nsdrill.plot.style import (
     BLACK,
     BLUE,
     GOODNESS,
+    GREY,
     ORANGE,
     REFERENCE,
     RESPONSES,
@@ -45,6 +50,7 @@ from nsdrill.plot.style import (
 from nsdrill.quantity import quantity as base_quantity
 from nsdrill.variables import SAMPLE
 
+OPEN_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
 BAND_STYLE: Properties = {"alpha": 0.16, "linewidth": 0}
 EDGE_DASHES: tuple[Dashes, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 CONFIDENCE_STYLE: Properties = {"color": REFERENCE, "linewidth": 0.6, "linestyle": (0, (4, 2))}
@@ -73,9 +79,10 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
     planes, outcomes = Planes.of(results, units), probabilities.outcomes
     columns = COLUMNS_OF_PANELS.get(len(outcomes), 4)
     figure = new_figure(page_width(), 1.3 + -(-len(outcomes) // columns) * 2.4)
-    headings = [f"{'' if outcome == SAFE else 'no '}{_style(outcome)[0]}" for outcome in outcomes]
+    headings = [SAFE if outcome == SAFE else CRITICAL[outcome].absence for outcome in outcomes]
     panels = planes.panels(figure, headings, columns, pad=3)
     inside, _ = window_state(probabilities, confidence)
+    is_open = probabilities.open[-1] > 0  # outcome, axes
     for axes, outcome in zip(panels, outcomes, strict=True):
         share = probabilities.of(outcome)[0]
         good = planes.arranged((share if outcome == SAFE else 1.0 - share)[np.newaxis])[0, 0]
@@ -87,12 +94,34 @@ def _draw_maps(results: Results, probabilities: Probabilities, units: str, confi
             gid=f"probability:{outcome}",
             **cell_style(good.size),
         )
+        place = probabilities.place(outcome)[1]
+        unknown = planes.arranged(np.isnan(share)[np.newaxis])[0, 0]
+        partly = planes.arranged(is_open[place][np.newaxis])[0, 0] & ~unknown
+        # black over white, which is visible on every colour
+        hatch(axes, planes.cells, partly, OPEN_HATCH, "white", f"open:{outcome}:ground", width=2.2)
+        hatch(axes, planes.cells, partly, OPEN_HATCH, BLACK, f"open:{outcome}", width=0.8)
+        hatch(axes, planes.cells, unknown, UNKNOWN_HATCH, BLACK, f"unknown:{outcome}", face=GREY)
         draw_outline(axes, planes.cells, planes.arranged(inside[np.newaxis])[0, 0])
     bar = figure.colorbar(mesh, ax=panels, aspect=30, pad=0.01, ticks=range(0, 101, 20))
     bar.set_label("Probability [%]")
     safe_share = 100.0 * np.count_nonzero(inside) / inside.size
     label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
-    return finish(figure, title, [outline_entry(label)] if inside.any() else [], 1)
+    handles = [outline_entry(label)] if inside.any() else []
+    return finish(figure, title, [*handles, *_open_entries(probabilities)], 1)
+
+
+def _open_entries(probabilities: Probabilities) -> Iterator[Artist]:
+    """The legend entries of the operating points of which not all, or no, samples are
+    known, with the numbers of points and of samples."""
+    unknown, is_open = np.isnan(probabilities.share[-1]), probabilities.open[-1] > 0
+    points, words = probabilities.open[-1, 0].size, open_words(probabilities.in_all, "samples")
+    style: Properties = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.4}
+    for label, chosen, own in (
+        ("some samples are not known", is_open & ~unknown, {"hatch": OPEN_HATCH}),
+        ("no sample is known", unknown, {"hatch": UNKNOWN_HATCH, "facecolor": GREY}),
+    ):
+        if number := int(np.count_nonzero(chosen.any(axis=0))):
+            yield area_entry(label=f"{label}: {number} of {points} points ({words})", **{**style, **own})
 
 
 def _draw_lines(results: Results, probabilities: Probabilities, units: str, confidence: float, title: str) -> Figure:
@@ -120,7 +149,26 @@ def _draw_lines(results: Results, probabilities: Probabilities, units: str, conf
     lay_along(axes, results, axis, units, margins=True)
     band = line_entry(color=REFERENCE, linewidth=5, alpha=BAND_STYLE["alpha"], label="95 % interval")
     reference = line_entry(label=f"{100 * confidence:g} %", **CONFIDENCE_STYLE)
-    return finish(figure, title, [*handles, band, reference], 6)
+    for left, right in pairwise(edges(x)):
+        here = (x > left) & (x < right)
+        if np.isnan(probabilities.share[-1].reshape(len(probabilities.outcomes), -1)[:, here]).any():
+            ground: Properties = {"facecolor": "none", "edgecolor": REFERENCE, "linewidth": 0, "zorder": 0}
+            axes.axvspan(left, right, hatch=UNKNOWN_HATCH, gid="unknown", **ground)
+    words = open_words(probabilities.in_all, "samples")
+    lacking = (
+        [
+            area_entry(
+                facecolor="white",
+                edgecolor=REFERENCE,
+                hatch=UNKNOWN_HATCH,
+                linewidth=0.4,
+                label=f"no sample known; in all {words}",
+            )
+        ]
+        if words
+        else []
+    )
+    return finish(figure, title, [*handles, band, reference, *lacking], 6)
 
 
 def _draw_points(probabilities: Probabilities, title: str) -> Figure:
@@ -132,25 +180,39 @@ def _draw_points(probabilities: Probabilities, title: str) -> Figure:
         label, colour, marker = _style(outcome)
         labels.append(label)
         share, low, high = (100.0 * float(part.ravel()[0]) for part in probabilities.of(outcome))
+        place = probabilities.place(outcome)
+        lacking = int(probabilities.open[place].sum())
+        text = f"{share:.1f} %" if np.isfinite(share) else "not known"
+        text += f"; {lacking} of {probabilities.total} not known" if lacking and np.isfinite(share) else ""
+        share = share if np.isfinite(share) else 0.5 * (low + high)
         style: Properties = {"color": colour, "marker": marker, "markersize": 5, "linestyle": "none"}
         point, *_ = axes.errorbar([share], [row], xerr=[[share - low], [high - share]], capsize=3, **style)
         point.set_gid(f"point:{outcome}")
-        write(axes, f"{share:.1f} %", (high, row), (5, 0), 7, va="center")
+        if lacking == probabilities.total:
+            style = style | {"marker": "none"}
+        write(axes, text, (high, row), (5, 0), 7, va="center")
     axes.set_yticks(range(count), labels)
-    axes.set(ylim=(count - 0.5, -0.5), xlim=(-2.0, 115.0), xlabel="Probability [%], with its 95 % interval")
+    room = 115.0 if not probabilities.open.any() else 160.0  # right of the interval, for the text
+    axes.set(
+        ylim=(count - 0.5, -0.5),
+        xlim=(-2.0, room),
+        xticks=range(0, 101, 20),
+        xlabel="Probability [%], with its 95 % interval",
+    )
     put_title(figure, title)
     return figure
 
 
 LOW_COLOUR, HIGH_COLOUR = BLUE, ORANGE
 BAR_HEIGHT = 0.62
+WHISKER: Properties = {"color": BLACK, "linewidth": 0.8, "marker": "|", "markersize": 4}
 
 
 def draw_tornado(results: Results, units: str = "si", severity: int | None = None) -> Figure:
     """A bar extends from the mean of the answer where an unknown is low to the mean
     where it is high; the widest is at the top."""
     numbers = sensitivity(results, severity)
-    answers = [answer for answer in numbers["answers"] if answer["mean"] is not None]
+    answers = numbers["answers"]
     columns = min(2, len(answers))
     rows = -(-len(answers) // columns)
     figure = new_figure(page_width(), 0.9 + rows * (0.75 + 0.24 * len(numbers["answers"][0]["unknowns"])))
@@ -162,19 +224,30 @@ def draw_tornado(results: Results, units: str = "si", severity: int | None = Non
         shown = quantity(answer["name"], units) if answer["name"] != SAFE_RUN else None
         axes.set_xlabel(f"{shown.label}, mean" if shown else "Probability of a safe run [%]")
         if answer["deviation"] is None:
-            amount = f"{answer['mean'] / (shown.scale if shown else 0.01):.4g} {shown.unit if shown else '%'}"
-            words = f"{amount} in every sample,\nwhatever the unknowns are"
+            lacking = f"\n{answer['missing']} of {answer['missing'] + answer['present']} are not known"
+            if answer["mean"] is None:
+                words = f"not known:{lacking}"
+            else:
+                amount = f"{answer['mean'] / (shown.scale if shown else 0.01):.4g} {shown.unit if shown else '%'}"
+                words = f"{amount} in every sample,\nwhatever the unknowns are"
+                if answer["missing"]:
+                    words = f"{amount} in every sample that is known;{lacking}"
             axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes, fontsize=font_size(7))
             axes.set(xticks=[], yticks=[])
         else:
             _draw_bars(axes, answer, shown.scale if shown else 0.01)
+    lacking = open_words(numbers, "samples")
     handles = [
         area_entry(facecolor=LOW_COLOUR, label=f"the lowest {100 * PART:g} % of the samples of the unknown"),
         area_entry(facecolor=HIGH_COLOUR, label=f"the highest {100 * PART:g} %"),
-        line_entry(color=REFERENCE, linewidth=0.8, label="mean of all samples"),
+        line_entry(
+            color=REFERENCE, linewidth=0.8, label=f"mean of all {'samples' if not lacking else 'known samples'}"
+        ),
     ]
+    if lacking and answers[0]["deviation"] is not None:
+        handles.append(line_entry(label="what a share may be with those not known", **WHISKER))
     over = f"mean over {numbers['points']} operating points" if numbers["swept"] else ""
-    parts = (operating_point(numbers["at"], units), over, f"{numbers['samples']} samples")
+    parts = (operating_point(numbers["at"], units), over, f"{numbers['samples']} samples", lacking)
     return finish(figure, heading(results.attrs, "; ".join(filter(None, parts)), width=80), handles, 3)
 
 
@@ -193,6 +266,10 @@ def _draw_bars(axes: Axes, answer: Answer, scale: float) -> None:
         heights = (BAR_HEIGHT, 0.5 * BAR_HEIGHT if bars[0][0] * bars[1][0] > 0.0 else BAR_HEIGHT)
         for (extent, end, colour), height in zip(bars, heights, strict=True):
             axes.barh(number, extent, height, middle, color=colour, gid=f"{end}:{row['key']}")
+            least, most = (row[end].get(name) for name in ("least", "most"))
+            if answer["missing"] and least is not None:
+                place = number + (0.5 - BAR_HEIGHT if end == "low" else BAR_HEIGHT - 0.5)
+                axes.plot([least / scale, most / scale], [place] * 2, gid=f"open:{end}:{row['key']}", **WHISKER)
         if row["first"] is not None:
             indices = [index for index in ("first", "total") if row[index] is not None]
             texts = [f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %" for index in indices]
@@ -217,9 +294,12 @@ def draw_trade_off(results: Results, units: str = "si") -> Figure:
     joined by a line and labelled with their settings."""
     probabilities, shown = probabilities_of(results), quantity(RATE_OF_PENETRATION, units)
     probability, low, high = (100.0 * part.ravel() for part in probabilities.of(SAFE))
+    # a sample that is not known is no reason to prefer a point
+    least = 100.0 * probabilities.least[probabilities.place(SAFE)].ravel()
     rate = _mean(results, RATE_OF_PENETRATION) / shown.scale
-    known = np.isfinite(rate)
-    front = pareto_front(np.where(known, rate, -np.inf), probability)
+    known = np.isfinite(rate) & np.isfinite(probability)
+    front = pareto_front(np.where(known, rate, -np.inf), np.where(known, least, -np.inf))
+    front = front[known[front]]
     labelled = front[_spread_out(probability[front], rate[front])] if front.size else front
     figure, axes = single_panel(page_width(5.5), 4.6)
     bars: Properties = {"linestyle": "none", "ecolor": "#808080", "elinewidth": 0.7, "capsize": 2, "zorder": 2}
@@ -237,7 +317,9 @@ def draw_trade_off(results: Results, units: str = "si") -> Figure:
     axes.set(xlabel=f"Probability of a safe run{history} [%]", ylabel=shown.label)
     label = "not beaten in both, with the 95 % interval of the probability"
     title = sweep_title(results, units, f"{len(results.coords[SAMPLE])} samples", width=70)
-    return finish(figure, title, [line_entry(color=BLACK, linewidth=0.8, label=label)], 1)
+    words = open_words(probabilities.in_all, "samples")
+    lacking = [line_entry(linestyle="none", label=f"{words}; not beaten: as if they were not safe")] if words else []
+    return finish(figure, title, [line_entry(color=BLACK, linewidth=0.8, label=label), *lacking], 1)
 
 
 def _draw_points_of_trade(
@@ -317,7 +399,7 @@ KINDS = (
     ),
     Kind(
         "tornado",
-        "which uncertain number moves the safe run, stick-slip, lift-off and contact how far",
+        "which uncertain number moves the safe run, stick-slip, lift-off, contact and the time stuck how far",
         of=SAMPLES,
         place=lambda data: 55 if has_samples(data) else None,
         draw=draw_tornado,

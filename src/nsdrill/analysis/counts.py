@@ -1,0 +1,132 @@
+"""How runs are counted: known, failed, pending, of how many.
+
+Every share, probability, index, map, picture and table counts the runs here. The response
+of a run that failed or has not run is not known: it counts neither as a response nor as
+none, and failure is not taken as independent of the response. A share is that of the
+known runs; its interval covers every response that the other runs may have.
+
+Runs that come after a failed one in a chain are not known either: nothing was carried to
+them, the next run began at the start of the study, and so their history is another one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsdrill.data import Answer, Array, Results, resolved_study
+from nsdrill.variables import INFERRED, OK, PENDING, UNMEASURED, dimension_of, has_failed
+
+NOT_CARRIED = "not known: a run before it in its chain failed"  # of a run that ended well
+# what is known of a run, the worst last
+KNOWN, UNDECIDED, NOT_RUN, FAILED = range(4)
+
+
+def known(status: Array) -> Array:
+    """Whether the response of a point is known: it was run to its end, or inferred from
+    its neighbours."""
+    return np.isin(status, (OK, INFERRED))
+
+
+def knowledge(status: Array, is_known: Array) -> Array:
+    """What is known of each run: KNOWN, FAILED, NOT_RUN, or UNDECIDED where it ended well
+    and its answer is not known all the same."""
+    return np.select([is_known, has_failed(status), status == PENDING], [KNOWN, FAILED, NOT_RUN], UNDECIDED)
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Of how many runs (``of``) how many are ``known``, ``failed`` and ``pending``: arrays
+    of whole numbers of one shape. The others, if any, ended well, but their answer is not
+    known: a check of them failed, or they came after a failed run in a chain."""
+
+    known: Array
+    failed: Array
+    pending: Array
+    of: Array
+
+    @classmethod
+    def over(cls, knowledge: Array, axis: int | tuple[int, ...] | None = None) -> Counts:
+        """The counts over these axes of what is known of each run, over all by default."""
+
+        def number(chosen: Array) -> Array:
+            return np.asarray(np.count_nonzero(chosen, axis=axis))
+
+        known, failed, pending = (number(knowledge == kind) for kind in (KNOWN, FAILED, NOT_RUN))
+        return cls(known, failed, pending, number(knowledge >= KNOWN))
+
+    def each(self, change: Callable[[Array], Array]) -> Counts:
+        """The counts with each array changed."""
+        return Counts(*map(change, (self.known, self.failed, self.pending, self.of)))
+
+    def at(self, place: Sequence[int] | int | tuple[()] = ()) -> Answer:
+        """The counts at one place as plain data: ``known``, ``failed``, ``pending``, ``of``."""
+        return {name: int(getattr(self, name)[place]) for name in ("known", "failed", "pending", "of")}
+
+
+def open_words(counts: Mapping[str, int], what: str = "") -> str:
+    """What is not known of ``counts``, plain data of :class:`Counts`, in words: ``8 of 8
+    failed``, ``2 failed and 1 pending of 8 runs`` with ``what`` "runs"; "" where all is
+    known."""
+    others = counts["of"] - counts["known"] - counts["failed"] - counts["pending"]
+    numbers = {"failed": counts["failed"], "pending": counts["pending"], "not known": others}
+    parts = [(number, word) for word, number in numbers.items() if number]
+    of = f" of {counts['of']}{f' {what}' if what else ''}"
+    if len(parts) == 1:
+        return f"{parts[0][0]}{of} {parts[0][1]}"
+    return f"{' and '.join(f'{number} {word}' for number, word in parts)}{of}" if parts else ""
+
+
+def carried_axis(results: Results) -> str | None:
+    """The axis along which the state was carried: that of the study, or the only one
+    that is swept; None where neither is given."""
+    try:
+        along = json.loads(results.attrs["study_resolved"])["sweep"]["along"]
+    except (KeyError, TypeError, ValueError):
+        along = None
+    if isinstance(along, str) and dimension_of(along) in results.axes:
+        return dimension_of(along)
+    return results.swept[0] if len(results.swept) == 1 else None
+
+
+# the variable of results of which a part was taken, with what after_failure found in all
+AFTER_FAILURE = "after_failure"
+
+
+def after_failure(results: Results) -> Array:
+    """The runs to which nothing was carried, as a run before them in their chain failed, or
+    was not made: bool on the grid, nowhere where the state was not carried. The way down
+    goes on from the end of the way up."""
+    if AFTER_FAILURE in results.variables:
+        return np.asarray(results[AFTER_FAILURE])
+    status = np.asarray(results["status"])
+    after, along = np.zeros(status.shape, dtype=bool), carried_axis(results)
+    failed = ~known(status) & (status != UNMEASURED)  # which ended well, and was carried on
+    ways: dict[str, int] = {}
+    ways |= {name: results.procedures.index(name) for name in ("up", "down") if name in results.procedures}
+    is_carried = "sweep" in resolved_study(results.attrs)  # by the study that made these runs
+    if along is None or not is_carried or not ways or not failed.any():
+        return after
+    axis = results.axes.index(along)
+
+    def in_order(array: Array, way: str) -> Array:
+        """The runs of one way, the first in the chain first: a view."""
+        there = np.moveaxis(array[ways[way]], axis, 0)
+        return there if way == "up" else there[::-1]
+
+    chain = np.concatenate([in_order(failed, way) for way in ways])
+    follows = np.zeros_like(chain)
+    follows[1:] = np.logical_or.accumulate(chain, axis=0)[:-1]
+    for way, part in zip(ways, np.split(follows, len(ways)), strict=True):
+        in_order(after, way)[...] = part
+    return after
+
+
+def with_failures(results: Results) -> dict[str, Array]:
+    """The variables of ``results`` and, where a run failed in a chain, what
+    :func:`after_failure` finds, so that a part of the results knows of it too."""
+    after = after_failure(results) if "status" in results.variables else np.zeros(0, dtype=bool)
+    return {**results.variables, **({AFTER_FAILURE: after} if after.any() else {})}
