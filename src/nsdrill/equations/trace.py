@@ -194,7 +194,7 @@ def check_text(function: Function) -> None:
             f"found {function!r:.80} as the equations of a model; allowed: a plain function of (t, phase, s, p, o), in "
             "a class as `equations = staticmethod(equations)`."
         )
-    for each in (function, *sources(function)):
+    for each in (function, *sources(function)) if is_foreign(function.__module__) else ():  # ours are tested
         try:
             tree = definition(each)
         except LanguageError:
@@ -317,38 +317,41 @@ def _prepared(function: Function, remember: bool) -> Function:
 def _compiled(function: Function, remember: bool) -> CodeType:
     """The code of the changed function, without its defaults and its closure."""
     assert isinstance(function, FunctionType)
-    own = {*function.__code__.co_varnames, *function.__code__.co_cellvars}
-    own |= meanings(("max", "min"), {**function.__globals__, **inspect.getclosurevars(function).nonlocals})
-    # To make the changed code takes longer than all tracing, and it depends on what is
-    # named here alone, so that it is kept on disk.
+    module = _changed(function, remember)
+    return next(part for part in module.co_consts if isinstance(part, CodeType) and part.co_name == function.__name__)
+
+
+def _changed(function: FunctionType, remember: bool) -> CodeType:
+    """The code of a module that defines the function with the changes, without its
+    defaults. To make it takes longer than all tracing, and it depends on the code of
+    the function alone, so that it is kept on disk."""
     code = function.__code__
+    own = {*code.co_varnames, *code.co_cellvars}
+    own |= meanings(("max", "min"), {**function.__globals__, **inspect.getclosurevars(function).nonlocals})
     place = code.co_filename, code.co_firstlineno, code.co_linetable  # for messages
     text = repr((parts_of(code), place, remember, sorted(own), _own_digest()))
     name = f"changed-{hashlib.sha256(text.encode()).hexdigest()[:32]}"
     is_kept = route() == "native"
     if is_kept and (found := load(name, _loaded)) is not None:
         return cast(CodeType, found)
-    made = _changed(function, remember, own)
-    if is_kept:
-        save(name, marshal.dumps(made))
-    return made
-
-
-def _changed(function: FunctionType, remember: bool, own: set[str]) -> CodeType:
-    """The code of the function with the changes; ``own`` are the names that mean something
-    else than in Python."""
-    body, code = copy.deepcopy(definition(function)), function.__code__
-    body.decorator_list, none = [], ast.Constant(None)
+    body = copy.deepcopy(definition(function))
+    body.name, body.decorator_list, body.returns = function.__name__, [], None
+    none = ast.Constant(None)
     body.args.defaults = [none for _ in body.args.defaults]
     body.args.kw_defaults = [value and none for value in body.args.kw_defaults]
+    for argument in ast.walk(body.args):
+        if isinstance(argument, ast.arg):
+            argument.annotation = None  # would be evaluated
     try:
         tree = ast.fix_missing_locations(ast.Module([Changes(remember, own).visit(body)], []))
-        module = compile(tree, code.co_filename, "exec")
+        made = cast(CodeType, compile(tree, code.co_filename, "exec"))
     except SyntaxError as error:  # such as nonlocal for what is outside
         raise LanguageError(
             _told(code.co_filename, error.lineno, function.__name__, "", f"{error.msg}; {AROUND}")
         ) from error
-    return next(part for part in module.co_consts if isinstance(part, CodeType) and part.co_name == body.name)
+    if is_kept:
+        save(name, marshal.dumps(made))
+    return made
 
 
 def _loaded(content: bytes) -> CodeType:
@@ -361,9 +364,8 @@ def _loaded(content: bytes) -> CodeType:
 @cache
 def _own_digest() -> bytes:
     """A digest of what makes the changes."""
-    text = f"{sys.version} {sys.flags.optimize}".encode()
-    text += b"".join(Path(each).read_bytes() for each in (__file__, changes.__file__))
-    return hashlib.sha256(text).digest()
+    sources_of_changes = [Path(file).read_bytes() for file in (__file__, str(changes.__file__))]
+    return hashlib.sha256(b"".join([f"{sys.version} {sys.flags.optimize}".encode(), *sources_of_changes])).digest()
 
 
 # What the changed tree calls.

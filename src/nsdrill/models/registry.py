@@ -192,7 +192,8 @@ def _check_own(name: str, description: Description) -> None:
     for place, response in enumerate(description.responses):
         if response in description.responses[:place]:
             raise InputError(f"the model {name}, responses: found {response} twice; allowed: each once.")
-        if RESPONSES[response].feature not in features:
+        # a stall is told from the stick-slip where its own feature is not measured
+        if response != "stalled" and RESPONSES[response].feature not in features:
             raise InputError(
                 f"the model {name}, responses: found {response}, and no feature {RESPONSES[response].feature}, which "
                 "tells whether it is there; allowed: that feature in the declaration and the description."
